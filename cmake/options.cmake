@@ -1,0 +1,28 @@
+# Warnings, floating-point rules and sanitizers, for every target of the project.
+add_library(multireach_options INTERFACE)
+target_compile_options(multireach_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wunused)
+if(MULTIREACH_WERROR)
+  target_compile_options(multireach_options INTERFACE -Werror)
+endif()
+
+# The same source must give the same bits under any compiler and optimisation: no fused multiply-adds chosen by the
+# compiler, and never -ffast-math.
+target_compile_options(multireach_options INTERFACE -ffp-contract=off)
+
+if(MULTIREACH_SANITIZE)
+  target_compile_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE} -fno-omit-frame-pointer
+    -fno-sanitize-recover=all)
+  target_link_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE})
+endif()
+
+# multireach_stage(NAME SOURCES... ) makes the library multireach::NAME from this folder and installs it with its headers.
+function(multireach_stage name)
+  add_library(multireach_${name} STATIC ${ARGN})
+  add_library(multireach::${name} ALIAS multireach_${name})
+  set_target_properties(multireach_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(multireach_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/multireach>)
+  target_link_libraries(multireach_${name} PRIVATE $<BUILD_INTERFACE:multireach_options>)
+  target_compile_features(multireach_${name} PUBLIC cxx_std_20)
+endfunction()

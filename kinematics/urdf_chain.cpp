@@ -1,0 +1,122 @@
+#include "kinematics/urdf_chain.hpp"
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+
+namespace multireach {
+namespace {
+
+/// While it lives, what urdfdom would print goes into `text` instead.
+class CapturedComplaints : public console_bridge::OutputHandler {
+ public:
+  CapturedComplaints() { console_bridge::useOutputHandler(this); }
+  ~CapturedComplaints() override { console_bridge::restorePreviousOutputHandler(); }
+  CapturedComplaints(const CapturedComplaints&) = delete;
+  CapturedComplaints& operator=(const CapturedComplaints&) = delete;
+  void log(const std::string& line, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_WARN) text += (text.empty() ? "" : "; ") + line;
+  }
+  std::string text;
+};
+
+Eigen::Isometry3d isometry(const urdf::Pose& pose) {
+  Eigen::Quaterniond rotation(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = rotation.normalized().toRotationMatrix();
+  X.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
+  return X;
+}
+
+double positive_or_infinite(double limit) { return limit > 0 ? limit : std::numeric_limits<double>::infinity(); }
+
+/// The moving part of a URDF joint, seen from its parent link; `reversed` when the chain passes it from child to parent.
+Joint joint_from(const urdf::Joint& source, bool reversed) {
+  const std::string quoted = "joint '" + source.name + "'";
+  if (source.mimic) throw std::invalid_argument(quoted + " mimics joint '" + source.mimic->joint_name + "'; a mimic joint cannot be driven");
+  Joint joint;
+  joint.name = source.name;
+  switch (source.type) {
+    case urdf::Joint::REVOLUTE: joint.type = Joint::Type::kRevolute; break;
+    case urdf::Joint::CONTINUOUS: joint.type = Joint::Type::kContinuous; break;
+    case urdf::Joint::PRISMATIC: joint.type = Joint::Type::kPrismatic; break;
+    case urdf::Joint::FLOATING: throw std::invalid_argument(quoted + " is floating; a chain may have revolute, continuous, prismatic and fixed joints");
+    case urdf::Joint::PLANAR: throw std::invalid_argument(quoted + " is planar; a chain may have revolute, continuous, prismatic and fixed joints");
+    default: throw std::invalid_argument(quoted + " is of a type that is not supported");
+  }
+  joint.axis = Eigen::Vector3d(source.axis.x, source.axis.y, source.axis.z);
+  const double length = joint.axis.norm();
+  if (!std::isfinite(length) || length < 1e-6) throw std::invalid_argument(quoted + " has an axis of no length");
+  joint.axis /= reversed ? -length : length;
+  const double infinity = std::numeric_limits<double>::infinity();
+  joint.velocity = joint.effort = infinity;
+  if (source.limits) {
+    joint.velocity = positive_or_infinite(source.limits->velocity);
+    joint.effort = positive_or_infinite(source.limits->effort);
+  }
+  if (!joint.limited()) {
+    joint.lower = -infinity;
+    joint.upper = infinity;
+    return joint;
+  }
+  if (!source.limits) throw std::invalid_argument(quoted + " has no limits");
+  joint.lower = source.limits->lower;
+  joint.upper = source.limits->upper;
+  if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper)) throw std::invalid_argument(quoted + " has a limit that is not a finite number");
+  if (joint.lower > joint.upper) throw std::invalid_argument(quoted + " has its lower limit above its upper limit");
+  return joint;
+}
+
+/// The links from `link` up to the root, `link` first.
+std::vector<urdf::LinkConstSharedPtr> ancestry(urdf::LinkConstSharedPtr link) {
+  std::vector<urdf::LinkConstSharedPtr> links;
+  for (; link; link = link->getParent()) links.push_back(link);
+  return links;
+}
+
+}  // namespace
+
+Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const std::string& tip) {
+  CapturedComplaints complaints;
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(std::string(urdf_xml));
+  if (!model) {
+    throw std::invalid_argument("is not a valid URDF" + (complaints.text.empty() ? "" : ": " + complaints.text));
+  }
+  const urdf::LinkConstSharedPtr base_link = model->getLink(base), tip_link = model->getLink(tip);
+  for (const auto& [link, name, option] : {std::tuple(base_link, base, "base"), std::tuple(tip_link, tip, "tip")}) {
+    if (link) continue;
+    std::string names;
+    for (const auto& [known, ignored] : model->links_) names += (names.empty() ? "" : ", ") + known;
+    throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
+  }
+  std::vector<urdf::LinkConstSharedPtr> up = ancestry(base_link), down = ancestry(tip_link);
+  while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
+    up.pop_back();
+    down.pop_back();
+  }
+  // Now both end at the lowest link above the base and the tip.
+  std::vector<Joint> joints;
+  std::vector<Eigen::Isometry3d> fixed{Eigen::Isometry3d::Identity()};
+  for (size_t i = 0; i + 1 < up.size(); ++i) {
+    const urdf::Joint& source = *up[i]->parent_joint;
+    if (source.type != urdf::Joint::FIXED) {
+      joints.push_back(joint_from(source, true));
+      fixed.push_back(Eigen::Isometry3d::Identity());
+    }
+    fixed.back() = fixed.back() * isometry(source.parent_to_joint_origin_transform).inverse();
+  }
+  for (size_t i = down.size() - 1; i-- > 0;) {
+    const urdf::Joint& source = *down[i]->parent_joint;
+    fixed.back() = fixed.back() * isometry(source.parent_to_joint_origin_transform);
+    if (source.type == urdf::Joint::FIXED) continue;
+    joints.push_back(joint_from(source, false));
+    fixed.push_back(Eigen::Isometry3d::Identity());
+  }
+  return Chain(std::move(joints), std::move(fixed), base, tip);
+}
+
+}  // namespace multireach

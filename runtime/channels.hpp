@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string_view>
+
+namespace multireach::channel {
+
+inline constexpr std::string_view kStereoImages = "STEREO_IMAGES";
+inline constexpr std::string_view kTargetTruth = "TARGET_TRUTH";
+inline constexpr std::string_view kTarget = "TARGET";
+inline constexpr std::string_view kObstacles = "OBSTACLES";
+inline constexpr std::string_view kJointSetpoint = "JOINT_SETPOINT";
+inline constexpr std::string_view kControllerState = "CONTROLLER_STATE";
+inline constexpr std::string_view kJointCommand = "JOINT_COMMAND";
+inline constexpr std::string_view kRobotState = "ROBOT_STATE";
+inline constexpr std::string_view kPerturbation = "PERTURBATION";
+inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
+
+/// Images have a UDP group of their own: on the control group they would make the 1 kHz stream lose messages, because
+/// every socket of a group receives all of its traffic. The truth of a rendered image travels with the image.
+constexpr bool on_image_group(std::string_view channel) { return channel == kStereoImages || channel == kTargetTruth; }
+
+/// Where the two groups are unless --lcm-url and --image-url say otherwise: LCM's own default group, and the next.
+inline constexpr std::string_view kControlUrl = "udpm://239.255.76.67:7667?ttl=0";
+inline constexpr std::string_view kImageUrl = "udpm://239.255.76.68:7668?ttl=0";
+
+}  // namespace multireach::channel

@@ -1,0 +1,165 @@
+#include "runtime/config.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace multireach {
+namespace {
+
+std::string range(double min, double max) {
+  const auto text = [](double value) {
+    std::string s = std::to_string(value);
+    s.erase(s.find_last_not_of('0') + 1);
+    if (s.ends_with('.')) s.pop_back();
+    return s;
+  };
+  if (std::isinf(min) && std::isinf(max)) return "a finite number";
+  if (std::isinf(max)) return "a number of at least " + text(min);
+  if (std::isinf(min)) return "a number of at most " + text(max);
+  return "a number from " + text(min) + " to " + text(max);
+}
+
+std::optional<double> finite_number(const YAML::Node& node) {
+  double value = 0;
+  if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+Config::Config(std::string file, std::string path, YAML::Node node)
+    : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)), asked_(std::make_shared<std::set<std::string>>()) {
+  if (!node_.IsMap()) throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
+  std::set<std::string> seen;
+  for (const auto& item : node_) {
+    const std::string key = item.first.as<std::string>();
+    if (!seen.insert(key).second) {
+      throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) + "' stands twice");
+    }
+  }
+}
+
+Config Config::load(const std::string& path) {
+  const std::string text = read_text_file(path);
+  try {
+    return Config(path, "", YAML::Load(text));
+  } catch (const YAML::Exception& error) {
+    throw InputError(path + ":" + std::to_string(error.mark.line + 1) + ": is not valid YAML: " + error.msg);
+  }
+}
+
+std::string Config::full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+
+void Config::fail(const std::string& key, const std::string& expected) const {
+  const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
+  std::string value;
+  if (node.IsDefined() && node.IsScalar()) value = " is '" + node.Scalar() + "';";
+  const int line = node.IsDefined() ? node.Mark().line : node_.Mark().line;
+  throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + full(key) + "'" + value + " expected " + expected);
+}
+
+std::optional<YAML::Node> Config::find(const std::string& key) const {
+  asked_->insert(key);
+  const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
+  if (!node.IsDefined() || node.IsNull()) return std::nullopt;
+  return node;
+}
+
+YAML::Node Config::get(const std::string& key) const {
+  const auto node = find(key);
+  if (!node) throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": key '" + full(key) + "' is missing");
+  return *node;
+}
+
+bool Config::has(const std::string& key) const { return find(key).has_value(); }
+
+double Config::number(const std::string& key, double min, double max, std::optional<double> otherwise) const {
+  if (otherwise && !has(key)) return *otherwise;
+  const auto value = finite_number(get(key));
+  if (!value || *value < min || *value > max) fail(key, range(min, max));
+  return *value;
+}
+
+int64_t Config::integer(const std::string& key, int64_t min, int64_t max, std::optional<int64_t> otherwise) const {
+  if (otherwise && !has(key)) return *otherwise;
+  const YAML::Node node = get(key);
+  int64_t value = 0;
+  if (!node.IsScalar() || !YAML::convert<int64_t>::decode(node, value) || value < min || value > max) {
+    fail(key, "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
+  }
+  return value;
+}
+
+bool Config::flag(const std::string& key, std::optional<bool> otherwise) const {
+  if (otherwise && !has(key)) return *otherwise;
+  bool value = false;
+  const YAML::Node node = get(key);
+  if (!node.IsScalar() || !YAML::convert<bool>::decode(node, value)) fail(key, "true or false");
+  return value;
+}
+
+std::string Config::text(const std::string& key, std::optional<std::string> otherwise) const {
+  if (otherwise && !has(key)) return *otherwise;
+  const YAML::Node node = get(key);
+  if (!node.IsScalar()) fail(key, "a text");
+  return node.Scalar();
+}
+
+std::string Config::choice(const std::string& key, std::initializer_list<std::string_view> words,
+                           std::optional<std::string> otherwise) const {
+  const std::string value = text(key, std::move(otherwise));
+  if (std::ranges::find(words, value) == words.end()) {
+    std::string list;
+    for (const std::string_view word : words) list += (list.empty() ? "one of " : ", ") + std::string(word);
+    fail(key, list);
+  }
+  return value;
+}
+
+std::vector<double> Config::numbers(const std::string& key, int size, std::optional<std::vector<double>> otherwise) const {
+  if (otherwise && !has(key)) return *otherwise;
+  const std::string expected = "a list of " + (size < 0 ? "" : std::to_string(size) + " ") + "finite numbers";
+  const YAML::Node node = get(key);
+  if (!node.IsSequence() || (size >= 0 && static_cast<int>(node.size()) != size)) fail(key, expected);
+  std::vector<double> values;
+  for (const YAML::Node& item : node) {
+    const auto value = finite_number(item);
+    if (!value) fail(key, expected);
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::map<std::string, double> Config::named_numbers(const std::string& key) const {
+  const YAML::Node node = get(key);
+  if (!node.IsMap()) fail(key, "names with finite numbers");
+  std::map<std::string, double> values;
+  for (const auto& item : node) {
+    const auto value = finite_number(item.second);
+    if (!value) fail(key, "names with finite numbers");
+    values[item.first.as<std::string>()] = *value;
+  }
+  return values;
+}
+
+Config Config::section(const std::string& key) const { return Config(file_, full(key), get(key)); }
+
+std::vector<Config> Config::sections(const std::string& key) const {
+  const YAML::Node node = get(key);
+  if (!node.IsSequence()) fail(key, "a list");
+  std::vector<Config> list;
+  for (size_t i = 0; i < node.size(); ++i) list.push_back(Config(file_, full(key) + "[" + std::to_string(i) + "]", node[i]));
+  return list;
+}
+
+void Config::finish(std::initializer_list<std::string_view> others) const {
+  for (const auto& item : node_) {
+    const std::string key = item.first.as<std::string>();
+    if (asked_->contains(key) || std::ranges::find(others, key) != others.end()) continue;
+    std::string known;
+    for (const std::string& name : *asked_) known += (known.empty() ? "" : ", ") + name;
+    throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) + "' is not known; known here: " + known);
+  }
+}
+
+}  // namespace multireach

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <initializer_list>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/files.hpp"
+
+namespace multireach {
+
+/// A map in a YAML file. Every fault is an InputError that names file, line and key, and says what was expected. Values are
+/// read by key; `finish` then refuses keys that nobody asked for, so a misspelt key is never ignored.
+class Config {
+ public:
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  static Config load(const std::string& path);
+
+  const std::string& file() const { return file_; }
+  bool has(const std::string& key) const;
+
+  /// A finite number from `min` to `max`; the value is required, or `otherwise` where that is given.
+  double number(const std::string& key, double min, double max, std::optional<double> otherwise = {}) const;
+  int64_t integer(const std::string& key, int64_t min, int64_t max, std::optional<int64_t> otherwise = {}) const;
+  bool flag(const std::string& key, std::optional<bool> otherwise = {}) const;
+  std::string text(const std::string& key, std::optional<std::string> otherwise = {}) const;
+  /// One of a few words.
+  std::string choice(const std::string& key, std::initializer_list<std::string_view> words,
+                     std::optional<std::string> otherwise = {}) const;
+  /// A list of finite numbers; of `size` numbers, unless that is -1.
+  std::vector<double> numbers(const std::string& key, int size, std::optional<std::vector<double>> otherwise = {}) const;
+  /// Names to numbers.
+  std::map<std::string, double> named_numbers(const std::string& key) const;
+  /// A map under a key (required), or the maps in a list.
+  Config section(const std::string& key) const;
+  std::vector<Config> sections(const std::string& key) const;
+
+  /// Throws when the map has a key that was not asked for and is not in `others`.
+  void finish(std::initializer_list<std::string_view> others = {}) const;
+  /// Throws: the value of `key` is not sensible.
+  [[noreturn]] void fail(const std::string& key, const std::string& expected) const;
+
+ private:
+  Config(std::string file, std::string path, YAML::Node node);
+  std::optional<YAML::Node> find(const std::string& key) const;
+  YAML::Node get(const std::string& key) const;
+  std::string full(const std::string& key) const;
+
+  std::string file_;
+  std::string path_;  // keys from the top to this map, with dots
+  YAML::Node node_;
+  std::shared_ptr<std::set<std::string>> asked_;
+};
+
+}  // namespace multireach

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "kinematics/chain.hpp"
+
+namespace multireach {
+
+/// Wrong usage or input: one sentence that a user can act on. Programs print it and exit with 2.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The whole file as text or bytes. Throws InputError that names the file and what is wrong with it.
+std::string read_text_file(const std::string& path);
+std::vector<uint8_t> read_binary_file(const std::string& path);
+
+/// Writes the whole text, or leaves what was there: a new file takes the old one's place only when complete. "-" is
+/// standard output. Throws InputError when it cannot be written, as on a full disk.
+void write_text_file(const std::string& path, const std::string& text);
+/// The same with JSON, indented.
+void write_json_file(const std::string& path, const nlohmann::json& json);
+
+/// The chain between two links of a URDF file. Throws InputError that names the file.
+Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip);
+
+/// `path` as it is when absolute, else as seen from the folder of `file`.
+std::string beside(const std::string& file, const std::string& path);
+
+}  // namespace multireach

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "runtime/message.hpp"
+
+namespace multireach {
+
+/// A message that a node wants published.
+struct OutMessage {
+  std::string_view channel;  // one of runtime/channels.hpp
+  std::vector<uint8_t> bytes;
+};
+using Outbox = std::vector<OutMessage>;
+
+/// What NODE_STATUS reports; all count from the node's start.
+struct NodeCounters {
+  int64_t received = 0;  ///< messages taken in
+  int64_t dropped = 0;   ///< messages that never came, told by gaps in the sequence numbers
+  int64_t refused = 0;   ///< messages that could not be decoded or were not valid
+  int64_t late = 0;      ///< ticks computed later than one period after their nominal time
+  int64_t limited = 0;   ///< outputs that a guard had to alter
+  int64_t sent = 0;      ///< messages published
+};
+
+/// A stage bound to its messages: events with their times in, messages out. Knows no LCM and no clock, so the same object
+/// runs live, in a replay and in a test.
+class Node {
+ public:
+  virtual ~Node() = default;
+
+  virtual std::string name() const = 0;
+  virtual std::vector<std::string_view> inputs() const = 0;
+  /// Takes a message of one of the inputs. Returns the time that the node's grid of ticks follows, when the message
+  /// carries it.
+  virtual std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) = 0;
+  /// The nominal time of the next tick, in the time of the messages; nothing while the node does not tick.
+  virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
+  virtual int64_t tick_period_us() const { return 0; }
+  virtual void tick(Outbox&) {}
+  /// One or two words for NODE_STATUS.
+  virtual std::string state() const = 0;
+
+  const NodeCounters& counters() const { return counters_; }
+  void count_late() { ++counters_.late; }
+
+ protected:
+  /// Encodes and queues a message.
+  template <class Message>
+  void send(Outbox& out, std::string_view channel, const Message& message) {
+    auto bytes = encode(message);
+    if (!bytes) return;
+    out.push_back({channel, std::move(*bytes)});
+    ++counters_.sent;
+  }
+
+  /// Decodes a message and counts it as received or refused.
+  template <class Message>
+  std::optional<Message> take(std::span<const uint8_t> bytes) {
+    auto message = decode<Message>(bytes);
+    ++(message ? counters_.received : counters_.refused);
+    return message;
+  }
+
+  NodeCounters counters_;
+};
+
+/// Watches one publisher's sequence numbers.
+class SequenceWatch {
+ public:
+  /// How many messages are missing just before this one. A sequence that starts again at a smaller number (the publisher
+  /// was restarted, a log is played again) is no loss.
+  int64_t missing_before(int64_t sequence) {
+    const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;
+    newest_ = sequence;
+    return missing;
+  }
+
+ private:
+  std::optional<int64_t> newest_;
+};
+
+}  // namespace multireach

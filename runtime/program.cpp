@@ -1,0 +1,80 @@
+#include "runtime/program.hpp"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <iostream>
+
+#include "runtime/build_id.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/files.hpp"
+
+namespace multireach {
+
+Program::Program(const std::string& name, const std::string& description) : name_(name), app_(description, name) {
+  app_.set_version_flag("--version", name + " " + kVersion + " (build " + kBuildId + ")");
+  app_.get_formatter()->column_width(34);
+}
+
+LiveOptions& Program::add_live_options() {
+  live_.control_url = channel::kControlUrl;
+  live_.image_url = channel::kImageUrl;
+  app_.add_option("--lcm-url", live_.control_url, "LCM group of everything but images")->capture_default_str();
+  app_.add_option("--image-url", live_.image_url, "LCM group of the images")->capture_default_str();
+  app_.add_option("--speed", live_.speed, "seconds of message time per second")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
+  app_.add_option("--seconds", live_.seconds, "end after this many seconds; 0 for never")
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  return live_;
+}
+
+int Program::run(int argc, char** argv, const std::function<int()>& body) {
+  auto logger = spdlog::stderr_color_mt(name_);
+  logger->set_pattern("[%H:%M:%S.%e] [%n] [%^%l%$] %v");
+  spdlog::set_default_logger(logger);
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app_.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << name_ << ": " << error.what() << "; see " << name_ << " --help\n";
+    return 2;
+  }
+  try {
+    return body();
+  } catch (const InputError& error) {
+    std::cerr << name_ << ": " << error.what() << "\n";
+    return 2;
+  } catch (const std::invalid_argument& error) {
+    std::cerr << name_ << ": " << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << name_ << ": " << error.what() << "\n";
+    return 1;
+  }
+}
+
+std::vector<double> parse_numbers(const std::string& option, const std::string& text) {
+  std::vector<double> values;
+  const char* at = text.data();
+  const char* end = at + text.size();
+  while (at <= end) {
+    const char* comma = std::find(at, end, ',');
+    while (at < comma && (*at == ' ' || *at == '+')) ++at;
+    const char* last = comma;
+    while (last > at && last[-1] == ' ') --last;
+    double value = 0;
+    const auto [stopped, error] = std::from_chars(at, last, value);
+    if (error != std::errc() || stopped != last) {
+      throw InputError(option + ": '" + std::string(at, last) + "' is not a number; expected numbers with commas between them");
+    }
+    values.push_back(value);
+    at = comma + 1;
+  }
+  return values;
+}
+
+}  // namespace multireach

@@ -1,0 +1,116 @@
+// multireach-trace: one reach, offline, step by step.
+#include <cmath>
+#include <cstdio>
+
+#include "controller/paper_law.hpp"
+#include "controller/posture_search.hpp"
+#include "runtime/files.hpp"
+#include "runtime/program.hpp"
+
+namespace multireach {
+namespace {
+
+struct Options {
+  std::string urdf, base, tip, law = "paper", start, target, target_posture, csv = "-";
+  controller::PaperParameters paper;
+  double rechoose_mm = 0;
+  int64_t steps = 0;
+};
+
+void add_options(CLI::App& cli, Options& options) {
+  cli.add_option("--urdf", options.urdf, "URDF file")->required();
+  cli.add_option("--base", options.base, "link at the start of the chain; its frame is W")->required();
+  cli.add_option("--tip", options.tip, "link at the end of the chain, the hand")->required();
+  cli.add_option("--law", options.law, "control law")->check(CLI::IsMember({"paper"}))->capture_default_str();
+  cli.add_option("--start", options.start, "start posture, rad (m for a prismatic joint): --start=a,b,...")->required();
+  cli.add_option("--target", options.target, "hand target in W, m: --target=x,y,z")->required();
+  cli.add_option("--target-posture", options.target_posture,
+                 "first target posture theta_T, rad; default: the nearest posture that reaches the target");
+  cli.add_option("--gamma", options.paper.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
+      ->required()
+      ->check(CLI::Range(0.0, 1e12));
+  cli.add_option("--alpha", options.paper.gains.alpha, "attractor gain per step, Eq. (3)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  cli.add_option("--beta", options.paper.gains.beta, "attractor gain per step, Eq. (3)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  cli.add_option("--rechoose-mm", options.rechoose_mm,
+                 "choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as printed in the paper")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
+      ->required()
+      ->check(CLI::Range(int64_t{0}, int64_t{100000000}));
+  cli.add_option("--csv", options.csv, "output file; - for standard output")->capture_default_str();
+}
+
+JointVector posture_of(const Chain& chain, const std::string& option, const std::string& text) {
+  const std::vector<double> values = parse_numbers(option, text);
+  if (const auto fault = posture_fault(chain, values, option)) throw InputError(*fault);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
+}
+
+void append(std::string& row, double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, ",%.17g", value);
+  row += text;
+}
+
+std::string row_of(int64_t step, const controller::PaperState& state) {
+  std::string row = std::to_string(step);
+  for (const double angle : state.theta) append(row, angle);
+  for (const double coordinate : state.x) append(row, coordinate);
+  for (const double angle : state.theta_target) append(row, angle);
+  return row + "\n";
+}
+
+int trace(const Options& options) {
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  const JointVector start = posture_of(chain, "--start", options.start);
+  const std::vector<double> target = parse_numbers("--target", options.target);
+  if (target.size() != 3) throw InputError("--target has " + std::to_string(target.size()) + " values; expected x,y,z");
+  const Eigen::Vector3d x_T(target[0], target[1], target[2]);
+  if (!x_T.allFinite()) throw InputError("--target has a value that is not a finite number");
+
+  const controller::PostureSearch search(chain);
+  JointVector theta_target;
+  if (options.target_posture.empty()) {
+    const auto found = search.nearest(x_T, start);
+    if (!found) {
+      std::fprintf(stderr, "multireach-trace: no posture inside the limits of the chain from '%s' to '%s' reaches the target\n",
+                   options.base.c_str(), options.tip.c_str());
+      return 1;
+    }
+    theta_target = *found;
+  } else {
+    theta_target = posture_of(chain, "--target-posture", options.target_posture);
+  }
+
+  std::string csv = "step";
+  for (const Joint& joint : chain.joints()) csv += "," + joint.name;
+  csv += ",x_m,y_m,z_m";
+  for (const Joint& joint : chain.joints()) csv += "," + joint.name + "_target";
+  csv += "\n";
+  controller::PaperState state = controller::paper_state_at_rest(chain, start, theta_target);
+  csv += row_of(0, state);
+  for (int64_t step = 1; step <= options.steps; ++step) {
+    controller::paper_step(chain, options.paper, x_T, Eigen::Vector3d::Zero(), state);
+    if (options.rechoose_mm > 0 && !((x_T - chain.position(state.theta_target)).norm() <= options.rechoose_mm * 1e-3)) {
+      if (const auto found = search.nearest(x_T, state.theta)) state.theta_target = *found;
+    }
+    csv += row_of(step, state);
+  }
+  write_text_file(options.csv, csv);
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-trace", "One reach, offline, step by step, as CSV.");
+  multireach::Options options;
+  add_options(program.cli(), options);
+  return program.run(argc, argv, [&] { return trace(options); });
+}
