@@ -1,0 +1,14 @@
+// multireach-controller: targets in, joint set-points out.
+#include "runtime/nodes/controller_node.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-controller", "The reaching controller: TARGET in, JOINT_SETPOINT out at 20 Hz.");
+  std::string config;
+  program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  const multireach::LiveOptions& live = program.add_live_options();
+  return program.run(argc, argv, [&] {
+    multireach::ControllerNode node(multireach::RobotConfig::load(config));
+    return multireach::run_live(node, live);
+  });
+}

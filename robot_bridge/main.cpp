@@ -1,0 +1,14 @@
+// multireach-bridge: set-points in, 1 kHz commands out.
+#include "runtime/nodes/bridge_node.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-bridge", "The robot bridge: JOINT_SETPOINT in, JOINT_COMMAND out at 1 kHz.");
+  std::string config;
+  program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  const multireach::LiveOptions& live = program.add_live_options();
+  return program.run(argc, argv, [&] {
+    multireach::BridgeNode node(multireach::RobotConfig::load(config));
+    return multireach::run_live(node, live);
+  });
+}

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinematics/chain.hpp"
+
+namespace multireach {
+
+/// The joint names of a chain, as messages carry them.
+inline std::vector<std::string> joint_names(const Chain& chain) {
+  std::vector<std::string> names;
+  for (const Joint& joint : chain.joints()) names.push_back(joint.name);
+  return names;
+}
+
+inline std::vector<double> to_field(const JointVector& vector) { return {vector.begin(), vector.end()}; }
+
+/// The chain's joints out of a message that names joints in any order, and may have more; nothing when one is missing.
+inline std::optional<JointVector> from_fields(const Chain& chain, const std::vector<std::string>& names,
+                                              const std::vector<double>& values) {
+  if (names.size() != values.size()) return std::nullopt;
+  JointVector vector(chain.size());
+  for (int i = 0; i < chain.size(); ++i) {
+    const auto found = std::ranges::find(names, chain.joint(i).name);
+    if (found == names.end()) return std::nullopt;
+    vector[i] = values[static_cast<size_t>(found - names.begin())];
+  }
+  return vector;
+}
+
+}  // namespace multireach

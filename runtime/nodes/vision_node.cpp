@@ -1,0 +1,175 @@
+#include "runtime/nodes/vision_node.hpp"
+
+#include <charconv>
+
+#include "runtime/channels.hpp"
+
+namespace multireach {
+
+using vision::CameraModel;
+using vision::Sighting;
+
+CameraModel camera_model_from(const Config& config) {
+  CameraModel camera;
+  camera.width = static_cast<int>(config.integer("width_px", 2, 16384));
+  camera.height = static_cast<int>(config.integer("height_px", 2, 16384));
+  camera.fx = config.number("fx_px", 1, 1e6);
+  camera.fy = config.number("fy_px", 1, 1e6);
+  camera.cx = config.number("cx_px", -1e6, 1e6);
+  camera.cy = config.number("cy_px", -1e6, 1e6);
+  const std::vector<double> distortion = config.numbers("distortion", -1, std::vector<double>{});
+  if (distortion.size() > camera.distortion.size()) config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
+  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
+  config.finish();
+  return camera;
+}
+
+Eigen::Isometry3d transform_from(const Config& config) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Map<const Eigen::Vector3d>(config.numbers("translation_m", 3).data());
+  if (config.has("rotation")) {
+    if (config.has("rpy_rad")) config.fail("rpy_rad", "either 'rotation' or 'rpy_rad', not both");
+    const std::vector<double> values = config.numbers("rotation", 9);
+    X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
+    const bool rotation = (X.linear() * X.linear().transpose()).isIdentity(1e-6) && X.linear().determinant() > 0;
+    if (!rotation) config.fail("rotation", "a rotation matrix, row by row");
+  } else {
+    const std::vector<double> rpy = config.numbers("rpy_rad", 3, std::vector<double>{0, 0, 0});
+    X.linear() = (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
+                  Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()))
+                     .toRotationMatrix();
+  }
+  config.finish();
+  return X;
+}
+
+namespace {
+
+vision::ColourClass colour_class_from(const Config& config) {
+  vision::ColourClass colour;
+  for (const Config& reference : config.sections("references")) {
+    const std::vector<double> rgb = reference.numbers("rgb", 3);
+    for (const double channel : rgb) {
+      if (channel < 0 || channel > 255) reference.fail("rgb", "three numbers from 0 to 255");
+    }
+    if (rgb[0] + rgb[1] + rgb[2] < 1) reference.fail("rgb", "a colour that is not black");
+    reference.finish();
+    colour.references.push_back({rgb[0], rgb[1], rgb[2]});
+  }
+  if (colour.references.empty()) config.fail("references", "at least one colour");
+  colour.tolerance = config.number("tolerance", 0, 100, colour.tolerance);
+  colour.darkest = config.number("darkest", 0, 255, colour.darkest);
+  colour.brightest = config.number("brightest", 0, 255, colour.brightest);
+  config.finish();
+  return colour;
+}
+
+}  // namespace
+
+VisionConfig VisionConfig::load(const std::string& path) {
+  const Config file = Config::load(path);
+  VisionConfig vision;
+  const Config cameras = file.section("cameras");
+  vision.tracker.rig.left = camera_model_from(cameras.section("left"));
+  vision.tracker.rig.right = camera_model_from(cameras.section("right"));
+  vision.tracker.rig.X_RL = transform_from(cameras.section("left_to_right"));
+  vision.tracker.rig.X_WL = transform_from(cameras.section("left_to_robot"));
+  cameras.finish();
+  vision.tracker.colour = colour_class_from(file.section("colour"));
+  vision.target_name = "target";
+  if (file.has("tracker")) {
+    const Config tracker = file.section("tracker");
+    vision::TrackerOptions& options = vision.tracker;
+    vision.target_name = tracker.text("target_name", vision.target_name);
+    options.ball_radius_m = tracker.number("ball_radius_m", 0, 10, options.ball_radius_m);
+    options.min_area_px = tracker.number("min_area_px", 1, 1e9, options.min_area_px);
+    options.sigma_px = tracker.number("sigma_px", 1e-6, 1000, options.sigma_px);
+    options.max_epipolar_px = tracker.number("max_epipolar_px", 1e-6, 1e6, options.max_epipolar_px);
+    tracker.finish();
+  }
+  file.finish();
+  try {
+    vision::StereoTracker check(vision.tracker);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(path + ": " + fault.what());
+  }
+  return vision;
+}
+
+int64_t pair_sequence(const images_t& images) {
+  for (const image_t& image : images.images) {
+    for (const image_metadata_t& item : image.metadata) {
+      if (item.key != "sequence") continue;
+      int64_t value = -1;
+      const char* begin = reinterpret_cast<const char*>(item.value.data());
+      const auto [end, error] = std::from_chars(begin, begin + item.value.size(), value);
+      if (error == std::errc() && end == begin + item.value.size() && value >= 0) return value;
+    }
+  }
+  return -1;
+}
+
+VisionNode::VisionNode(const VisionConfig& config) : config_(config), tracker_(config.tracker) {}
+
+std::vector<std::string_view> VisionNode::inputs() const { return {channel::kStereoImages}; }
+
+namespace {
+
+const image_t* image_of_type(const images_t& images, int16_t type) {
+  for (size_t i = 0; i < images.images.size(); ++i) {
+    if (images.image_types[i] == type) return &images.images[i];
+  }
+  return nullptr;
+}
+
+vision::EncodedImage encoded(const image_t& image) {
+  return {.width = image.width,
+          .height = image.height,
+          .row_stride = image.row_stride,
+          .format = static_cast<vision::PixelFormat>(image.pixelformat),
+          .data = image.data};
+}
+
+}  // namespace
+
+target_t VisionNode::target_of(const images_t& images) {
+  target_t target{};
+  target.name = config_.target_name;
+  target.utime = images.utime;
+  target.sequence = sequence_++;
+  target.pair_sequence = pair_sequence(images);
+  const image_t* left = image_of_type(images, images_t::LEFT);
+  const image_t* right = image_of_type(images, images_t::RIGHT);
+  target.left_frame_utime = left ? left->utime : -1;
+  target.right_frame_utime = right ? right->utime : -1;
+  target.status = target_t::STATUS_LOST;
+  std::copy_n(last_seen_.position_m, 3, target.position_m);
+  const bool readable = left && right && codec_.decode(encoded(*left), left_) && codec_.decode(encoded(*right), right_);
+  if (!readable) {
+    ++counters_.refused;
+    state_ = "unreadable image";
+    return target;
+  }
+  sighting_ = tracker_.find(left_, right_);
+  Eigen::Map<Eigen::Vector2d>(target.left_px) = sighting_.left_px;
+  Eigen::Map<Eigen::Vector2d>(target.right_px) = sighting_.right_px;
+  target.epipolar_error_px = sighting_.point.epipolar_error_px;
+  state_ = description(sighting_.status);
+  if (sighting_.status != Sighting::Status::kSeen) return target;
+  target.status = target_t::STATUS_TRACKED;
+  Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting_.point.p_W;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting_.point.covariance;
+  last_seen_ = target;
+  return target;
+}
+
+std::optional<int64_t> VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
+  const auto images = take<images_t>(bytes);
+  if (!images) return std::nullopt;
+  const target_t target = target_of(*images);
+  if (target.pair_sequence >= 0) counters_.dropped += pairs_.missing_before(target.pair_sequence);
+  send(out, channel::kTarget, target);
+  return images->utime;
+}
+
+}  // namespace multireach

@@ -1,0 +1,85 @@
+#include "vision/stereo_tracker.hpp"
+
+#include <stdexcept>
+
+namespace multireach::vision {
+namespace {
+
+const TrackerOptions& checked(const TrackerOptions& options) {
+  const auto require = [](bool sensible, const char* sentence) {
+    if (!sensible) throw std::invalid_argument(sentence);
+  };
+  require(!options.colour.references.empty(), "the colour class needs at least one reference colour");
+  for (const CameraModel* camera : {&options.rig.left, &options.rig.right}) {
+    require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
+    require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
+  }
+  require(options.rig.baseline_m() > 1e-6, "the two cameras are at the same place: there is no baseline");
+  // The right camera's place in the left one's frame.
+  require(options.rig.X_RL.inverse().translation().x() > 0,
+          "the right camera is to the left of the left one: the images are swapped, or the baseline's sign is wrong");
+  require(options.ball_radius_m >= 0 && options.min_area_px > 0 && options.sigma_px > 0 && options.max_epipolar_px > 0,
+          "the tracker's sizes and thresholds must be positive");
+  return options;
+}
+
+}  // namespace
+
+const char* description(Sighting::Status status) {
+  switch (status) {
+    case Sighting::Status::kSeen: return "seen";
+    case Sighting::Status::kWrongImageSize: return "an image is not of the size that the calibration is for";
+    case Sighting::Status::kNotInLeft: return "not seen in the left image";
+    case Sighting::Status::kNotInRight: return "not seen in the right image";
+    case Sighting::Status::kCutOff: return "cut off by the border of an image";
+    case Sighting::Status::kNotTheSame: return "what the two images show is not the same object";
+    case Sighting::Status::kBehindCameras: return "the two lines of sight do not meet in front of the cameras";
+  }
+  return "";
+}
+
+StereoTracker::StereoTracker(const TrackerOptions& options) : options_(checked(options)), table_(options.colour) {}
+
+std::optional<Triangulation> StereoTracker::locate(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) const {
+  const StereoRig& rig = options_.rig;
+  const Eigen::Vector2d left_ray = rig.left.ray(left_px), right_ray = rig.right.ray(right_px);
+  auto point = triangulate(rig, left_ray, right_ray, options_.sigma_px);
+  // The outline of a sphere at (X, Y, Z) is an ellipse centred on (X, Y) Z / (Z^2 - r^2), not on (X, Y) / Z.
+  const double r2 = options_.ball_radius_m * options_.ball_radius_m;
+  constexpr int kRounds = 3;  // each gains a factor r^2 / Z^2
+  for (int round = 0; round < kRounds && r2 > 0 && point; ++round) {
+    const double zl = point->depth_left_m, zr = point->depth_right_m;
+    if (zl * zl <= 2 * r2 || zr * zr <= 2 * r2) return std::nullopt;
+    point = triangulate(rig, left_ray * (1 - r2 / (zl * zl)), right_ray * (1 - r2 / (zr * zr)), options_.sigma_px);
+  }
+  return point;
+}
+
+Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
+  using Status = Sighting::Status;
+  Sighting sighting;
+  const auto fits = [](const cv::Mat& image, const CameraModel& camera) {
+    return image.type() == CV_8UC3 && image.cols == camera.width && image.rows == camera.height;
+  };
+  const auto failed = [&sighting](Status status) {
+    sighting.status = status;
+    return sighting;
+  };
+  if (!fits(left_bgr, options_.rig.left) || !fits(right_bgr, options_.rig.right)) return failed(Status::kWrongImageSize);
+  table_.classify(left_bgr, left_mask_);
+  const auto left = largest_blob(left_mask_, options_.min_area_px);
+  if (!left) return failed(Status::kNotInLeft);
+  sighting.left_px = left->centroid;
+  table_.classify(right_bgr, right_mask_);
+  const auto right = largest_blob(right_mask_, options_.min_area_px);
+  if (!right) return failed(Status::kNotInRight);
+  sighting.right_px = right->centroid;
+  if (left->cut_off || right->cut_off) return failed(Status::kCutOff);
+  const auto point = locate(left->centroid, right->centroid);
+  if (!point) return failed(Status::kBehindCameras);
+  sighting.point = *point;
+  sighting.status = point->epipolar_error_px > options_.max_epipolar_px ? Status::kNotTheSame : Status::kSeen;
+  return sighting;
+}
+
+}  // namespace multireach::vision
