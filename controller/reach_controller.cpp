@@ -112,9 +112,9 @@ void ReachController::step() {
     state_.theta_target = rest_;
     return;
   }
-  // Written so that a theta_T that is not finite counts as drifted.
+  // Eq. (27) knows no limits and no singularities. Written so that a theta_T that is not finite counts as drifted.
   const bool near = (goal_->x_T - chain_.position(state_.theta_target)).norm() <= options_.drift_m;
-  if (near || choose_posture(goal_->x_T)) return;
+  if ((near && chain_.limit_excess(state_.theta_target) <= 0) || choose_posture(goal_->x_T)) return;
   // The target went out of reach while it was being followed: keep the last posture that made sense.
   state_.theta_target = previous_target;
   unreachable_ = goal_->x_T;

@@ -27,7 +27,8 @@ struct ReachOptions {
   int64_t tick_us = 50000;    ///< period of the set-points: 20 Hz, Sect. 4
   int steps_per_tick = 7;     ///< integration steps in a tick, each "roughly 7 milliseconds" (Fig. 10)
   double jump_m = 0.02;       ///< a target that moves further between two observations has jumped: theta_T is chosen anew
-  double drift_m = 0.01;      ///< theta_T is chosen anew when K(theta_T) is further than this from the target
+  double drift_m = 0.01;      ///< theta_T is chosen anew when K(theta_T) is further than this from the target,
+                              ///< or when it has left the limits
   int64_t lost_after_us = 200000;  ///< a target not seen for longer than this is lost
   WithoutTarget without_target = WithoutTarget::kHoldLastTarget;
   JointVector rest;           ///< the rest posture; empty for "where the arm was at start"

@@ -54,7 +54,7 @@ class LiveLoop {
     next_status_us_ = start_us_;
     if (node_.next_tick()) clock_.anchor(*node_.next_tick(), start_us_);
     spdlog::info("{} is running (build {})", node_.name(), kBuildId);
-    while (!interrupted()) {
+    while (!interrupted() && !node_.finished()) {
       const int64_t now = monotonic_us();
       if (options_.seconds > 0 && static_cast<double>(now - start_us_) > options_.seconds * 1e6) break;
       take_messages(wake_time() - now);

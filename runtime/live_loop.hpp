@@ -13,8 +13,8 @@ struct LiveOptions {
   double seconds = 0;    ///< end after this time; 0 for never
 };
 
-/// Runs a node on LCM until SIGINT, SIGTERM, `seconds` have passed, or `done` says so: subscribes to its inputs, hands it
-/// messages before ticks, wakes it for its ticks, publishes what it returns, and NODE_STATUS once a second. Returns the
+/// Runs a node on LCM until SIGINT, SIGTERM, `seconds` have passed, or the node is finished: subscribes to its inputs, hands
+/// it messages before ticks, wakes it for its ticks, publishes what it returns, and NODE_STATUS once a second. Returns the
 /// program's exit code. Throws InputError when LCM cannot be started.
 int run_live(Node& node, const LiveOptions& options);
 

@@ -43,6 +43,8 @@ class Node {
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
   virtual void tick(Outbox&) {}
+  /// Whether there is nothing left to do; a live loop then ends.
+  virtual bool finished() const { return false; }
   /// One or two words for NODE_STATUS.
   virtual std::string state() const = 0;
 

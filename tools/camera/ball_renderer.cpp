@@ -1,0 +1,135 @@
+#include "tools/camera/ball_renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinematics/random.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr uint64_t kDiscStream = 1, kTextureStream = 2, kNoiseStream = 1000;
+
+/// Smooth noise in [0, 1]: random values on a square lattice of pitch 1, interpolated.
+double value_noise(const CounterRandom& random, double x, double y) {
+  const double fx = std::floor(x), fy = std::floor(y);
+  const auto lattice = [&](double i, double j) {
+    return random.uniform(static_cast<uint64_t>(static_cast<int64_t>(i) * 7919 + static_cast<int64_t>(j) * 104729));
+  };
+  const double u = x - fx, v = y - fy;
+  const double su = u * u * (3 - 2 * u), sv = v * v * (3 - 2 * v);
+  const double top = lattice(fx, fy) * (1 - su) + lattice(fx + 1, fy) * su;
+  const double bottom = lattice(fx, fy + 1) * (1 - su) + lattice(fx + 1, fy + 1) * su;
+  return top * (1 - sv) + bottom * sv;
+}
+
+/// A number of about normal distribution with unit variance: the sum of four uniform 16-bit numbers.
+float normal(uint64_t bits) {
+  const auto sum = static_cast<float>((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
+  return (sum / 65536.0F - 2.0F) * 1.7320508F;  // variance of the sum is 4/12
+}
+
+}  // namespace
+
+BallRenderer::BallRenderer(const SceneOptions& scene, const vision::CameraModel& camera, const Eigen::Isometry3d& X_WC,
+                           const Eigen::Isometry3d& X_WL)
+    : scene_(scene), camera_(camera), X_CW_(X_WC.inverse()) {
+  light_C_ = X_CW_.linear() * Eigen::Vector3d(0.3, 0.4, 1.0).normalized();
+  const CounterRandom random(scene.seed, kDiscStream);
+  // Hues that a pink or red ball may be confused with only by a careless colour class.
+  const std::vector<cv::Vec3f> colours{{40, 140, 230}, {60, 200, 220}, {190, 110, 50}, {70, 150, 60}, {150, 60, 110}, {200, 180, 160}};
+  for (int i = 0; i < scene.distractors; ++i) {
+    const auto at = static_cast<uint64_t>(8 * i);
+    discs_.push_back({{random.uniform(at, -0.4, 0.4), random.uniform(at + 1, -0.3, 0.3)}, random.uniform(at + 2, 0.01, 0.05),
+                      colours[random.bits(at + 3) % colours.size()]});
+  }
+  std::vector<Eigen::Vector2d> corners;
+  for (int row = 0; row <= camera.height; ++row) {
+    for (int column = 0; column <= camera.width; ++column) corners.emplace_back(column - 0.5, row - 0.5);
+  }
+  corner_rays_ = camera.rays(corners);
+
+  const Eigen::Isometry3d X_LC = X_WL.inverse() * X_WC;
+  wall_.create(camera.height, camera.width, CV_32FC3);
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column) {
+      cv::Vec3f sum(0, 0, 0);
+      for (int k = 0; k < 4; ++k) {
+        const Eigen::Vector3d ray = ray_in_pixel(column, row, 0.25 + 0.5 * (k % 2), 0.25 + 0.5 * (k / 2));
+        sum += wall_colour(X_LC.translation(), X_LC.linear() * ray);
+      }
+      wall_.at<cv::Vec3f>(row, column) = sum / 4;
+    }
+  }
+}
+
+Eigen::Vector3d BallRenderer::ray_in_pixel(int column, int row, double right, double down) const {
+  const size_t at = static_cast<size_t>(row) * (camera_.width + 1) + column, below = at + camera_.width + 1;
+  const Eigen::Vector2d top = (1 - right) * corner_rays_[at] + right * corner_rays_[at + 1];
+  const Eigen::Vector2d bottom = (1 - right) * corner_rays_[below] + right * corner_rays_[below + 1];
+  return ((1 - down) * top + down * bottom).homogeneous();
+}
+
+cv::Vec3f BallRenderer::wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const {
+  const Eigen::Vector3d p = origin_L + direction_L * ((scene_.wall_distance_m - origin_L.z()) / direction_L.z());
+  for (const Disc& disc : discs_) {
+    if ((p.head<2>() - disc.centre).norm() < disc.radius) return disc.colour;
+  }
+  const CounterRandom random(scene_.seed, kTextureStream);
+  const double coarse = value_noise(random, p.x() * 9, p.y() * 9), fine = value_noise(random, p.x() * 37 + 100, p.y() * 37);
+  const auto shade = static_cast<float>(95 + 60 * coarse + 12 * fine);
+  return {shade * 0.95F, shade, shade * 1.02F};
+}
+
+std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const {
+  const double a = ray.squaredNorm(), b = ray.dot(p_CB), r = scene_.ball_radius_m;
+  const double discriminant = b * b - a * (p_CB.squaredNorm() - r * r);
+  if (discriminant < 0) return std::nullopt;
+  const Eigen::Vector3d normal_C = (ray * ((b - std::sqrt(discriminant)) / a) - p_CB) / r;
+  const auto light = static_cast<float>(0.5 + 0.5 * std::max(0.0, normal_C.dot(light_C_)));
+  const vision::Rgb& c = scene_.ball_colour;
+  return cv::Vec3f(static_cast<float>(c.b), static_cast<float>(c.g), static_cast<float>(c.r)) * light;
+}
+
+void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, cv::Mat& image) const {
+  if (p_CB.z() <= 2 * scene_.ball_radius_m) return;
+  const Eigen::Vector2d centre = camera_.project(p_CB);
+  const double reach = 1.5 * std::max(camera_.fx, camera_.fy) * scene_.ball_radius_m / (p_CB.z() - scene_.ball_radius_m) + 4;
+  const auto bound = [](double value, int limit) { return std::clamp(static_cast<int>(std::floor(value)), 0, limit); };
+  const int first_row = bound(centre.y() - reach, camera_.height), last_row = bound(centre.y() + reach + 1, camera_.height);
+  const int first_column = bound(centre.x() - reach, camera_.width), last_column = bound(centre.x() + reach + 1, camera_.width);
+  for (int row = first_row; row < last_row; ++row) {
+    for (int column = first_column; column < last_column; ++column) {
+      constexpr int kGrid = 4;
+      int hits = 0;
+      cv::Vec3f sum(0, 0, 0);
+      for (int k = 0; k < kGrid * kGrid; ++k) {
+        const Eigen::Vector3d ray = ray_in_pixel(column, row, (k % kGrid + 0.5) / kGrid, (k / kGrid + 0.5) / kGrid);
+        const auto colour = ball_colour(p_CB, ray);
+        sum += colour ? *colour : image.at<cv::Vec3f>(row, column);
+        hits += colour ? 1 : 0;
+      }
+      if (hits > 0) image.at<cv::Vec3f>(row, column) = sum / (kGrid * kGrid);
+    }
+  }
+}
+
+cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream) const {
+  cv::Mat image = wall_.clone();
+  if (p_WB) draw_ball(X_CW_ * *p_WB, image);
+  const CounterRandom random(scene_.seed, kNoiseStream + stream);
+  const auto sigma = static_cast<float>(scene_.noise_grey_levels);
+  cv::Mat result(image.size(), CV_8UC3);
+  uint64_t counter = 0;
+  for (int row = 0; row < image.rows; ++row) {
+    const auto* in = image.ptr<float>(row);
+    auto* out = result.ptr<uint8_t>(row);
+    for (int i = 0; i < 3 * image.cols; ++i) {
+      const float value = in[i] + sigma * normal(random.bits(counter++)) + 0.5F;
+      out[i] = static_cast<uint8_t>(std::clamp(value, 0.0F, 255.0F));
+    }
+  }
+  return result;
+}
+
+}  // namespace multireach

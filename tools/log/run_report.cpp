@@ -1,0 +1,290 @@
+#include "tools/log/run_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <multireach/controller_state_t.hpp>
+#include <multireach/joint_command_t.hpp>
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/node_status_t.hpp>
+#include <multireach/robot_state_t.hpp>
+#include <multireach/target_t.hpp>
+
+#include "controller/posture_search.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/log_file.hpp"
+#include "runtime/node.hpp"
+#include "runtime/nodes/joint_fields.hpp"
+
+namespace multireach {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kReached = 5e-3;        // m: nearer than this is reached
+constexpr double kSamePlace = 8e-3;      // m: the seen target stays this near to the middle of its first sightings
+constexpr size_t kFirstSightings = 5;
+constexpr int64_t kShortestStay = 1000000;  // us
+constexpr int64_t kFinalPart = 250000;      // us: the error of a reach is the median over this last part of the stay
+
+struct Seen {
+  int64_t utime;
+  Eigen::Vector3d p_W;
+};
+
+struct Stay {
+  std::vector<Seen> sightings;
+  Eigen::Vector3d middle() const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Seen& seen : sightings) sum += seen.p_W;
+    return sum / static_cast<double>(sightings.size());
+  }
+  int64_t duration() const { return sightings.back().utime - sightings.front().utime; }
+};
+
+double quantile(std::vector<double> values, double part) {
+  if (values.empty()) return NAN;
+  std::ranges::sort(values);
+  const double at = part * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<size_t>(at);
+  const size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+json vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Everything that the report needs, gathered in one pass over the log.
+class Gathered {
+ public:
+  Gathered(const std::string& log_path, const Chain& chain) : chain_(chain) {
+    LogReader log(log_path);
+    while (const auto event = log.next()) take(*event);
+  }
+
+  std::map<std::string, int64_t, std::less<>> counts;
+  std::vector<target_t> targets;
+  std::map<int64_t, target_t> truths;
+  std::vector<Seen> hand;                   // measured, at the times of the commands that the robot had consumed
+  double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
+  std::map<std::string, node_status_t> nodes;
+  int64_t missing_in_log = 0;
+
+ private:
+  void take(const LogEvent& event) {
+    ++counts[std::string(event.channel)];
+    if (event.channel == channel::kTarget) {
+      if (const auto target = taken<target_t>(event)) targets.push_back(*target);
+    } else if (event.channel == channel::kTargetTruth) {
+      if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
+    } else if (event.channel == channel::kJointSetpoint) {
+      taken<joint_setpoint_t>(event);
+    } else if (event.channel == channel::kJointCommand) {
+      take_command(event);
+    } else if (event.channel == channel::kRobotState) {
+      take_robot_state(event);
+    } else if (event.channel == channel::kNodeStatus) {
+      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node] = *status;
+    }
+  }
+
+  template <class Message>
+  std::optional<Message> taken(const LogEvent& event) {
+    auto message = decode<Message>(event.data);
+    if (message) missing_in_log += watches_[std::string(event.channel)].missing_before(message->sequence);
+    return message;
+  }
+
+  void take_command(const LogEvent& event) {
+    const auto command = taken<joint_command_t>(event);
+    if (!command) return;
+    command_utime_[command->sequence] = command->utime;
+    if (const auto theta = from_fields(chain_, command->joint_name, command->angle_rad)) {
+      limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
+    }
+    if (const auto velocity = from_fields(chain_, command->joint_name, command->velocity_rad_s)) {
+      velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain_.velocity()).maxCoeff());
+    }
+  }
+
+  void take_robot_state(const LogEvent& event) {
+    const auto state = taken<robot_state_t>(event);
+    if (!state) return;
+    const auto theta = from_fields(chain_, state->joint_name, state->angle_rad);
+    if (!theta) return;
+    measured_limit_excess = std::max(measured_limit_excess, chain_.limit_excess(*theta));
+    const auto command = command_utime_.find(state->command_sequence);
+    if (command != command_utime_.end()) hand.push_back({command->second, chain_.position(*theta)});
+  }
+
+  const Chain& chain_;
+  std::map<std::string, SequenceWatch> watches_;
+  std::map<int64_t, int64_t> command_utime_;
+};
+
+std::vector<Stay> stays_of(const std::vector<target_t>& targets) {
+  std::vector<Stay> stays;
+  Stay current;
+  const auto finish = [&] {
+    if (!current.sightings.empty() && current.duration() >= kShortestStay) stays.push_back(current);
+    current.sightings.clear();
+  };
+  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
+  for (const target_t& target : targets) {
+    if (target.status != target_t::STATUS_TRACKED) continue;
+    const Seen seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
+    if (!current.sightings.empty() && (seen.p_W - anchor).norm() > kSamePlace) finish();
+    current.sightings.push_back(seen);
+    if (current.sightings.size() <= kFirstSightings) anchor = current.middle();
+  }
+  finish();
+  return stays;
+}
+
+/// One stay of the target and what the hand did about it.
+json reach_of(const Stay& stay, const std::vector<Seen>& hand, int64_t origin) {
+  const Eigen::Vector3d target = stay.middle();
+  const int64_t begin = stay.sightings.front().utime, end = stay.sightings.back().utime;
+  std::vector<double> final_errors;
+  int64_t settled = -1;
+  for (const Seen& at : hand) {
+    if (at.utime < begin || at.utime > end) continue;
+    const double error = (at.p_W - target).norm();
+    if (error > kReached) {
+      settled = -1;
+    } else if (settled < 0) {
+      settled = at.utime;
+    }
+    if (at.utime > end - kFinalPart) final_errors.push_back(error);
+  }
+  json reach{{"target_m", vector(target)},
+             {"begin_s", static_cast<double>(begin - origin) * 1e-6},
+             {"end_s", static_cast<double>(end - origin) * 1e-6},
+             {"hand_error_mm", nullptr},
+             {"settle_s", nullptr}};
+  if (!final_errors.empty()) reach["hand_error_mm"] = 1e3 * quantile(final_errors, 0.5);
+  if (settled >= 0) reach["settle_s"] = static_cast<double>(settled - begin) * 1e-6;
+  return reach;
+}
+
+json lost_intervals_of(const std::vector<target_t>& targets, int64_t origin) {
+  json intervals = json::array();
+  bool lost = false;
+  for (const target_t& target : targets) {
+    const double time = static_cast<double>(target.utime - origin) * 1e-6;
+    if (target.status != target_t::STATUS_TRACKED) {
+      if (!lost) intervals.push_back({{"begin_s", time}, {"end_s", time}, {"frames", 0}});
+      intervals.back()["end_s"] = time;
+      intervals.back()["frames"] = intervals.back()["frames"].get<int>() + 1;
+    }
+    lost = target.status != target_t::STATUS_TRACKED;
+  }
+  return intervals;
+}
+
+json vision_error_of(const Gathered& run) {
+  std::vector<double> errors;
+  for (const target_t& target : run.targets) {
+    const auto truth = run.truths.find(target.pair_sequence);
+    if (truth == run.truths.end() || truth->second.status != target_t::STATUS_TRACKED || target.status != target_t::STATUS_TRACKED) continue;
+    const Eigen::Vector3d seen = Eigen::Map<const Eigen::Vector3d>(target.position_m);
+    errors.push_back(1e3 * (seen - Eigen::Map<const Eigen::Vector3d>(truth->second.position_m)).norm());
+  }
+  if (errors.empty()) return nullptr;
+  return {{"median", quantile(errors, 0.5)}, {"p95", quantile(errors, 0.95)}, {"max", quantile(errors, 1)}, {"frames", errors.size()}};
+}
+
+}  // namespace
+
+RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
+  const Gathered run(log_path, robot.chain);
+  const auto count = [&run](std::string_view channel) {
+    const auto found = run.counts.find(channel);
+    return found == run.counts.end() ? int64_t{0} : found->second;
+  };
+  const int64_t origin = run.targets.empty() ? 0 : run.targets.front().utime;
+  const controller::PostureSearch search(robot.chain);
+  const JointVector anywhere = robot.chain.clamped(JointVector::Zero(robot.chain.size()));
+
+  RunReport report;
+  json& out = report.json;
+  json reaches = json::array(), out_of_reach = json::array();
+  size_t reached = 0;
+  for (const Stay& stay : stays_of(run.targets)) {
+    const json reach = reach_of(stay, run.hand, origin);
+    if (search.nearest(stay.middle(), anywhere)) {
+      reaches.push_back(reach);
+      reached += reach["hand_error_mm"].is_number() && reach["hand_error_mm"].get<double>() <= 1e3 * kReached;
+    } else {
+      out_of_reach.push_back(reach);
+    }
+  }
+  int64_t late = 0, dropped = 0, refused = 0;
+  json nodes = json::object();
+  for (const auto& [name, status] : run.nodes) {
+    late += status.late;
+    dropped += status.dropped;
+    refused += status.refused;
+    nodes[name] = {{"state", status.state},     {"received", status.received}, {"dropped", status.dropped}, {"refused", status.refused},
+                   {"late", status.late},       {"limited", status.limited},   {"sent", status.sent},       {"build_id", status.build_id}};
+  }
+  out["images"] = count(channel::kStereoImages);
+  out["targets"] = count(channel::kTarget);
+  out["setpoints"] = count(channel::kJointSetpoint);
+  out["commands"] = count(channel::kJointCommand);
+  out["robot_states"] = count(channel::kRobotState);
+  out["reaches"] = reaches;
+  out["out_of_reach"] = out_of_reach;
+  out["lost_intervals"] = lost_intervals_of(run.targets, origin);
+  out["vision_error_mm"] = vision_error_of(run);
+  out["max_limit_violation_rad"] = run.limit_excess;
+  out["max_measured_limit_violation_rad"] = run.measured_limit_excess;
+  out["max_velocity_violation_rad_s"] = std::max(run.velocity_excess, 0.0);
+  out["late_ticks"] = late;
+  out["lcm_lost"] = dropped;
+  out["recording_lost"] = run.missing_in_log;
+  out["refused"] = refused;
+  out["nodes"] = nodes;
+
+  if (run.targets.empty()) {
+    report.reason = "no TARGET was recorded";
+  } else if (reached < reaches.size()) {
+    report.reason = fmt::format("{} of {} places within reach were not reached to {} mm", reaches.size() - reached, reaches.size(), 1e3 * kReached);
+  } else if (run.limit_excess > 1e-9) {
+    report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
+  } else {
+    report.succeeded = true;
+  }
+  return report;
+}
+
+std::string table_of(const json& report) {
+  const auto number = [](const json& value, const char* format) {
+    return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
+  };
+  std::string table = fmt::format("\n{:<24}{:>10}{:>12}{:>10}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
+  for (const char* list : {"reaches", "out_of_reach"}) {
+    for (const json& reach : report[list]) {
+      const json& p = reach["target_m"];
+      const std::string place = fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>10}{}\n", place, reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
+                           number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
+                           list == std::string("reaches") ? "" : "  out of reach");
+    }
+  }
+  for (const json& lost : report["lost_intervals"]) {
+    table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(), lost["end_s"].get<double>(), lost["frames"].get<int>());
+  }
+  if (report["vision_error_mm"].is_object()) {
+    const json& error = report["vision_error_mm"];
+    table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n", error["median"].get<double>(), error["p95"].get<double>(), error["max"].get<double>());
+  }
+  table += fmt::format("images {}, targets {}, set-points {}, commands {}, robot states {}\n", report["images"].dump(), report["targets"].dump(),
+                       report["setpoints"].dump(), report["commands"].dump(), report["robot_states"].dump());
+  table += fmt::format("beyond a limit: {:.3g} rad; late ticks {}; messages lost {} (in the recording {}); refused {}\n", report["max_limit_violation_rad"].get<double>(),
+                       report["late_ticks"].dump(), report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  return table;
+}
+
+}  // namespace multireach

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <set>
+
+#include "runtime/node.hpp"
+#include "runtime/nodes/robot_config.hpp"
+
+namespace multireach {
+
+struct ViewOptions {
+  std::set<std::string> wait_for;   ///< end when each of these nodes has said that it runs
+  bool terminal = false;            ///< overwrite one line; else a new line every few seconds
+};
+
+/// Shows the traffic: target, hand, their distance, and rates, on standard error.
+class ViewNode : public Node {
+ public:
+  ViewNode(const RobotConfig& robot, ViewOptions options) : chain_(robot.chain), options_(std::move(options)) {}
+
+  std::string name() const override { return "view"; }
+  std::vector<std::string_view> inputs() const override;
+  std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> next_tick() const override { return next_tick_us_; }
+  int64_t tick_period_us() const override { return kPeriodUs; }
+  void tick(Outbox& out) override;
+  bool finished() const override { return !options_.wait_for.empty() && missing().empty(); }
+  std::string state() const override { return "watching"; }
+
+  /// The nodes waited for that have not been heard of.
+  std::set<std::string> missing() const;
+  /// The line as it is now.
+  std::string line() const;
+
+ private:
+  static constexpr int64_t kPeriodUs = 250000;
+
+  Chain chain_;
+  ViewOptions options_;
+  int64_t next_tick_us_ = 0;
+  std::optional<Eigen::Vector3d> target_, hand_;
+  bool target_seen_ = false;
+  std::set<std::string> nodes_;
+  std::map<std::string, int, std::less<>> received_;   // since the last line
+  std::map<std::string, double, std::less<>> rate_hz_; // smoothed
+  std::string controller_state_;
+};
+
+}  // namespace multireach
