@@ -40,9 +40,13 @@ const char* description(Sighting::Status status) {
 
 StereoTracker::StereoTracker(const TrackerOptions& options) : options_(checked(options)), table_(options.colour) {}
 
-std::optional<Triangulation> StereoTracker::locate(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) const {
+std::optional<Triangulation> StereoTracker::locate(const Blob& left, const Blob& right) const {
   const StereoRig& rig = options_.rig;
-  const Eigen::Vector2d left_ray = rig.left.ray(left_px), right_ray = rig.right.ray(right_px);
+  // The lens distortion is taken from the outline before the centroid: the two do not commute for a large blob.
+  const auto left_centroid = polygon_centroid(rig.left.rays(left.outline));
+  const auto right_centroid = polygon_centroid(rig.right.rays(right.outline));
+  if (!left_centroid || !right_centroid) return std::nullopt;
+  const Eigen::Vector2d left_ray = *left_centroid, right_ray = *right_centroid;
   auto point = triangulate(rig, left_ray, right_ray, options_.sigma_px);
   // The outline of a sphere at (X, Y, Z) is an ellipse centred on (X, Y) Z / (Z^2 - r^2), not on (X, Y) / Z.
   const double r2 = options_.ball_radius_m * options_.ball_radius_m;
@@ -75,7 +79,7 @@ Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) 
   if (!right) return failed(Status::kNotInRight);
   sighting.right_px = right->centroid;
   if (left->cut_off || right->cut_off) return failed(Status::kCutOff);
-  const auto point = locate(left->centroid, right->centroid);
+  const auto point = locate(*left, *right);
   if (!point) return failed(Status::kBehindCameras);
   sighting.point = *point;
   sighting.status = point->epipolar_error_px > options_.max_epipolar_px ? Status::kNotTheSame : Status::kSeen;

@@ -46,7 +46,7 @@ class StereoTracker {
   Sighting find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
 
  private:
-  std::optional<Triangulation> locate(const Eigen::Vector2d& left_px, const Eigen::Vector2d& right_px) const;
+  std::optional<Triangulation> locate(const Blob& left, const Blob& right) const;
 
   TrackerOptions options_;
   ColourTable table_;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
@@ -91,6 +92,7 @@ class ImagesSource : public CameraSource {
 class DeviceSource : public CameraSource {
  public:
   explicit DeviceSource(const DeviceOptions& options) : options_(options), next_utime_(wall_us()) {
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what goes wrong is said once, below
     if (!options.side_by_side.empty()) {
       open(left_, options.side_by_side, 2 * options.width);
     } else {

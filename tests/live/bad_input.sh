@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Programs given bad input say one sentence that names it, and exit with 2 (wrong usage or input) or 1 (did not succeed).
+bin=$1
+. "$(dirname "$0")/namespace.sh"
+urdf="$root/robots/hoap2/hoap2.urdf"
+
+# expect CODE 'words that the sentence has' COMMAND...
+expect() {
+  local code=$1 words=$2; shift 2
+  timeout 20 "$@" >"$work/out" 2>"$work/err"
+  local got=$?
+  [ $got -eq "$code" ] || failed "exit code $got, expected $code: $*"
+  grep -qF -- "$words" "$work/err" || failed "no '$words' in '$(cat "$work/err")': $*"
+  [ "$(grep -cE '^(multireach-[a-z-]*|launch.sh): ' "$work/err")" -eq 1 ] || failed "not one sentence: $(cat "$work/err"): $*"
+}
+trace() { echo "$bin/multireach-trace" --base torso --steps 10 --gamma 350 "$@"; }
+
+expect 2 "nowhere.urdf: cannot be opened" $(trace --urdf nowhere.urdf --tip right_hand --start=0,0,0,0 --target=0,0,0)
+expect 2 "is not a valid URDF" $(trace --urdf "$root/README.md" --tip right_hand --start=0,0,0,0 --target=0,0,0)
+expect 2 "no link 'foot'" $(trace --urdf "$urdf" --tip foot --start=0,0,0,0 --target=0,0,0)
+expect 2 "4 joints" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0 --target=0.1,-0.1,0)
+expect 2 "right_SAA" $(trace --urdf "$urdf" --tip right_hand --start=0,1,0,0 --target=0.1,-0.1,0)
+expect 2 "right_EB" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,nan --target=0.1,-0.1,0)
+expect 2 "--target-posture: joint 'right_SFE'" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=0.1,-0.1,0 --target-posture=2,0,0,0)
+expect 2 "'x' is not a number" $(trace --urdf "$urdf" --tip right_hand --start=0,x,0,0 --target=0.1,-0.1,0)
+expect 2 "not a finite number" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=inf,0,0)
+expect 2 "expected x,y,z" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=0,0)
+expect 1 "no posture inside the limits" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=1,0,0)
+expect 2 "--help" "$bin/multireach-trace" --no-such-option
+
+expect 2 "nothing.yaml: cannot be opened" "$bin/multireach-controller" --config nothing.yaml
+sed 's/gamma_rad2_m2/gama/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
+cp "$urdf" "$work"
+expect 2 "key 'controller.gama' is not known" "$bin/multireach-controller" --config "$work/robot.yaml"
+sed 's/tip: right_hand/tip: hand/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
+expect 2 "no link 'hand'" "$bin/multireach-bridge" --config "$work/robot.yaml"
+sed 's/right_SFE: 0.2/right_nose: 0.2/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
+expect 2 "right_nose" "$bin/multireach-robot-sim" --config "$work/robot.yaml"
+
+vision="$root/robots/hoap2/vision.yaml"
+sed 's/-0.0601/0.0601/' "$vision" >"$work/vision.yaml"
+expect 2 "baseline's sign is wrong" "$bin/multireach-vision" --config "$work/vision.yaml"
+sed 's/fx_px: 300/fx_px: many/' "$vision" >"$work/vision.yaml"
+expect 2 "'cameras.left.fx_px' is 'many'" "$bin/multireach-vision" --config "$work/vision.yaml"
+expect 2 "is not an image" "$bin/multireach-vision" --config "$vision" --pair "$vision" "$vision"
+expect 2 "none.png: cannot be opened" "$bin/multireach-vision" --config "$vision" --pair none.png none.png
+printf 'P6\n2 2\n255\n123456789012' >"$work/small.ppm"
+expect 2 "the calibration is for 320 x 240" "$bin/multireach-vision" --config "$vision" --pair "$work/small.ppm" "$work/small.ppm"
+
+expect 2 "no file matches" "$bin/multireach-camera" images --left nothing --right nothing
+expect 2 "neither a camera device nor a video" "$bin/multireach-camera" device --left 77 --right 78
+sed 's/noise_grey_levels/noise/; s|\.\./robots|'"$root"'/robots|' "$root/logs/reach.yaml" >"$work/scene.yaml"
+expect 2 "key 'noise' is not known" "$bin/multireach-camera" render --config "$work/scene.yaml"
+expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --config "$root/robots/hoap2/robot.yaml"
+
+expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm
+expect 2 "has no robot.yaml" "$root/tools/launch.sh" --no-setup --robot "$work/none"
+expect 2 "unknown option" "$root/tools/launch.sh" --faster
+
+# Without a route for multicast: said, with the cure.
+ip route del 224.0.0.0/4 dev lo
+expect 2 "ip route add 224.0.0.0/4 dev lo" "$bin/multireach-controller" --config "$root/robots/hoap2/robot.yaml" --seconds 1
+finish

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# The whole session through separate processes: every place within reach is reached, nothing is lost, no limit is passed.
+bin=$1
+. "$(dirname "$0")/namespace.sh"
+[ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
+"$root/tools/launch.sh" --no-setup --json "$work/report.json" --record "$work/run.lcm" 2>"$work/err" || failed "exit code $?: $(cat "$work/err")"
+report() { tr -d ' \n' <"$work/report.json" | grep -o "\"$1\":[^,}]*" | head -n1 | cut -d: -f2; }
+[ "$(tr -d ' \n' <"$work/report.json" | grep -o '"settle_s"' | wc -l)" -ge 6 ] || failed "fewer than five places and one out of reach"
+[ "$(report lcm_lost)" = 0 ] || failed "messages lost: $(report lcm_lost)"
+[ "$(report targets)" = "$(report images)" ] || failed "images $(report images), targets $(report targets)"
+[ "$(report max_limit_violation_rad)" = 0.0 ] || failed "beyond a limit: $(report max_limit_violation_rad)"
+for key in setpoints commands late_ticks vision_error_mm lost_intervals reaches; do
+  grep -q "\"$key\"" "$work/report.json" || failed "no $key in the report"
+done
+"$bin/multireach-log" report "$work/run.lcm" --config "$root/robots/hoap2/robot.yaml" --json "$work/again.json" 2>/dev/null
+cmp "$work/report.json" "$work/again.json" || failed "the recorded log gives another report"
+finish

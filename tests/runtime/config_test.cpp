@@ -1,0 +1,95 @@
+#include "runtime/config.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+
+#include "runtime/nodes/robot_config.hpp"
+
+namespace multireach {
+namespace {
+
+class ConfigFile : public ::testing::Test {
+ protected:
+  Config load(const std::string& text) {
+    write_text_file(path_, text);
+    return Config::load(path_);
+  }
+  static std::string fault(const std::function<void()>& action) {
+    try {
+      action();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  void TearDown() override { std::remove(path_.c_str()); }
+  std::string path_ = ::testing::TempDir() + "multireach_config_test.yaml";
+};
+
+TEST_F(ConfigFile, GivesValuesAndDefaults) {
+  const Config config = load("a: 1.5\nb: 3\nc: yes\nd: word\ne: [1, 2]\nf: {x: 1, y: 2}\n");
+  EXPECT_EQ(config.number("a", 0, 2), 1.5);
+  EXPECT_EQ(config.integer("b", 0, 9), 3);
+  EXPECT_TRUE(config.flag("c"));
+  EXPECT_EQ(config.choice("d", {"word", "other"}), "word");
+  EXPECT_EQ(config.numbers("e", 2), (std::vector<double>{1, 2}));
+  EXPECT_EQ(config.named_numbers("f").at("y"), 2);
+  EXPECT_EQ(config.number("missing", 0, 1, 0.5), 0.5);
+  EXPECT_NO_THROW(config.finish());
+}
+
+TEST_F(ConfigFile, NamesFileLineAndKey) {
+  const Config config = load("a: 1.5\nsection:\n  b: cat\n  misspelt: 1\nlist: [1, x]\n");
+  EXPECT_EQ(fault([&] { config.number("a", 2, 3); }), path_ + ":1: key 'a' is '1.5'; expected a number from 2 to 3");
+  EXPECT_EQ(fault([&] { config.section("section").number("b", 0, 1); }), path_ + ":3: key 'section.b' is 'cat'; expected a number from 0 to 1");
+  EXPECT_EQ(fault([&] { config.number("missing", 0, 1); }), path_ + ":1: key 'missing' is missing");
+  EXPECT_NE(fault([&] {
+              const Config section = config.section("section");
+              section.text("b");
+              section.finish();
+            }).find(":4: key 'section.misspelt' is not known"), std::string::npos);
+  EXPECT_NE(fault([&] { config.numbers("list", 2); }).find(":5: key 'list' expected a list of 2 finite numbers"), std::string::npos);
+}
+
+TEST_F(ConfigFile, RefusesWhatIsNoNumber) {
+  const Config config = load("a: nan\nb: inf\nc: 1e400\nd: 2.5\n");
+  for (const char* key : {"a", "b", "c"}) EXPECT_NE(fault([&] { config.number(key, -1e9, 1e9); }), "") << key;
+  EXPECT_NE(fault([&] { config.integer("d", 0, 9); }), "");
+}
+
+TEST_F(ConfigFile, RefusesBrokenFiles) {
+  EXPECT_NE(fault([&] { load("a: [1, 2"); }).find("is not valid YAML"), std::string::npos);
+  EXPECT_NE(fault([&] { load("- 1\n- 2\n"); }).find("must hold keys and values"), std::string::npos);
+  EXPECT_NE(fault([&] { load("a: 1\na: 2\n"); }).find(":2: key 'a' stands twice"), std::string::npos);
+  EXPECT_NE(fault([&] { load(""); }), "");
+  EXPECT_NE(fault([] { Config::load("/nowhere/file.yaml"); }).find("/nowhere/file.yaml: cannot be opened"), std::string::npos);
+  EXPECT_NE(fault([] { Config::load("/tmp"); }).find("is a folder"), std::string::npos);
+}
+
+TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
+  const std::string urdf = MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf";
+  const auto robot = [&](const std::string& text) {
+    return fault([&] {
+      write_text_file(path_, text);
+      RobotConfig::load(path_);
+    });
+  };
+  EXPECT_EQ(robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n"), "");
+  EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: foot}\n").find("no link 'foot'"), std::string::npos);
+  EXPECT_NE(robot("robot: {urdf: nothing.urdf, base: torso, tip: right_hand}\n").find("nothing.urdf: cannot be opened"), std::string::npos);
+  EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, speed: 3}\n").find("'robot.speed' is not known"), std::string::npos);
+  EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n").find("'contoller' is not known"), std::string::npos);
+}
+
+TEST(WriteTextFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
+  EXPECT_THROW(write_text_file("/nowhere/at/all", "text"), InputError);
+  if (std::filesystem::exists("/dev/full")) {
+    EXPECT_THROW(write_text_file("/dev/full", std::string(1 << 20, 'x')), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace multireach

@@ -1,0 +1,221 @@
+// The nodes without LCM and without a clock: messages in, messages out.
+#include <gtest/gtest.h>
+
+#include <multireach/controller_state_t.hpp>
+#include <multireach/joint_command_t.hpp>
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/robot_state_t.hpp>
+
+#include "kinematics/random.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/nodes/bridge_node.hpp"
+#include "runtime/nodes/controller_node.hpp"
+#include "runtime/nodes/joint_fields.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "tools/camera/camera_node.hpp"
+#include "tools/camera/render_source.hpp"
+#include "tools/robot_sim/robot_sim_node.hpp"
+
+namespace multireach {
+namespace {
+
+RobotConfig robot() { return RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"); }
+
+template <class Message>
+Message last_of(const Outbox& out, std::string_view channel) {
+  for (auto message = out.rbegin(); message != out.rend(); ++message) {
+    if (message->channel == channel) return *decode<Message>(message->bytes);
+  }
+  ADD_FAILURE() << "nothing on " << channel;
+  return {};
+}
+
+std::vector<uint8_t> robot_state(int64_t sequence) {
+  robot_state_t state{};
+  state.sequence = sequence;
+  state.command_sequence = -1;
+  state.num_joints = 5;
+  state.joint_name = {"right_EB", "left_EB", "right_SFE", "right_SHR", "right_SAA"};
+  state.angle_rad = {-0.9, 0, 0.2, -0.2, -0.3};
+  state.velocity_rad_s = state.torque_n_m = std::vector<double>(5, 0.0);
+  return *encode(state);
+}
+
+std::vector<uint8_t> target(int64_t sequence, int64_t utime, const Eigen::Vector3d& p, int8_t status = target_t::STATUS_TRACKED) {
+  target_t message{};
+  message.sequence = sequence;
+  message.utime = utime;
+  message.status = status;
+  Eigen::Map<Eigen::Vector3d>(message.position_m) = p;
+  return *encode(message);
+}
+
+const Eigen::Vector3d kFront(0.10, -0.12, 0.10);
+
+TEST(ControllerNode, WaitsForTheRobotThenForATarget) {
+  ControllerNode node(robot());
+  Outbox out;
+  EXPECT_FALSE(node.receive(channel::kTarget, target(0, 1000, kFront), out));
+  EXPECT_FALSE(node.next_tick());
+  EXPECT_EQ(node.state(), "waiting for the robot");
+  node.receive(channel::kRobotState, robot_state(7), out);
+  EXPECT_FALSE(node.next_tick());
+  EXPECT_EQ(node.receive(channel::kTarget, target(1, 2000, kFront), out), 2000);
+  EXPECT_EQ(node.next_tick(), 2000);
+  node.tick(out);
+  const auto setpoint = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
+  EXPECT_EQ(setpoint.utime, 2000);
+  EXPECT_EQ(setpoint.tick, 0);
+  EXPECT_EQ(setpoint.target_sequence, 1);
+  EXPECT_EQ(setpoint.robot_state_sequence, 7);
+  EXPECT_EQ(setpoint.joint_name, joint_names(robot().chain));
+  const auto state = last_of<controller_state_t>(out, channel::kControllerState);
+  EXPECT_EQ(state.mode, controller_state_t::MODE_REACHING);
+  EXPECT_EQ(state.angle_rad, setpoint.angle_rad);
+  EXPECT_LT(state.attractor_residual_m, 1e-6);
+}
+
+TEST(ControllerNode, CountsWhatIsMissingAndWhatItRefuses) {
+  ControllerNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(0), out);
+  node.receive(channel::kTarget, target(0, 1000, kFront), out);
+  node.receive(channel::kTarget, target(4, 2000, kFront), out);
+  EXPECT_EQ(node.counters().dropped, 3);
+  node.receive(channel::kTarget, target(5, 3000, {NAN, 0, 0}), out);
+  node.receive(channel::kTarget, std::vector<uint8_t>{1, 2, 3}, out);
+  EXPECT_EQ(node.counters().refused, 2);
+  EXPECT_TRUE(node.next_tick());
+}
+
+TEST(ControllerNode, AnotherTimeLineStartsTheGridAgain) {
+  ControllerNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(0), out);
+  for (const int64_t start : {int64_t{5000000}, int64_t{900000000000}, int64_t{1000}}) {
+    EXPECT_EQ(node.receive(channel::kTarget, target(0, start, kFront), out), start);
+    EXPECT_EQ(node.next_tick(), start);
+    node.tick(out);
+    EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).tick, 0);
+  }
+}
+
+TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
+  BridgeNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(0), out);
+  joint_setpoint_t setpoint{};
+  setpoint.num_joints = 1;
+  setpoint.joint_name = {"nose"};
+  setpoint.angle_rad = setpoint.velocity_rad_s = {1};
+  EXPECT_FALSE(node.receive(channel::kJointSetpoint, *encode(setpoint), out));
+  EXPECT_FALSE(node.next_tick());
+  EXPECT_EQ(node.counters().refused, 1);
+}
+
+TEST(VisionNode, AnUnreadableImageGivesALostTarget) {
+  VisionNode vision(VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"));
+  CameraNode camera(std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml"));
+  Outbox images, out;
+  camera.tick(images);
+  images_t good = last_of<images_t>(images, channel::kStereoImages);
+  EXPECT_EQ(vision.receive(channel::kStereoImages, *encode(good), out), good.utime);
+  const auto seen = last_of<target_t>(out, channel::kTarget);
+  EXPECT_EQ(seen.status, target_t::STATUS_TRACKED);
+  EXPECT_EQ(seen.pair_sequence, 0);
+  EXPECT_EQ(seen.left_frame_utime, good.images[0].utime);
+
+  const auto status_of = [&](const images_t& images_sent) {
+    vision.receive(channel::kStereoImages, *encode(images_sent), out);
+    return last_of<target_t>(out, channel::kTarget).status;
+  };
+  images_t bad = good;
+  bad.images[1].data.resize(bad.images[1].data.size() / 2);
+  bad.images[1].size = static_cast<int32_t>(bad.images[1].data.size());
+  EXPECT_EQ(status_of(bad), target_t::STATUS_LOST) << "half a JPEG";
+  bad = good;
+  bad.image_types = {images_t::LEFT, 7};
+  EXPECT_EQ(status_of(bad), target_t::STATUS_LOST) << "no right image";
+  EXPECT_EQ(last_of<target_t>(out, channel::kTarget).right_frame_utime, -1);
+  bad = good;
+  bad.images.pop_back();
+  bad.image_types.pop_back();
+  bad.n_images = 1;
+  EXPECT_EQ(status_of(bad), target_t::STATUS_LOST);
+  bad = good;
+  bad.images[0].width = 99999;
+  EXPECT_EQ(status_of(bad), target_t::STATUS_LOST);
+  EXPECT_EQ(status_of(good), target_t::STATUS_TRACKED) << "and goes on";
+  EXPECT_EQ(last_of<target_t>(out, channel::kTarget).sequence, 5) << "one target for every message";
+}
+
+/// The whole loop in one thread, in the time of the messages: every node ticks when its next tick is due.
+class WholeLoop {
+ public:
+  std::vector<uint8_t> run(int64_t duration_us) {
+    const int64_t origin = *camera_.next_tick();
+    for (int64_t now = origin; now < origin + duration_us; now += 1000) {
+      while (robot_.next_tick() && *robot_.next_tick() <= now - origin) step(robot_);
+      while (camera_.next_tick() && *camera_.next_tick() <= now) step(camera_);
+      while (controller_.next_tick() && *controller_.next_tick() <= now) step(controller_);
+      while (bridge_.next_tick() && *bridge_.next_tick() <= now) step(bridge_);
+    }
+    return commands_;
+  }
+  const NodeCounters& counters(int node) const { return nodes_[static_cast<size_t>(node)]->counters(); }
+  Eigen::Vector3d hand() const { return hand_; }
+  Eigen::Vector3d truth() const { return truth_; }
+
+ private:
+  void step(Node& node) {
+    Outbox out;
+    node.tick(out);
+    deliver(out);
+  }
+  void deliver(const Outbox& out) {
+    for (const OutMessage& message : out) {
+      if (message.channel == channel::kJointCommand) commands_.insert(commands_.end(), message.bytes.begin(), message.bytes.end());
+      if (message.channel == channel::kTargetTruth) truth_ = Eigen::Map<const Eigen::Vector3d>(decode<target_t>(message.bytes)->position_m);
+      if (message.channel == channel::kRobotState) {
+        const auto state = *decode<robot_state_t>(message.bytes);
+        hand_ = chain_.position(*from_fields(chain_, state.joint_name, state.angle_rad));
+      }
+      for (Node* node : nodes_) {
+        const auto inputs = node->inputs();
+        if (std::ranges::find(inputs, message.channel) == inputs.end()) continue;
+        Outbox answers;
+        node->receive(message.channel, message.bytes, answers);
+        deliver(answers);
+      }
+    }
+  }
+
+  Chain chain_ = robot().chain;
+  CameraNode camera_{std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml")};
+  VisionNode vision_{VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml")};
+  ControllerNode controller_{robot()};
+  BridgeNode bridge_{robot()};
+  RobotSimNode robot_{robot()};
+  std::vector<Node*> nodes_{&vision_, &controller_, &bridge_, &robot_};
+  std::vector<uint8_t> commands_;
+  Eigen::Vector3d hand_{0, 0, 0}, truth_{0, 0, 0};
+};
+
+TEST(WholeLoopWithoutLcm, ReachesTheBall) {
+  WholeLoop loop;
+  loop.run(2800000);
+  EXPECT_LT((loop.hand() - loop.truth()).norm(), 5e-3);
+  for (int node = 0; node < 4; ++node) {
+    EXPECT_EQ(loop.counters(node).dropped, 0) << node;
+    EXPECT_EQ(loop.counters(node).refused, 0) << node;
+  }
+}
+
+TEST(WholeLoopWithoutLcm, TheSameBytesEveryTime) {
+  const std::vector<uint8_t> first = WholeLoop().run(1500000), second = WholeLoop().run(1500000);
+  EXPECT_GT(first.size(), 100000U);
+  EXPECT_EQ(first, second);
+}
+
+}  // namespace
+}  // namespace multireach

@@ -1,0 +1,102 @@
+// The tracker against rendered truth: exact images of a sphere through real lens models.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kinematics/random.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "tools/camera/ball_renderer.hpp"
+#include "vision/stereo_tracker.hpp"
+
+namespace multireach {
+namespace {
+
+VisionConfig hoap2_vision() { return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"); }
+
+struct Stage {
+  explicit Stage(const VisionConfig& vision, const SceneOptions& scene = {})
+      : rig(vision.tracker.rig),
+        left(scene, rig.left, rig.X_WL, rig.X_WL),
+        right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
+  vision::StereoRig rig;
+  BallRenderer left, right;
+};
+
+TEST(RenderedVision, FindsTheCentreOfASphere) {
+  const VisionConfig config = hoap2_vision();
+  const Stage stage(config, {.distractors = 0, .noise_grey_levels = 1});
+  vision::StereoTracker tracker(config.tracker);
+  const CounterRandom random(11);
+  double sum2 = 0;
+  constexpr uint64_t kBalls = 30;
+  for (uint64_t k = 0; k < kBalls; ++k) {
+    const Eigen::Vector3d p_WB(random.uniform(3 * k, 0.03, 0.14), random.uniform(3 * k + 1, -0.2, -0.03), random.uniform(3 * k + 2, 0, 0.15));
+    const vision::Sighting sighting = tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1));
+    ASSERT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
+    sum2 += (sighting.point.p_W - p_WB).squaredNorm();
+    EXPECT_LT(sighting.point.epipolar_error_px, 1);
+  }
+  EXPECT_LT(std::sqrt(sum2 / kBalls), 2.0e-3) << "RMS, m";
+}
+
+TEST(RenderedVision, TheRadiusCorrectsTheDepth) {
+  // A large ball at a short distance: without its radius the depth is r^2 / Z too small.
+  VisionConfig config = hoap2_vision();
+  const SceneOptions scene{.ball_radius_m = 0.05, .distractors = 0, .noise_grey_levels = 0};
+  const Stage stage(config, scene);
+  const Eigen::Vector3d p_WB(0.1, -0.1, 0.08);
+  const cv::Mat left = stage.left.render(p_WB, 0), right = stage.right.render(p_WB, 1);
+  config.tracker.ball_radius_m = 0.05;
+  const double depth = vision::StereoTracker(config.tracker).find(left, right).point.depth_left_m;
+  config.tracker.ball_radius_m = 0;
+  const double uncorrected = vision::StereoTracker(config.tracker).find(left, right).point.depth_left_m;
+  const double truth = (stage.rig.X_WL.inverse() * p_WB).z();
+  EXPECT_NEAR(depth, truth, 1.5e-3);
+  EXPECT_NEAR(uncorrected, truth - 0.05 * 0.05 / truth, 2e-3);
+}
+
+TEST(RenderedVision, SaysWhyItSeesNothing) {
+  using Status = vision::Sighting::Status;
+  const VisionConfig config = hoap2_vision();
+  const Stage stage(config);
+  vision::StereoTracker tracker(config.tracker);
+  const Eigen::Vector3d ball(0.1, -0.1, 0.08), other(0.1, -0.1, 0.12);
+  const Eigen::Vector3d elsewhere(0.02, -0.1, 0.0);
+  const auto status = [&](const std::optional<Eigen::Vector3d>& left, const std::optional<Eigen::Vector3d>& right) {
+    return tracker.find(stage.left.render(left, 0), stage.right.render(right, 1)).status;
+  };
+  EXPECT_EQ(status(ball, ball), Status::kSeen);
+  EXPECT_EQ(status(std::nullopt, ball), Status::kNotInLeft);
+  EXPECT_EQ(status(ball, std::nullopt), Status::kNotInRight);
+  EXPECT_EQ(status(ball, elsewhere), Status::kNotTheSame);
+  const cv::Mat small(100, 100, CV_8UC3, cv::Scalar(0, 0, 0));
+  EXPECT_EQ(tracker.find(small, small).status, Status::kWrongImageSize);
+  const cv::Mat pink(240, 320, CV_8UC3, cv::Scalar(110, 40, 220));
+  EXPECT_EQ(tracker.find(pink, pink).status, Status::kCutOff) << "all pixels in the class";
+}
+
+TEST(RenderedVision, RefusesSwappedCamerasAndOtherNonsense) {
+  vision::TrackerOptions options = hoap2_vision().tracker;
+  EXPECT_NO_THROW(vision::StereoTracker{options});
+  auto swapped = options;
+  swapped.rig.X_RL = options.rig.X_RL.inverse();
+  EXPECT_THROW(vision::StereoTracker{swapped}, std::invalid_argument);
+  auto no_colour = options;
+  no_colour.colour.references.clear();
+  EXPECT_THROW(vision::StereoTracker{no_colour}, std::invalid_argument);
+  auto one_place = options;
+  one_place.rig.X_RL.setIdentity();
+  EXPECT_THROW(vision::StereoTracker{one_place}, std::invalid_argument);
+}
+
+TEST(Rendering, TheSameSeedGivesTheSamePixels) {
+  const VisionConfig config = hoap2_vision();
+  const Stage first(config), second(config), other(config, {.seed = 2});
+  const Eigen::Vector3d ball(0.1, -0.1, 0.08);
+  EXPECT_EQ(cv::norm(first.left.render(ball, 5), second.left.render(ball, 5)), 0);
+  EXPECT_GT(cv::norm(first.left.render(ball, 5), first.left.render(ball, 6)), 0) << "the noise of another frame";
+  EXPECT_GT(cv::norm(first.left.render(ball, 5), other.left.render(ball, 5)), 0);
+}
+
+}  // namespace
+}  // namespace multireach

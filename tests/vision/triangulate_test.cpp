@@ -1,0 +1,89 @@
+#include "vision/triangulate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "kinematics/random.hpp"
+
+namespace multireach::vision {
+namespace {
+
+StereoRig rig() {
+  StereoRig rig;
+  rig.left = {.width = 640, .height = 480, .fx = 500, .fy = 502, .cx = 320, .cy = 240, .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = Eigen::Isometry3d::Identity();
+  rig.X_RL.linear() = Eigen::AngleAxisd(0.02, Eigen::Vector3d(0.2, 1, 0.1).normalized()).toRotationMatrix();
+  rig.X_RL.translation() = Eigen::Vector3d(-0.06, 0.001, 0.002);
+  rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_WL.linear() = Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, -1, 0.3).normalized()).toRotationMatrix();
+  rig.X_WL.translation() = Eigen::Vector3d(0.1, -0.2, 0.5);
+  return rig;
+}
+
+Eigen::Vector3d random_point(const CounterRandom& random, uint64_t k) {
+  return {random.uniform(3 * k, -0.2, 0.2), random.uniform(3 * k + 1, -0.2, 0.2), random.uniform(3 * k + 2, 0.3, 2)};
+}
+
+TEST(Triangulate, IsExactWithoutNoise) {
+  const StereoRig r = rig();
+  const CounterRandom random(1);
+  for (uint64_t k = 0; k < 200; ++k) {
+    const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
+    const auto point = triangulate(r, p_L.hnormalized(), p_R.hnormalized(), 0.1);
+    ASSERT_TRUE(point);
+    EXPECT_LT((point->p_W - r.X_WL * p_L).norm(), 1e-10);
+    EXPECT_NEAR(point->depth_left_m, p_L.z(), 1e-10);
+    EXPECT_NEAR(point->depth_right_m, p_R.z(), 1e-10);
+    EXPECT_LT(point->epipolar_error_px, 1e-7);
+  }
+}
+
+TEST(Triangulate, DepthUncertaintyIsThatOfTheDisparity) {
+  StereoRig r = rig();
+  r.X_RL = Eigen::Isometry3d::Identity();
+  r.X_RL.translation() = Eigen::Vector3d(-0.06, 0, 0);
+  r.X_WL = Eigen::Isometry3d::Identity();
+  const Eigen::Vector3d p(0, 0, 0.5);
+  const auto point = triangulate(r, p.hnormalized(), (r.X_RL * p).hnormalized(), 1.0);
+  // sigma_Z = Z^2 / (f B) * sigma_disparity, with sigma_disparity = sqrt(2) px: 8.3 mm per pixel of disparity.
+  EXPECT_NEAR(std::sqrt(point->covariance(2, 2)), std::sqrt(2.0) * 0.25 / (500 * 0.06), 2e-4);
+}
+
+TEST(Triangulate, CovarianceIsHonest) {
+  // The normalised error squared has mean 3 when the covariance is that of the errors.
+  const StereoRig r = rig();
+  const CounterRandom random(2);
+  constexpr double kSigma = 0.3;
+  constexpr int kCases = 5000;
+  double sum = 0;
+  for (uint64_t k = 0; k < kCases; ++k) {
+    const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
+    const auto normal = [&](uint64_t i) {
+      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) * std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
+    };
+    const Eigen::Vector2d focal(r.left.fx, r.left.fy);
+    const Eigen::Vector2d left = p_L.hnormalized() + kSigma * Eigen::Vector2d(normal(0), normal(1)).cwiseQuotient(focal);
+    const Eigen::Vector2d right = p_R.hnormalized() + kSigma * Eigen::Vector2d(normal(2), normal(3)).cwiseQuotient(focal);
+    const auto point = triangulate(r, left, right, kSigma);
+    ASSERT_TRUE(point);
+    const Eigen::Vector3d error = point->p_W - r.X_WL * p_L;
+    sum += error.dot(point->covariance.ldlt().solve(error));
+  }
+  EXPECT_NEAR(sum / kCases / 3, 1, 0.04);
+}
+
+TEST(Triangulate, NothingBehindTheCamerasOrForParallelRays) {
+  const StereoRig r = rig();
+  const Eigen::Vector3d p(0.05, 0, 0.5);
+  const Eigen::Vector2d left = p.hnormalized(), right = (r.X_RL * p).hnormalized();
+  EXPECT_TRUE(triangulate(r, left, right, 1));
+  EXPECT_FALSE(triangulate(r, left, right + Eigen::Vector2d(0.3, 0), 1)) << "the rays part";
+  const Eigen::Vector3d parallel = r.X_RL.linear() * left.homogeneous();
+  EXPECT_FALSE(triangulate(r, left, parallel.hnormalized(), 1));
+}
+
+}  // namespace
+}  // namespace multireach::vision
