@@ -4,16 +4,16 @@
 
 namespace multireach::controller {
 
-/// The n weight ratios w_x / w_theta of Eq. (28) at posture `theta`, in the unit of `gamma` (rad^2/m^2). Zero at a limit
-/// and outside the limits, where the equation read literally would grow again; `gamma` for a continuous joint, and zero
-/// for a joint whose range is empty.
+/// The n weight ratios w_x / w_theta of Eq. (28) at posture `theta`, in the unit of `gamma` (rad^2/m^2). Zero at a
+/// limit and outside the limits, where the equation read literally would grow again; `gamma` for a continuous joint,
+/// and zero for a joint whose range is empty.
 JointVector limit_weights(const Chain& chain, const JointVector& theta, double gamma);
 
 /// The matrix that coherence inverts, Eq. (31), with W_x = I: I + J W J^T, 3 x 3.
 Eigen::Matrix3d coherence_matrix(const PositionJacobian& jacobian, const JointVector& weights);
 
-/// The coherent joint velocity nearest to what both attractors want, Eq. (23) with W_x = I: the minimum of Eq. (6) under
-/// x' = J theta'. `weights` are the diagonal of W_theta^-1 (all >= 0).
+/// The coherent joint velocity nearest to what both attractors want, Eq. (23) with W_x = I: the minimum of Eq. (6)
+/// under x' = J theta'. `weights` are the diagonal of W_theta^-1 (all >= 0).
 JointVector coherent_velocity(const PositionJacobian& jacobian, const JointVector& weights,
                               const JointVector& joint_velocity, const Eigen::Vector3d& hand_velocity);
 

@@ -3,7 +3,8 @@
 #include "runtime/program.hpp"
 
 int main(int argc, char** argv) {
-  multireach::Program program("multireach-controller", "The reaching controller: TARGET in, JOINT_SETPOINT out at 20 Hz.");
+  multireach::Program program("multireach-controller",
+                              "The reaching controller: TARGET in, JOINT_SETPOINT out at 20 Hz.");
   std::string config;
   program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   const multireach::LiveOptions& live = program.add_live_options();

@@ -16,16 +16,16 @@ PaperState paper_state_at_rest(const Chain& chain, const JointVector& theta, con
 void paper_step(const Chain& chain, const PaperParameters& parameters, const Eigen::Vector3d& x_T,
                 const Eigen::Vector3d& x_T_velocity, PaperState& state) {
   const JointVector joint_velocity =
-      vite_velocity(parameters.gains, state.theta, state.theta_dot, state.theta_target);  // (19), (20)
+      vite_velocity(parameters.gains, state.theta, state.theta_dot, state.theta_target);             // (19), (20)
   const Eigen::Vector3d hand_velocity = vite_velocity(parameters.gains, state.x, state.x_dot, x_T);  // (21), (22)
   Eigen::Vector3d x;
   PositionJacobian jacobian;
   chain.position_and_jacobian(state.theta, x, jacobian);
-  const JointVector weights = limit_weights(chain, state.theta, parameters.gamma);             // (28)
-  state.theta_dot = coherent_velocity(jacobian, weights, joint_velocity, hand_velocity);       // (23)
-  state.x_dot = jacobian * state.theta_dot;                                                    // (24)
-  state.theta += state.theta_dot;                                                              // (25)
-  state.x = chain.position(state.theta);                                                       // (26)
+  const JointVector weights = limit_weights(chain, state.theta, parameters.gamma);                         // (28)
+  state.theta_dot = coherent_velocity(jacobian, weights, joint_velocity, hand_velocity);                   // (23)
+  state.x_dot = jacobian * state.theta_dot;                                                                // (24)
+  state.theta += state.theta_dot;                                                                          // (25)
+  state.x = chain.position(state.theta);                                                                   // (26)
   state.theta_target = updated_target_posture(chain, state.theta_target, state.theta, x_T, x_T_velocity);  // (27)
 }
 

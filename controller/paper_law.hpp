@@ -5,8 +5,8 @@
 
 namespace multireach::controller {
 
-/// The law `paper`: Eqs. (19)-(28) of Hersch & Billard (2008), kept literal so that results can be compared with it. What
-/// it does beyond limits, at singular targets and at spurious attractors is the paper's; see docs/equations.md.
+/// The law `paper`: Eqs. (19)-(28) of Hersch & Billard (2008), kept literal so that results can be compared with it.
+/// What it does beyond limits, at singular targets and at spurious attractors is the paper's; see docs/equations.md.
 struct PaperParameters {
   ViteGains gains;
   double gamma = 350;  ///< rad^2/m^2; the paper's bifurcation value 0.035 in rad^2/cm^2

@@ -22,7 +22,8 @@ JointVector damped_step(const Chain& chain, const JointVector& posture, Position
     step = jacobian.transpose() * A.llt().solve(error);
     bool blocked = false;
     for (int i = 0; i < chain.size(); ++i) {
-      const bool out = (posture[i] <= chain.lower()[i] && step[i] < 0) || (posture[i] >= chain.upper()[i] && step[i] > 0);
+      const bool out =
+          (posture[i] <= chain.lower()[i] && step[i] < 0) || (posture[i] >= chain.upper()[i] && step[i] > 0);
       if (!out) continue;
       jacobian.col(i).setZero();
       blocked = true;

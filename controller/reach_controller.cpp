@@ -81,8 +81,8 @@ void ReachController::fall_back() {
 }
 
 void ReachController::pursue(const TargetObservation& target) {
-  const bool followed = goal_ && goal_->mode != ReachMode::kResting &&
-                        (target.position - goal_->x_T).norm() <= options_.jump_m;
+  const bool followed =
+      goal_ && goal_->mode != ReachMode::kResting && (target.position - goal_->x_T).norm() <= options_.jump_m;
   const bool tried = unreachable_ && (target.position - *unreachable_).norm() < kTryAgain;
   if (tried || (!followed && !choose_posture(target.position))) {
     if (!tried) unreachable_ = target.position;

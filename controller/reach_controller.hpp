@@ -10,9 +10,9 @@ namespace multireach::controller {
 
 /// Where the target is at a time, or that it is not seen.
 struct TargetObservation {
-  int64_t utime = 0;         ///< microseconds
-  bool seen = false;         ///< when false, position and velocity mean nothing
-  Eigen::Vector3d position;  ///< m, in W
+  int64_t utime = 0;                                   ///< microseconds
+  bool seen = false;                                   ///< when false, position and velocity mean nothing
+  Eigen::Vector3d position;                            ///< m, in W
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, in W
 };
 
@@ -24,14 +24,14 @@ enum class WithoutTarget {
 
 struct ReachOptions {
   PaperParameters law;
-  int64_t tick_us = 50000;    ///< period of the set-points: 20 Hz, Sect. 4
-  int steps_per_tick = 7;     ///< integration steps in a tick, each "roughly 7 milliseconds" (Fig. 10)
-  double jump_m = 0.02;       ///< a target that moves further between two observations has jumped: theta_T is chosen anew
-  double drift_m = 0.01;      ///< theta_T is chosen anew when K(theta_T) is further than this from the target,
-                              ///< or when it has left the limits
+  int64_t tick_us = 50000;  ///< period of the set-points: 20 Hz, Sect. 4
+  int steps_per_tick = 7;   ///< integration steps in a tick, each "roughly 7 milliseconds" (Fig. 10)
+  double jump_m = 0.02;     ///< a target that moves further between two observations has jumped: theta_T is chosen anew
+  double drift_m = 0.01;    ///< theta_T is chosen anew when K(theta_T) is further than this from the target,
+                            ///< or when it has left the limits
   int64_t lost_after_us = 200000;  ///< a target not seen for longer than this is lost
   WithoutTarget without_target = WithoutTarget::kHoldLastTarget;
-  JointVector rest;           ///< the rest posture; empty for "where the arm was at start"
+  JointVector rest;  ///< the rest posture; empty for "where the arm was at start"
   PostureSearchOptions posture_search;
 };
 
@@ -39,35 +39,35 @@ enum class ReachMode { kWaiting, kReaching, kHolding, kResting };
 
 /// What a tick computed. Vectors have one element per joint of the chain.
 struct ReachOutput {
-  int64_t utime = 0;        ///< nominal time of the tick, microseconds
-  int64_t tick = 0;         ///< index on the grid
+  int64_t utime = 0;  ///< nominal time of the tick, microseconds
+  int64_t tick = 0;   ///< index on the grid
   ReachMode mode = ReachMode::kWaiting;
   bool target_lost = false;
   bool target_out_of_reach = false;
-  JointVector theta;        ///< rad or m
-  JointVector velocity;     ///< rad/s or m/s
+  JointVector theta;     ///< rad or m
+  JointVector velocity;  ///< rad/s or m/s
   JointVector theta_target;
-  JointVector weights;      ///< Eq. (28) at theta, rad^2/m^2
-  Eigen::Vector3d x, x_T;   ///< m, in W
+  JointVector weights;     ///< Eq. (28) at theta, rad^2/m^2
+  Eigen::Vector3d x, x_T;  ///< m, in W
   double condition_number = 1;
   double attractor_residual_m = 0;  ///< |x_T - K(theta_T)|
   int64_t posture_choices = 0;
 };
 
 /// The reaching controller as a stage: observations of the target and ticks of a 20 Hz grid in, set-points out. It
-/// integrates its own posture from where the arm was at the start, as the paper's does. The same calls in the same order
-/// give the same outputs.
+/// integrates its own posture from where the arm was at the start, as the paper's does. The same calls in the same
+/// order give the same outputs.
 class ReachController {
  public:
-  /// Throws std::invalid_argument for options that make no sense (a rest posture outside the limits, a period or a number
-  /// of steps that is not positive, gains or gamma that are negative or not finite).
+  /// Throws std::invalid_argument for options that make no sense (a rest posture outside the limits, a period or a
+  /// number of steps that is not positive, gains or gamma that are negative or not finite).
   ReachController(const Chain& chain, const ReachOptions& options);
 
   const Chain& chain() const { return chain_; }
   const ReachOptions& options() const { return options_; }
 
-  /// Puts the arm at rest at `theta` (finite, size() elements), the measured posture. Needed before the first tick; returns
-  /// false, and changes nothing, when the posture is not finite or of another size.
+  /// Puts the arm at rest at `theta` (finite, size() elements), the measured posture. Needed before the first tick;
+  /// returns false, and changes nothing, when the posture is not finite or of another size.
   bool start(const JointVector& theta);
   bool started() const { return started_; }
 
@@ -104,7 +104,7 @@ class ReachController {
   std::optional<int64_t> grid_origin_;
   int64_t tick_ = 0;
 
-  std::optional<TargetObservation> newest_;  // the newest observation, seen or not
+  std::optional<TargetObservation> newest_;    // the newest observation, seen or not
   std::optional<TargetObservation> sighting_;  // the newest one that was seen
   std::optional<Goal> goal_;
   std::optional<Eigen::Vector3d> unreachable_;  // the target for which the last search found no posture

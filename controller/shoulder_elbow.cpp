@@ -10,9 +10,10 @@
 namespace multireach::controller {
 namespace {
 
-constexpr double kConcurrent = 1e-7;    // m: how far apart the three shoulder axes may pass
-constexpr double kAtLimit = 1e-9;       // rad: an angle this little beyond a limit is taken as the limit
-constexpr double kAtBoundary = 1e-12;   // relative: a target this little out of reach is taken as reached by a stretched arm
+constexpr double kConcurrent = 1e-7;  // m: how far apart the three shoulder axes may pass
+constexpr double kAtLimit = 1e-9;     // rad: an angle this little beyond a limit is taken as the limit
+constexpr double kAtBoundary =
+    1e-12;  // relative: a target this little out of reach is taken as reached by a stretched arm
 constexpr double kTurn = 2 * std::numbers::pi;
 
 struct Line {
@@ -31,7 +32,8 @@ std::optional<std::pair<Eigen::Vector3d, double>> meeting_point(const Line& a, c
 }
 
 /// The angle by which `from` is turned about `axis` to come nearest to `to`; `otherwise` where the axis leaves it open.
-double angle_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double otherwise) {
+double angle_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                   double otherwise) {
   const Eigen::Vector3d a = from - axis * axis.dot(from), b = to - axis * axis.dot(to);
   const double scale = from.norm();
   if (a.norm() < 1e-9 * scale || b.norm() < 1e-9 * scale) return otherwise;
@@ -74,8 +76,9 @@ std::optional<ShoulderElbow> ShoulderElbow::from(const Chain& chain) {
   return arm;
 }
 
-std::optional<JointVector> ShoulderElbow::posture(const Chain& chain, const Eigen::Vector3d& v, const JointVector& theta,
-                                                  double third, double fourth, int branch) const {
+std::optional<JointVector> ShoulderElbow::posture(const Chain& chain, const Eigen::Vector3d& v,
+                                                  const JointVector& theta, double third, double fourth,
+                                                  int branch) const {
   using Eigen::AngleAxisd;
   const Eigen::Vector3d h = elbow_ + AngleAxisd(fourth, axis_[3]) * forearm_;
   const Eigen::Vector3d w = AngleAxisd(third, axis_[2]) * h;
@@ -97,14 +100,15 @@ std::optional<JointVector> ShoulderElbow::posture(const Chain& chain, const Eige
   return posture;
 }
 
-std::optional<JointVector> ShoulderElbow::nearest(const Chain& chain, const Eigen::Vector3d& x_T, const JointVector& theta,
-                                                  int samples) const {
+std::optional<JointVector> ShoulderElbow::nearest(const Chain& chain, const Eigen::Vector3d& x_T,
+                                                  const JointVector& theta, int samples) const {
   const Eigen::Vector3d v = x_T - shoulder_;
   // |elbow + Rot(axis, angle) forearm|^2 = |v|^2, as A cos(angle) + B sin(angle) = C.
   const Eigen::Vector3d& e = axis_[3];
   const Eigen::Vector3d u = elbow_ - e * e.dot(elbow_), f = forearm_ - e * e.dot(forearm_);
   const double A = u.dot(f), B = u.dot(e.cross(f));
-  const double C = 0.5 * (v.squaredNorm() - elbow_.squaredNorm() - forearm_.squaredNorm()) - e.dot(elbow_) * e.dot(forearm_);
+  const double C =
+      0.5 * (v.squaredNorm() - elbow_.squaredNorm() - forearm_.squaredNorm()) - e.dot(elbow_) * e.dot(forearm_);
   const double radius = std::hypot(A, B);
   if (!(std::abs(C) <= radius + kAtBoundary * v.squaredNorm())) return std::nullopt;
   const double middle = std::atan2(B, A), half = std::acos(std::clamp(C / radius, -1.0, 1.0));

@@ -8,10 +8,10 @@
 namespace multireach::controller {
 
 /// Closed-form inverse kinematics of an arm of four turning joints whose first three axes meet in one point, the
-/// shoulder; the fourth is the elbow. The Hoap2's arm is one. The postures that reach a point form up to four curves, each
-/// with the third joint as its parameter: the elbow from the distance to the shoulder, then the first two joints by
-/// Paden and Kahan's second subproblem (Murray, Li & Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
-/// Sect. 3.2).
+/// shoulder; the fourth is the elbow. The Hoap2's arm is one. The postures that reach a point form up to four curves,
+/// each with the third joint as its parameter: the elbow from the distance to the shoulder, then the first two joints
+/// by Paden and Kahan's second subproblem (Murray, Li & Sastry, A Mathematical Introduction to Robotic Manipulation,
+/// 1994, Sect. 3.2).
 class ShoulderElbow {
  public:
   /// Nothing when the chain is not of this kind.
@@ -24,13 +24,13 @@ class ShoulderElbow {
 
  private:
   ShoulderElbow() = default;
-  std::optional<JointVector> posture(const Chain& chain, const Eigen::Vector3d& v, const JointVector& theta, double third,
-                                     double fourth, int branch) const;
+  std::optional<JointVector> posture(const Chain& chain, const Eigen::Vector3d& v, const JointVector& theta,
+                                     double third, double fourth, int branch) const;
 
-  Eigen::Vector3d shoulder_;            // in W
-  std::array<Eigen::Vector3d, 4> axis_; // at the zero posture, in W
-  Eigen::Vector3d elbow_;               // a point on the fourth axis, relative to the shoulder
-  Eigen::Vector3d forearm_;             // from that point to the tip, at the zero posture
+  Eigen::Vector3d shoulder_;             // in W
+  std::array<Eigen::Vector3d, 4> axis_;  // at the zero posture, in W
+  Eigen::Vector3d elbow_;                // a point on the fourth axis, relative to the shoulder
+  Eigen::Vector3d forearm_;              // from that point to the tip, at the zero posture
 };
 
 }  // namespace multireach::controller

@@ -27,7 +27,8 @@ Chain::Chain(std::vector<Joint> joints, std::vector<Eigen::Isometry3d> fixed, st
     throw std::invalid_argument(where + " has " + std::to_string(joints_.size()) + " joints; at most " +
                                 std::to_string(kMaxJoints) + " are supported");
   }
-  if (fixed_.size() != joints_.size() + 1) throw std::invalid_argument(where + " needs one fixed transform more than joints");
+  if (fixed_.size() != joints_.size() + 1)
+    throw std::invalid_argument(where + " needs one fixed transform more than joints");
   lower_.resize(size());
   upper_.resize(size());
   velocity_.resize(size());
@@ -87,7 +88,9 @@ struct AxesInWorld {
 
 }  // namespace
 
-Eigen::Vector3d Chain::position(const JointVector& theta) const { return pose(theta).translation(); }
+Eigen::Vector3d Chain::position(const JointVector& theta) const {
+  return pose(theta).translation();
+}
 
 Eigen::Isometry3d Chain::pose(const JointVector& theta) const {
   return walk(*this, theta, [](int, const Eigen::Vector3d&, const Eigen::Vector3d&) {});
@@ -122,10 +125,16 @@ double Chain::limit_excess(const JointVector& theta) const {
   return excess;
 }
 
-JointVector Chain::clamped(const JointVector& theta) const { return theta.cwiseMax(lower_).cwiseMin(upper_); }
+JointVector Chain::clamped(const JointVector& theta) const {
+  return theta.cwiseMax(lower_).cwiseMin(upper_);
+}
 
-double Chain::sample_lower(int i) const { return joints_[i].limited() ? lower_[i] : -std::numbers::pi; }
-double Chain::sample_upper(int i) const { return joints_[i].limited() ? upper_[i] : std::numbers::pi; }
+double Chain::sample_lower(int i) const {
+  return joints_[i].limited() ? lower_[i] : -std::numbers::pi;
+}
+double Chain::sample_upper(int i) const {
+  return joints_[i].limited() ? upper_[i] : std::numbers::pi;
+}
 
 std::optional<std::string> posture_fault(const Chain& chain, const std::vector<double>& theta, std::string_view what,
                                          double tolerance) {

@@ -20,13 +20,13 @@ struct Joint {
   double lower = 0;                                 ///< rad or m; -infinity for a continuous joint
   double upper = 0;                                 ///< rad or m; +infinity for a continuous joint
   double velocity = 0;                              ///< largest speed, rad/s or m/s; +infinity where none is given
-  double effort = 0;                                ///< largest torque or force, N m or N; +infinity where none is given
+  double effort = 0;  ///< largest torque or force, N m or N; +infinity where none is given
 
   bool limited() const { return type != Type::kContinuous; }
 };
 
-/// A serial arm from a base link to a tip link: fixed transforms with joints between them. W is the base link's frame, T
-/// the tip link's.
+/// A serial arm from a base link to a tip link: fixed transforms with joints between them. W is the base link's frame,
+/// T the tip link's.
 class Chain {
  public:
   /// `fixed` has one element more than `joints`: the transform from the frame after joint i-1 (or W) to the frame of
@@ -73,8 +73,8 @@ class Chain {
   JointVector lower_, upper_, velocity_;
 };
 
-/// Why `theta` cannot be a posture of `chain`, as a sentence that names the joint (`what` says whose posture it is): wrong
-/// number of joints, not finite, or beyond a limit by more than `tolerance` (rad or m). Nothing when it can.
+/// Why `theta` cannot be a posture of `chain`, as a sentence that names the joint (`what` says whose posture it is):
+/// wrong number of joints, not finite, or beyond a limit by more than `tolerance` (rad or m). Nothing when it can.
 std::optional<std::string> posture_fault(const Chain& chain, const std::vector<double>& theta, std::string_view what,
                                          double tolerance = 1e-9);
 

@@ -32,21 +32,37 @@ Eigen::Isometry3d isometry(const urdf::Pose& pose) {
   return X;
 }
 
-double positive_or_infinite(double limit) { return limit > 0 ? limit : std::numeric_limits<double>::infinity(); }
+double positive_or_infinite(double limit) {
+  return limit > 0 ? limit : std::numeric_limits<double>::infinity();
+}
 
-/// The moving part of a URDF joint, seen from its parent link; `reversed` when the chain passes it from child to parent.
+/// The moving part of a URDF joint, seen from its parent link; `reversed` when the chain passes it from child to
+/// parent.
 Joint joint_from(const urdf::Joint& source, bool reversed) {
   const std::string quoted = "joint '" + source.name + "'";
-  if (source.mimic) throw std::invalid_argument(quoted + " mimics joint '" + source.mimic->joint_name + "'; a mimic joint cannot be driven");
+  if (source.mimic)
+    throw std::invalid_argument(quoted + " mimics joint '" + source.mimic->joint_name +
+                                "'; a mimic joint cannot be driven");
   Joint joint;
   joint.name = source.name;
   switch (source.type) {
-    case urdf::Joint::REVOLUTE: joint.type = Joint::Type::kRevolute; break;
-    case urdf::Joint::CONTINUOUS: joint.type = Joint::Type::kContinuous; break;
-    case urdf::Joint::PRISMATIC: joint.type = Joint::Type::kPrismatic; break;
-    case urdf::Joint::FLOATING: throw std::invalid_argument(quoted + " is floating; a chain may have revolute, continuous, prismatic and fixed joints");
-    case urdf::Joint::PLANAR: throw std::invalid_argument(quoted + " is planar; a chain may have revolute, continuous, prismatic and fixed joints");
-    default: throw std::invalid_argument(quoted + " is of a type that is not supported");
+    case urdf::Joint::REVOLUTE:
+      joint.type = Joint::Type::kRevolute;
+      break;
+    case urdf::Joint::CONTINUOUS:
+      joint.type = Joint::Type::kContinuous;
+      break;
+    case urdf::Joint::PRISMATIC:
+      joint.type = Joint::Type::kPrismatic;
+      break;
+    case urdf::Joint::FLOATING:
+      throw std::invalid_argument(quoted +
+                                  " is floating; a chain may have revolute, continuous, prismatic and fixed joints");
+    case urdf::Joint::PLANAR:
+      throw std::invalid_argument(quoted +
+                                  " is planar; a chain may have revolute, continuous, prismatic and fixed joints");
+    default:
+      throw std::invalid_argument(quoted + " is of a type that is not supported");
   }
   joint.axis = Eigen::Vector3d(source.axis.x, source.axis.y, source.axis.z);
   const double length = joint.axis.norm();
@@ -66,7 +82,8 @@ Joint joint_from(const urdf::Joint& source, bool reversed) {
   if (!source.limits) throw std::invalid_argument(quoted + " has no limits");
   joint.lower = source.limits->lower;
   joint.upper = source.limits->upper;
-  if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper)) throw std::invalid_argument(quoted + " has a limit that is not a finite number");
+  if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper))
+    throw std::invalid_argument(quoted + " has a limit that is not a finite number");
   if (joint.lower > joint.upper) throw std::invalid_argument(quoted + " has its lower limit above its upper limit");
   return joint;
 }

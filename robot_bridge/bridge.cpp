@@ -9,9 +9,11 @@ namespace {
 constexpr int64_t kOtherClock = 1000000;  // us: a set-point this far from the bridge's time is on another time line
 
 const BridgeOptions& checked(const BridgeOptions& options) {
-  if (options.period_us <= 0 || options.setpoint_period_us <= 0) throw std::invalid_argument("the bridge's periods must be positive");
+  if (options.period_us <= 0 || options.setpoint_period_us <= 0)
+    throw std::invalid_argument("the bridge's periods must be positive");
   if (options.delay_us < 0) throw std::invalid_argument("the bridge's delay must not be negative");
-  if (!(options.speed_where_unlimited > 0)) throw std::invalid_argument("the speed of joints without a limit must be positive");
+  if (!(options.speed_where_unlimited > 0))
+    throw std::invalid_argument("the speed of joints without a limit must be positive");
   return options;
 }
 

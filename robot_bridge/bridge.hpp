@@ -15,16 +15,16 @@ struct BridgeOptions {
 };
 
 struct Command {
-  int64_t utime = 0;              ///< nominal time of the tick, microseconds
-  int64_t setpoint_sequence = -1; ///< the set-point that is being approached
+  int64_t utime = 0;               ///< nominal time of the tick, microseconds
+  int64_t setpoint_sequence = -1;  ///< the set-point that is being approached
   bool holding = false;
   bool limited = false;
-  JointVector theta;              ///< rad or m
-  JointVector velocity;           ///< rad/s or m/s: of this tick's step
+  JointVector theta;     ///< rad or m
+  JointVector velocity;  ///< rad/s or m/s: of this tick's step
 };
 
-/// The bridge as a stage. Silent until it knows where the robot is and has its first set-point; then one command a tick,
-/// for ever: when set-points stop it holds the last one.
+/// The bridge as a stage. Silent until it knows where the robot is and has its first set-point; then one command a
+/// tick, for ever: when set-points stop it holds the last one.
 class Bridge {
  public:
   /// Throws std::invalid_argument for periods or speeds that are not positive, or a negative delay.

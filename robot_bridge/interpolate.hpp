@@ -8,9 +8,9 @@
 namespace multireach::robot_bridge {
 
 struct Setpoint {
-  int64_t utime = 0;     ///< nominal time of the controller's tick, microseconds
+  int64_t utime = 0;  ///< nominal time of the controller's tick, microseconds
   int64_t sequence = -1;
-  JointVector theta;     ///< rad or m
+  JointVector theta;  ///< rad or m
 };
 
 /// Linear interpolation between set-points, as the paper's second computer does (Sect. 4): from the time of a set-point

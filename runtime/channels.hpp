@@ -17,7 +17,9 @@ inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
 
 /// Images have a UDP group of their own: on the control group they would make the 1 kHz stream lose messages, because
 /// every socket of a group receives all of its traffic. The truth of a rendered image travels with the image.
-constexpr bool on_image_group(std::string_view channel) { return channel == kStereoImages || channel == kTargetTruth; }
+constexpr bool on_image_group(std::string_view channel) {
+  return channel == kStereoImages || channel == kTargetTruth;
+}
 
 /// Where the two groups are unless --lcm-url and --image-url say otherwise: LCM's own default group, and the next.
 inline constexpr std::string_view kControlUrl = "udpm://239.255.76.67:7667?ttl=0";

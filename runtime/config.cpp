@@ -28,13 +28,18 @@ std::optional<double> finite_number(const YAML::Node& node) {
 }  // namespace
 
 Config::Config(std::string file, std::string path, YAML::Node node)
-    : file_(std::move(file)), path_(std::move(path)), node_(std::move(node)), asked_(std::make_shared<std::set<std::string>>()) {
-  if (!node_.IsMap()) throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
+    : file_(std::move(file)),
+      path_(std::move(path)),
+      node_(std::move(node)),
+      asked_(std::make_shared<std::set<std::string>>()) {
+  if (!node_.IsMap())
+    throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
   std::set<std::string> seen;
   for (const auto& item : node_) {
     const std::string key = item.first.as<std::string>();
     if (!seen.insert(key).second) {
-      throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) + "' stands twice");
+      throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) +
+                       "' stands twice");
     }
   }
 }
@@ -48,14 +53,17 @@ Config Config::load(const std::string& path) {
   }
 }
 
-std::string Config::full(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+std::string Config::full(const std::string& key) const {
+  return path_.empty() ? key : path_ + "." + key;
+}
 
 void Config::fail(const std::string& key, const std::string& expected) const {
   const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
   std::string value;
   if (node.IsDefined() && node.IsScalar()) value = " is '" + node.Scalar() + "';";
   const int line = node.IsDefined() ? node.Mark().line : node_.Mark().line;
-  throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + full(key) + "'" + value + " expected " + expected);
+  throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + full(key) + "'" + value + " expected " +
+                   expected);
 }
 
 std::optional<YAML::Node> Config::find(const std::string& key) const {
@@ -67,11 +75,14 @@ std::optional<YAML::Node> Config::find(const std::string& key) const {
 
 YAML::Node Config::get(const std::string& key) const {
   const auto node = find(key);
-  if (!node) throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": key '" + full(key) + "' is missing");
+  if (!node)
+    throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": key '" + full(key) + "' is missing");
   return *node;
 }
 
-bool Config::has(const std::string& key) const { return find(key).has_value(); }
+bool Config::has(const std::string& key) const {
+  return find(key).has_value();
+}
 
 double Config::number(const std::string& key, double min, double max, std::optional<double> otherwise) const {
   if (otherwise && !has(key)) return *otherwise;
@@ -116,7 +127,8 @@ std::string Config::choice(const std::string& key, std::initializer_list<std::st
   return value;
 }
 
-std::vector<double> Config::numbers(const std::string& key, int size, std::optional<std::vector<double>> otherwise) const {
+std::vector<double> Config::numbers(const std::string& key, int size,
+                                    std::optional<std::vector<double>> otherwise) const {
   if (otherwise && !has(key)) return *otherwise;
   const std::string expected = "a list of " + (size < 0 ? "" : std::to_string(size) + " ") + "finite numbers";
   const YAML::Node node = get(key);
@@ -142,13 +154,16 @@ std::map<std::string, double> Config::named_numbers(const std::string& key) cons
   return values;
 }
 
-Config Config::section(const std::string& key) const { return Config(file_, full(key), get(key)); }
+Config Config::section(const std::string& key) const {
+  return Config(file_, full(key), get(key));
+}
 
 std::vector<Config> Config::sections(const std::string& key) const {
   const YAML::Node node = get(key);
   if (!node.IsSequence()) fail(key, "a list");
   std::vector<Config> list;
-  for (size_t i = 0; i < node.size(); ++i) list.push_back(Config(file_, full(key) + "[" + std::to_string(i) + "]", node[i]));
+  for (size_t i = 0; i < node.size(); ++i)
+    list.push_back(Config(file_, full(key) + "[" + std::to_string(i) + "]", node[i]));
   return list;
 }
 
@@ -158,7 +173,8 @@ void Config::finish(std::initializer_list<std::string_view> others) const {
     if (asked_->contains(key) || std::ranges::find(others, key) != others.end()) continue;
     std::string known;
     for (const std::string& name : *asked_) known += (known.empty() ? "" : ", ") + name;
-    throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) + "' is not known; known here: " + known);
+    throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) +
+                     "' is not known; known here: " + known);
   }
 }
 

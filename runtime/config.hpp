@@ -16,8 +16,8 @@
 
 namespace multireach {
 
-/// A map in a YAML file. Every fault is an InputError that names file, line and key, and says what was expected. Values are
-/// read by key; `finish` then refuses keys that nobody asked for, so a misspelt key is never ignored.
+/// A map in a YAML file. Every fault is an InputError that names file, line and key, and says what was expected. Values
+/// are read by key; `finish` then refuses keys that nobody asked for, so a misspelt key is never ignored.
 class Config {
  public:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -36,7 +36,8 @@ class Config {
   std::string choice(const std::string& key, std::initializer_list<std::string_view> words,
                      std::optional<std::string> otherwise = {}) const;
   /// A list of finite numbers; of `size` numbers, unless that is -1.
-  std::vector<double> numbers(const std::string& key, int size, std::optional<std::vector<double>> otherwise = {}) const;
+  std::vector<double> numbers(const std::string& key, int size,
+                              std::optional<std::vector<double>> otherwise = {}) const;
   /// Names to numbers.
   std::map<std::string, double> named_numbers(const std::string& key) const;
   /// A map under a key (required), or the maps in a list.

@@ -28,8 +28,12 @@ Bytes read_file(const std::string& path) {
 
 }  // namespace
 
-std::string read_text_file(const std::string& path) { return read_file<std::string>(path); }
-std::vector<uint8_t> read_binary_file(const std::string& path) { return read_file<std::vector<uint8_t>>(path); }
+std::string read_text_file(const std::string& path) {
+  return read_file<std::string>(path);
+}
+std::vector<uint8_t> read_binary_file(const std::string& path) {
+  return read_file<std::vector<uint8_t>>(path);
+}
 
 void write_text_file(const std::string& path, const std::string& text) {
   if (path == "-") {
@@ -57,7 +61,9 @@ void write_text_file(const std::string& path, const std::string& text) {
   }
 }
 
-void write_json_file(const std::string& path, const nlohmann::json& json) { write_text_file(path, json.dump(2) + "\n"); }
+void write_json_file(const std::string& path, const nlohmann::json& json) {
+  write_text_file(path, json.dump(2) + "\n");
+}
 
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip) {
   const std::string xml = read_text_file(urdf_path);

@@ -32,14 +32,18 @@ std::string with_receive_buffer(const std::string& url) {
 
 void require_good(lcm::LCM& bus, const std::string& url) {
   if (bus.good()) return;
-  throw InputError("LCM cannot be started on '" + url +
-                   "'; without a network, multicast needs a route:  ip link set lo up; ip route add 224.0.0.0/4 dev lo");
+  throw InputError(
+      "LCM cannot be started on '" + url +
+      "'; without a network, multicast needs a route:  ip link set lo up; ip route add 224.0.0.0/4 dev lo");
 }
 
 class LiveLoop {
  public:
   LiveLoop(Node& node, const LiveOptions& options)
-      : node_(node), options_(options), clock_(options.speed), control_(with_receive_buffer(options.control_url)),
+      : node_(node),
+        options_(options),
+        clock_(options.speed),
+        control_(with_receive_buffer(options.control_url)),
         images_(with_receive_buffer(options.image_url)) {
     require_good(control_, options.control_url);
     require_good(images_, options.image_url);
@@ -107,7 +111,8 @@ class LiveLoop {
       const int64_t behind = now - clock_.monotonic_at(*tick);
       if (behind < 0 || interrupted()) return;
       if (behind > kHopeless) clock_.anchor(*tick, now);
-      if (static_cast<double>(behind) * options_.speed > static_cast<double>(node_.tick_period_us())) node_.count_late();
+      if (static_cast<double>(behind) * options_.speed > static_cast<double>(node_.tick_period_us()))
+        node_.count_late();
       node_.tick(outbox_);
       publish();
     }
@@ -155,7 +160,9 @@ void catch_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-bool interrupted() { return signal_received != 0; }
+bool interrupted() {
+  return signal_received != 0;
+}
 
 int run_live(Node& node, const LiveOptions& options) {
   catch_signals();

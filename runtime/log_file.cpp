@@ -27,7 +27,8 @@ Integer read_big_endian(const uint8_t* bytes) {
 
 template <class Integer>
 void append_big_endian(std::string& to, Integer value) {
-  for (int shift = 8 * (sizeof(Integer) - 1); shift >= 0; shift -= 8) to.push_back(static_cast<char>((value >> shift) & 0xff));
+  for (int shift = 8 * (sizeof(Integer) - 1); shift >= 0; shift -= 8)
+    to.push_back(static_cast<char>((value >> shift) & 0xff));
 }
 
 }  // namespace
@@ -54,9 +55,13 @@ LogReader::LogReader(const std::string& path) {
   }
 }
 
-LogReader::~LogReader() { munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size()); }
+LogReader::~LogReader() {
+  munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
+}
 
-void LogReader::rewind() { position_ = damaged_bytes_ = damaged_places_ = 0; }
+void LogReader::rewind() {
+  position_ = damaged_bytes_ = damaged_places_ = 0;
+}
 
 std::optional<LogEvent> LogReader::event_at(size_t position) const {
   if (bytes_.size() - position < kHeader) return std::nullopt;

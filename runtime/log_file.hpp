@@ -18,8 +18,8 @@ struct LogEvent {
 };
 
 /// Reads a file of lcm-logger by mapping it into memory. An event is EDA1DA01, int64 number, int64 time, int32 channel
-/// length, int32 data length, channel, data, all big-endian. Where the bytes are no event, the reader goes on at the next
-/// place where they are one, and counts what it left out. Never crashes on a damaged file.
+/// length, int32 data length, channel, data, all big-endian. Where the bytes are no event, the reader goes on at the
+/// next place where they are one, and counts what it left out. Never crashes on a damaged file.
 class LogReader {
  public:
   /// Throws InputError when the file cannot be read or holds not a single event.

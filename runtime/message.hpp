@@ -8,9 +8,10 @@
 
 namespace multireach {
 
-/// The message in `bytes`, or nothing when they are not exactly one well-formed message of this type: wrong fingerprint,
-/// truncated, trailing bytes, or a length that the bytes cannot hold. Never throws and never allocates more than the
-/// bytes could fill (see lcmtypes/harden.cmake). Bit errors inside a field are not seen: LCM has no checksum.
+/// The message in `bytes`, or nothing when they are not exactly one well-formed message of this type: wrong
+/// fingerprint, truncated, trailing bytes, or a length that the bytes cannot hold. Never throws and never allocates
+/// more than the bytes could fill (see lcmtypes/harden.cmake). Bit errors inside a field are not seen: LCM has no
+/// checksum.
 template <class Message>
 std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) return std::nullopt;

@@ -9,9 +9,9 @@ int64_t monotonic_us();
 /// The present, microseconds since 1970.
 int64_t wall_us();
 
-/// Relates the time that messages carry to the monotonic clock: the messages' own delay is taken to be the smallest seen
-/// lately, so that jitter in the network does not move the grid of ticks, and a drift between the sender's clock and ours
-/// is followed.
+/// Relates the time that messages carry to the monotonic clock: the messages' own delay is taken to be the smallest
+/// seen lately, so that jitter in the network does not move the grid of ticks, and a drift between the sender's clock
+/// and ours is followed.
 class MessageClock {
  public:
   /// `speed`: seconds of message time per second of monotonic time.
@@ -24,7 +24,9 @@ class MessageClock {
   /// message, a log that starts again) moves the clock at once.
   void observe(int64_t utime, int64_t now_us);
   /// When it is `utime` on the monotonic clock.
-  int64_t monotonic_at(int64_t utime) const { return static_cast<int64_t>(static_cast<double>(utime) / speed_) + offset_us_; }
+  int64_t monotonic_at(int64_t utime) const {
+    return static_cast<int64_t>(static_cast<double>(utime) / speed_) + offset_us_;
+  }
 
  private:
   double speed_;

@@ -28,8 +28,8 @@ struct NodeCounters {
   int64_t sent = 0;      ///< messages published
 };
 
-/// A stage bound to its messages: events with their times in, messages out. Knows no LCM and no clock, so the same object
-/// runs live, in a replay and in a test.
+/// A stage bound to its messages: events with their times in, messages out. Knows no LCM and no clock, so the same
+/// object runs live, in a replay and in a test.
 class Node {
  public:
   virtual ~Node() = default;
@@ -75,8 +75,8 @@ class Node {
 /// Watches one publisher's sequence numbers.
 class SequenceWatch {
  public:
-  /// How many messages are missing just before this one. A sequence that starts again at a smaller number (the publisher
-  /// was restarted, a log is played again) is no loss.
+  /// How many messages are missing just before this one. A sequence that starts again at a smaller number (the
+  /// publisher was restarted, a log is played again) is no loss.
   int64_t missing_before(int64_t sequence) {
     const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;
     newest_ = sequence;

@@ -69,7 +69,8 @@ std::vector<double> parse_numbers(const std::string& option, const std::string& 
     double value = 0;
     const auto [stopped, error] = std::from_chars(at, last, value);
     if (error != std::errc() || stopped != last) {
-      throw InputError(option + ": '" + std::string(at, last) + "' is not a number; expected numbers with commas between them");
+      throw InputError(option + ": '" + std::string(at, last) +
+                       "' is not a number; expected numbers with commas between them");
     }
     values.push_back(value);
     at = comma + 1;

@@ -8,8 +8,8 @@
 
 namespace multireach {
 
-/// What all programs share: --help, --version, messages on standard error, and exit codes: 0 done, 1 it did not succeed,
-/// 2 wrong usage or input.
+/// What all programs share: --help, --version, messages on standard error, and exit codes: 0 done, 1 it did not
+/// succeed, 2 wrong usage or input.
 class Program {
  public:
   Program(const std::string& name, const std::string& description);
@@ -17,8 +17,8 @@ class Program {
   CLI::App& cli() { return app_; }
   /// Adds --lcm-url, --image-url, --speed and --seconds.
   LiveOptions& add_live_options();
-  /// Parses the arguments and runs `body`, whose result is the exit code. An InputError, or an std::invalid_argument of a
-  /// stage, is printed as one sentence and gives 2; any other exception 1.
+  /// Parses the arguments and runs `body`, whose result is the exit code. An InputError, or an std::invalid_argument of
+  /// a stage, is printed as one sentence and gives 2; any other exception 1.
   int run(int argc, char** argv, const std::function<int()>& body);
 
  private:

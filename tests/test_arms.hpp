@@ -22,7 +22,9 @@ inline std::string file_text(const std::string& path) {
   return text.str();
 }
 
-inline ArmFile hoap2_file() { return {MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf", "torso", "right_hand"}; }
+inline ArmFile hoap2_file() {
+  return {MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf", "torso", "right_hand"};
+}
 
 /// The public arms of ../shared/robots; empty where that folder is not.
 inline std::vector<ArmFile> shared_arm_files() {
@@ -42,8 +44,12 @@ inline std::vector<ArmFile> all_arm_files() {
   return files;
 }
 
-inline Chain load(const ArmFile& file) { return chain_from_urdf(file_text(file.path), file.base, file.tip); }
-inline Chain hoap2() { return load(hoap2_file()); }
+inline Chain load(const ArmFile& file) {
+  return chain_from_urdf(file_text(file.path), file.base, file.tip);
+}
+inline Chain hoap2() {
+  return load(hoap2_file());
+}
 
 /// The k-th posture of a seeded series, uniform inside the limits shrunk by `margin` of the range on each side.
 inline JointVector random_posture(const Chain& chain, const CounterRandom& random, uint64_t k, double margin = 0) {

@@ -18,7 +18,9 @@ Eigen::Vector2d CameraModel::project(const Eigen::Vector3d& p_C) const {
   return {pixels[0].x, pixels[0].y};
 }
 
-Eigen::Vector2d CameraModel::ray(const Eigen::Vector2d& pixel) const { return rays({pixel})[0]; }
+Eigen::Vector2d CameraModel::ray(const Eigen::Vector2d& pixel) const {
+  return rays({pixel})[0];
+}
 
 std::vector<Eigen::Vector2d> CameraModel::rays(const std::vector<Eigen::Vector2d>& pixels) const {
   if (pixels.empty()) return {};

@@ -6,7 +6,9 @@
 namespace multireach::vision {
 namespace {
 
-double luma(const Rgb& colour) { return 0.25 * (colour.r + 2 * colour.g + colour.b); }
+double luma(const Rgb& colour) {
+  return 0.25 * (colour.r + 2 * colour.g + colour.b);
+}
 
 double chroma_distance(const Rgb& a, const Rgb& b) {
   const double ya = luma(a), yb = luma(b);

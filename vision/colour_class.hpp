@@ -12,9 +12,9 @@ struct Rgb {
   double r = 0, g = 0, b = 0;
 };
 
-/// Which colours belong to the object: those whose chroma ratios U = (R - G)/Y and V = (B - G)/Y, with Y = (R + 2G + B)/4,
-/// lie within `tolerance` of one of the reference colours, and that are neither darker than `darkest` nor brighter than
-/// `brightest` in Y. The ratios do not change with exposure.
+/// Which colours belong to the object: those whose chroma ratios U = (R - G)/Y and V = (B - G)/Y, with Y = (R + 2G +
+/// B)/4, lie within `tolerance` of one of the reference colours, and that are neither darker than `darkest` nor
+/// brighter than `brightest` in Y. The ratios do not change with exposure.
 struct ColourClass {
   std::vector<Rgb> references;
   double tolerance = 0.3;

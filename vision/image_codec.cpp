@@ -19,19 +19,31 @@ constexpr int kAsItIs = -1;
 std::optional<Layout> layout_of(const EncodedImage& image) {
   const int w = image.width, h = image.height;
   switch (image.format) {
-    case PixelFormat::kGray: return Layout{w, h, CV_8UC1, cv::COLOR_GRAY2BGR, false, false};
-    case PixelFormat::kRgb: return Layout{3 * w, h, CV_8UC3, cv::COLOR_RGB2BGR, false, false};
-    case PixelFormat::kBgr: return Layout{3 * w, h, CV_8UC3, kAsItIs, false, false};
-    case PixelFormat::kYuyv: return Layout{2 * w, h, CV_8UC2, cv::COLOR_YUV2BGR_YUYV, true, false};
-    case PixelFormat::kUyvy: return Layout{2 * w, h, CV_8UC2, cv::COLOR_YUV2BGR_UYVY, true, false};
-    case PixelFormat::kI420: return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_I420, true, true};
-    case PixelFormat::kNv12: return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_NV12, true, true};
+    case PixelFormat::kGray:
+      return Layout{w, h, CV_8UC1, cv::COLOR_GRAY2BGR, false, false};
+    case PixelFormat::kRgb:
+      return Layout{3 * w, h, CV_8UC3, cv::COLOR_RGB2BGR, false, false};
+    case PixelFormat::kBgr:
+      return Layout{3 * w, h, CV_8UC3, kAsItIs, false, false};
+    case PixelFormat::kYuyv:
+      return Layout{2 * w, h, CV_8UC2, cv::COLOR_YUV2BGR_YUYV, true, false};
+    case PixelFormat::kUyvy:
+      return Layout{2 * w, h, CV_8UC2, cv::COLOR_YUV2BGR_UYVY, true, false};
+    case PixelFormat::kI420:
+      return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_I420, true, true};
+    case PixelFormat::kNv12:
+      return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_NV12, true, true};
     // OpenCV names a Bayer pattern by the second row's second and third pixel.
-    case PixelFormat::kBayerBggr: return Layout{w, h, CV_8UC1, cv::COLOR_BayerRG2BGR, true, true};
-    case PixelFormat::kBayerGbrg: return Layout{w, h, CV_8UC1, cv::COLOR_BayerGR2BGR, true, true};
-    case PixelFormat::kBayerGrbg: return Layout{w, h, CV_8UC1, cv::COLOR_BayerGB2BGR, true, true};
-    case PixelFormat::kBayerRggb: return Layout{w, h, CV_8UC1, cv::COLOR_BayerBG2BGR, true, true};
-    case PixelFormat::kMjpeg: break;
+    case PixelFormat::kBayerBggr:
+      return Layout{w, h, CV_8UC1, cv::COLOR_BayerRG2BGR, true, true};
+    case PixelFormat::kBayerGbrg:
+      return Layout{w, h, CV_8UC1, cv::COLOR_BayerGR2BGR, true, true};
+    case PixelFormat::kBayerGrbg:
+      return Layout{w, h, CV_8UC1, cv::COLOR_BayerGB2BGR, true, true};
+    case PixelFormat::kBayerRggb:
+      return Layout{w, h, CV_8UC1, cv::COLOR_BayerBG2BGR, true, true};
+    case PixelFormat::kMjpeg:
+      break;
   }
   return std::nullopt;
 }
@@ -59,12 +71,15 @@ bool ImageCodec::decode(const EncodedImage& image, cv::Mat& bgr) {
   if (image.format == PixelFormat::kMjpeg) {
     int width = 0, height = 0, subsampling = 0, colours = 0;
     const auto size = static_cast<unsigned long>(image.data.size());
-    if (tjDecompressHeader3(handles_->decompress, image.data.data(), size, &width, &height, &subsampling, &colours) != 0) return false;
+    if (tjDecompressHeader3(handles_->decompress, image.data.data(), size, &width, &height, &subsampling, &colours) !=
+        0)
+      return false;
     if (width != image.width || height != image.height) return false;
     bgr.create(height, width, CV_8UC3);
-    // The exact transforms, so that the same JPEG gives the same pixels with and without SIMD; a warning is damaged data.
-    return tjDecompress2(handles_->decompress, image.data.data(), size, bgr.data, width, static_cast<int>(bgr.step), height,
-                         TJPF_BGR, TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING) == 0;
+    // The exact transforms, so that the same JPEG gives the same pixels with and without SIMD; a warning is damaged
+    // data.
+    return tjDecompress2(handles_->decompress, image.data.data(), size, bgr.data, width, static_cast<int>(bgr.step),
+                         height, TJPF_BGR, TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING) == 0;
   }
   const auto layout = layout_of(image);
   if (!layout || (layout->even_width && image.width % 2) || (layout->even_height && image.height % 2)) return false;
@@ -72,8 +87,10 @@ bool ImageCodec::decode(const EncodedImage& image, cv::Mat& bgr) {
   if (stride < layout->bytes_per_row) return false;
   const size_t needed = static_cast<size_t>(stride) * (layout->rows - 1) + layout->bytes_per_row;
   if (image.data.size() < needed) return false;
-  if (stride != layout->bytes_per_row && layout->rows != image.height) return false;  // planes with padding: not defined
-  const cv::Mat raw(layout->rows, image.width, layout->type, const_cast<uint8_t*>(image.data.data()), static_cast<size_t>(stride));
+  if (stride != layout->bytes_per_row && layout->rows != image.height)
+    return false;  // planes with padding: not defined
+  const cv::Mat raw(layout->rows, image.width, layout->type, const_cast<uint8_t*>(image.data.data()),
+                    static_cast<size_t>(stride));
   if (layout->to_bgr == kAsItIs) {
     raw.copyTo(bgr);
   } else {

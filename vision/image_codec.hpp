@@ -40,8 +40,8 @@ class ImageCodec {
   ImageCodec(const ImageCodec&) = delete;
   ImageCodec& operator=(const ImageCodec&) = delete;
 
-  /// Decodes into 8-bit BGR. Returns false when the format is not known, the data are too short for the size, the size is
-  /// odd where the format needs it even, or a JPEG is damaged or of another size than stated. `bgr` is made to fit.
+  /// Decodes into 8-bit BGR. Returns false when the format is not known, the data are too short for the size, the size
+  /// is odd where the format needs it even, or a JPEG is damaged or of another size than stated. `bgr` is made to fit.
   bool decode(const EncodedImage& image, cv::Mat& bgr);
   /// A JPEG (4:2:0) of an 8-bit BGR image, `quality` 1 to 100.
   std::vector<uint8_t> encode_jpeg(const cv::Mat& bgr, int quality);

@@ -18,15 +18,19 @@ cv::Mat read_image(const std::string& path) {
   return image;
 }
 
-nlohmann::json vector(const auto& values) { return std::vector<double>(values.begin(), values.end()); }
+nlohmann::json vector(const auto& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
 
 int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& json_path) {
   const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
   const vision::StereoRig& rig = config.tracker.rig;
-  for (const auto& [image, camera, path] : {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
+  for (const auto& [image, camera, path] :
+       {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
     if (image->cols == camera->width && image->rows == camera->height) continue;
     throw InputError(path + ": is " + std::to_string(image->cols) + " x " + std::to_string(image->rows) +
-                     " pixels; the calibration is for " + std::to_string(camera->width) + " x " + std::to_string(camera->height));
+                     " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
+                     std::to_string(camera->height));
   }
   vision::StereoTracker tracker(config.tracker);
   const vision::Sighting sighting = tracker.find(left, right);
@@ -52,12 +56,18 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-vision", "Stereo colour tracking: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
+  Program program("multireach-vision",
+                  "Stereo colour tracking: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
   std::string config_path, json = "-";
   std::vector<std::string> pair;
   program.cli().add_option("--config", config_path, "cameras and colour, as robots/hoap2/vision.yaml")->required();
-  program.cli().add_option("--pair", pair, "answer once for a LEFT and a RIGHT image file")->expected(2)->type_name("LEFT RIGHT");
-  program.cli().add_option("--json", json, "with --pair: where to write the answer; - for standard output")->capture_default_str();
+  program.cli()
+      .add_option("--pair", pair, "answer once for a LEFT and a RIGHT image file")
+      ->expected(2)
+      ->type_name("LEFT RIGHT");
+  program.cli()
+      .add_option("--json", json, "with --pair: where to write the answer; - for standard output")
+      ->capture_default_str();
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);  // the same bytes on every machine

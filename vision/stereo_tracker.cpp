@@ -27,13 +27,20 @@ const TrackerOptions& checked(const TrackerOptions& options) {
 
 const char* description(Sighting::Status status) {
   switch (status) {
-    case Sighting::Status::kSeen: return "seen";
-    case Sighting::Status::kWrongImageSize: return "an image is not of the size that the calibration is for";
-    case Sighting::Status::kNotInLeft: return "not seen in the left image";
-    case Sighting::Status::kNotInRight: return "not seen in the right image";
-    case Sighting::Status::kCutOff: return "cut off by the border of an image";
-    case Sighting::Status::kNotTheSame: return "what the two images show is not the same object";
-    case Sighting::Status::kBehindCameras: return "the two lines of sight do not meet in front of the cameras";
+    case Sighting::Status::kSeen:
+      return "seen";
+    case Sighting::Status::kWrongImageSize:
+      return "an image is not of the size that the calibration is for";
+    case Sighting::Status::kNotInLeft:
+      return "not seen in the left image";
+    case Sighting::Status::kNotInRight:
+      return "not seen in the right image";
+    case Sighting::Status::kCutOff:
+      return "cut off by the border of an image";
+    case Sighting::Status::kNotTheSame:
+      return "what the two images show is not the same object";
+    case Sighting::Status::kBehindCameras:
+      return "the two lines of sight do not meet in front of the cameras";
   }
   return "";
 }
@@ -69,7 +76,8 @@ Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) 
     sighting.status = status;
     return sighting;
   };
-  if (!fits(left_bgr, options_.rig.left) || !fits(right_bgr, options_.rig.right)) return failed(Status::kWrongImageSize);
+  if (!fits(left_bgr, options_.rig.left) || !fits(right_bgr, options_.rig.right))
+    return failed(Status::kWrongImageSize);
   table_.classify(left_bgr, left_mask_);
   const auto left = largest_blob(left_mask_, options_.min_area_px);
   if (!left) return failed(Status::kNotInLeft);

@@ -9,25 +9,25 @@ namespace multireach::vision {
 struct TrackerOptions {
   StereoRig rig;
   ColourClass colour;
-  double ball_radius_m = 0;      ///< of a sphere, whose image is not centred on its centre's; 0 where that is not known
-  double min_area_px = 30;       ///< smaller blobs are not the object
-  double sigma_px = 0.15;        ///< standard deviation of a blob's centroid, per coordinate
-  double max_epipolar_px = 3;    ///< the blobs of both images belong together only below this
+  double ball_radius_m = 0;    ///< of a sphere, whose image is not centred on its centre's; 0 where that is not known
+  double min_area_px = 30;     ///< smaller blobs are not the object
+  double sigma_px = 0.15;      ///< standard deviation of a blob's centroid, per coordinate
+  double max_epipolar_px = 3;  ///< the blobs of both images belong together only below this
 };
 
 /// What was found in one pair of images.
 struct Sighting {
   enum class Status {
     kSeen,
-    kWrongImageSize,      ///< an image is not of the size that the calibration is for
-    kNotInLeft,           ///< no blob of the colour
+    kWrongImageSize,  ///< an image is not of the size that the calibration is for
+    kNotInLeft,       ///< no blob of the colour
     kNotInRight,
-    kCutOff,              ///< at the border of an image
-    kNotTheSame,          ///< the blobs are not on one epipolar line
-    kBehindCameras,       ///< the rays do not meet in front of the cameras
+    kCutOff,         ///< at the border of an image
+    kNotTheSame,     ///< the blobs are not on one epipolar line
+    kBehindCameras,  ///< the rays do not meet in front of the cameras
   };
   Status status = Status::kNotInLeft;
-  Triangulation point;                         ///< meaningful when seen
+  Triangulation point;                            ///< meaningful when seen
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< centroids as measured, pixels
 };
 

@@ -17,15 +17,21 @@ robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot) {
   if (!section) return options;
   const Config& config = *section;
   options.delay_us = static_cast<int64_t>(config.number("delay_ms", 0, 1000, options.delay_us * 1e-3) * 1e3);
-  options.speed_where_unlimited = config.number("speed_where_unlimited_rad_s", 1e-3, 1e3, options.speed_where_unlimited);
+  options.speed_where_unlimited =
+      config.number("speed_where_unlimited_rad_s", 1e-3, 1e3, options.speed_where_unlimited);
   config.finish();
   return options;
 }
 
 BridgeNode::BridgeNode(const RobotConfig& robot)
-    : options_(bridge_options_from(robot)), chain_(robot.chain), bridge_(robot.chain, options_), joint_names_(joint_names(robot.chain)) {}
+    : options_(bridge_options_from(robot)),
+      chain_(robot.chain),
+      bridge_(robot.chain, options_),
+      joint_names_(joint_names(robot.chain)) {}
 
-std::vector<std::string_view> BridgeNode::inputs() const { return {channel::kJointSetpoint, channel::kRobotState}; }
+std::vector<std::string_view> BridgeNode::inputs() const {
+  return {channel::kJointSetpoint, channel::kRobotState};
+}
 
 std::optional<int64_t> BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kRobotState) {

@@ -29,7 +29,8 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
   options.tick_us = static_cast<int64_t>(config.number("tick_ms", 1, 10000, options.tick_us * 1e-3) * 1e3);
   options.jump_m = config.number("jump_m", 1e-6, 1e3, options.jump_m);
   options.drift_m = config.number("drift_m", 1e-6, 1e3, options.drift_m);
-  options.lost_after_us = static_cast<int64_t>(config.number("lost_after_s", 0, 1e6, options.lost_after_us * 1e-6) * 1e6);
+  options.lost_after_us =
+      static_cast<int64_t>(config.number("lost_after_s", 0, 1e6, options.lost_after_us * 1e-6) * 1e6);
   if (config.choice("without_target", {"hold", "rest"}, "hold") == "rest") {
     options.without_target = controller::WithoutTarget::kGoToRest;
   }
@@ -42,7 +43,9 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
 ControllerNode::ControllerNode(const RobotConfig& robot)
     : controller_(robot.chain, reach_options_from(robot)), joint_names_(joint_names(robot.chain)) {}
 
-std::vector<std::string_view> ControllerNode::inputs() const { return {channel::kTarget, channel::kRobotState}; }
+std::vector<std::string_view> ControllerNode::inputs() const {
+  return {channel::kTarget, channel::kRobotState};
+}
 
 std::optional<int64_t> ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kTarget) return receive_target(bytes);
@@ -123,10 +126,18 @@ std::string ControllerNode::state() const {
   if (!controller_.next_tick()) return "waiting for a target";
   std::string text;
   switch (last_.mode) {
-    case controller::ReachMode::kWaiting: text = "waiting"; break;
-    case controller::ReachMode::kReaching: text = "reaching"; break;
-    case controller::ReachMode::kHolding: text = "holding"; break;
-    case controller::ReachMode::kResting: text = "resting"; break;
+    case controller::ReachMode::kWaiting:
+      text = "waiting";
+      break;
+    case controller::ReachMode::kReaching:
+      text = "reaching";
+      break;
+    case controller::ReachMode::kHolding:
+      text = "holding";
+      break;
+    case controller::ReachMode::kResting:
+      text = "resting";
+      break;
   }
   if (last_.target_lost) text += ", target lost";
   if (last_.target_out_of_reach) text += ", target out of reach";

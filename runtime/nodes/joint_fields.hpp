@@ -16,7 +16,9 @@ inline std::vector<std::string> joint_names(const Chain& chain) {
   return names;
 }
 
-inline std::vector<double> to_field(const JointVector& vector) { return {vector.begin(), vector.end()}; }
+inline std::vector<double> to_field(const JointVector& vector) {
+  return {vector.begin(), vector.end()};
+}
 
 /// The chain's joints out of a message that names joints in any order, and may have more; nothing when one is missing.
 inline std::optional<JointVector> from_fields(const Chain& chain, const std::vector<std::string>& names,

@@ -19,7 +19,8 @@ std::optional<Config> RobotConfig::section(const std::string& name) const {
 
 JointVector posture_from(const Config& config, const std::string& key, const Chain& chain) {
   const std::vector<double> values = config.numbers(key, -1);
-  if (const auto fault = posture_fault(chain, values, "the posture")) config.fail(key, "a posture of the robot: " + *fault);
+  if (const auto fault = posture_fault(chain, values, "the posture"))
+    config.fail(key, "a posture of the robot: " + *fault);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
 }
 

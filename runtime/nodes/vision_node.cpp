@@ -18,7 +18,8 @@ CameraModel camera_model_from(const Config& config) {
   camera.cx = config.number("cx_px", -1e6, 1e6);
   camera.cy = config.number("cy_px", -1e6, 1e6);
   const std::vector<double> distortion = config.numbers("distortion", -1, std::vector<double>{});
-  if (distortion.size() > camera.distortion.size()) config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
+  if (distortion.size() > camera.distortion.size())
+    config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
   std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
   config.finish();
   return camera;
@@ -35,9 +36,10 @@ Eigen::Isometry3d transform_from(const Config& config) {
     if (!rotation) config.fail("rotation", "a rotation matrix, row by row");
   } else {
     const std::vector<double> rpy = config.numbers("rpy_rad", 3, std::vector<double>{0, 0, 0});
-    X.linear() = (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
-                  Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()))
-                     .toRotationMatrix();
+    X.linear() =
+        (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
+         Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()))
+            .toRotationMatrix();
   }
   config.finish();
   return X;
@@ -111,7 +113,9 @@ int64_t pair_sequence(const images_t& images) {
 
 VisionNode::VisionNode(const VisionConfig& config) : config_(config), tracker_(config.tracker) {}
 
-std::vector<std::string_view> VisionNode::inputs() const { return {channel::kStereoImages}; }
+std::vector<std::string_view> VisionNode::inputs() const {
+  return {channel::kStereoImages};
+}
 
 namespace {
 

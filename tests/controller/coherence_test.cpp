@@ -17,9 +17,11 @@ TEST(LimitWeights, FollowEquation28InsideAndVanishOutside) {
   const Chain chain = testing::hoap2();
   constexpr double kGamma = 350;
   JointVector theta = 0.5 * (chain.lower() + chain.upper());
-  EXPECT_TRUE(limit_weights(chain, theta, kGamma).isApprox(JointVector::Constant(4, kGamma), 1e-12)) << "gamma in the middle";
+  EXPECT_TRUE(limit_weights(chain, theta, kGamma).isApprox(JointVector::Constant(4, kGamma), 1e-12))
+      << "gamma in the middle";
   theta = 0.75 * chain.lower() + 0.25 * chain.upper();
-  EXPECT_TRUE(limit_weights(chain, theta, kGamma).isApprox(JointVector::Constant(4, kGamma / 2), 1e-12)) << "half of it at a quarter";
+  EXPECT_TRUE(limit_weights(chain, theta, kGamma).isApprox(JointVector::Constant(4, kGamma / 2), 1e-12))
+      << "half of it at a quarter";
   EXPECT_EQ(limit_weights(chain, chain.lower(), kGamma).norm(), 0);
   EXPECT_EQ(limit_weights(chain, chain.upper(), kGamma).norm(), 0);
   const JointVector beyond = chain.upper() + 0.5 * (chain.upper() - chain.lower());
@@ -28,8 +30,10 @@ TEST(LimitWeights, FollowEquation28InsideAndVanishOutside) {
 
 TEST(LimitWeights, AreGammaForAContinuousJoint) {
   const Chain chain = chain_from_urdf(
-      "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent link='a'/><child link='b'/>"
-      "<axis xyz='0 0 1'/></joint></robot>", "a", "b");
+      "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='continuous'><parent link='a'/><child "
+      "link='b'/>"
+      "<axis xyz='0 0 1'/></joint></robot>",
+      "a", "b");
   JointVector theta(1);
   theta << 77;
   EXPECT_EQ(limit_weights(chain, theta, 5)[0], 5);
@@ -60,8 +64,8 @@ TEST(CoherentVelocity, TheTwoFormsOfThePaperAgree) {
     for (uint64_t k = 0; k < 100; ++k) {
       const Case c = random_case(chain, k);
       const Eigen::MatrixXd W_theta = c.weights.cwiseInverse().asDiagonal();
-      const Eigen::VectorXd expected =
-          (W_theta + c.J.transpose() * c.J).inverse() * (W_theta * c.joint_velocity + c.J.transpose() * c.hand_velocity);
+      const Eigen::VectorXd expected = (W_theta + c.J.transpose() * c.J).inverse() *
+                                       (W_theta * c.joint_velocity + c.J.transpose() * c.hand_velocity);
       const JointVector actual = coherent_velocity(c.J, c.weights, c.joint_velocity, c.hand_velocity);
       EXPECT_LT((actual - expected).norm(), 1e-11) << file.path << ", seed " << kSeed << ", case " << k;
     }
@@ -72,7 +76,8 @@ TEST(CoherentVelocity, NoOtherVelocityIsCheaper) {
   const Chain chain = testing::hoap2();
   const CounterRandom random(kSeed, 5);
   const auto cost = [](const Case& c, const JointVector& v) {
-    return (v - c.joint_velocity).cwiseAbs2().cwiseQuotient(c.weights).sum() + (c.J * v - c.hand_velocity).squaredNorm();
+    return (v - c.joint_velocity).cwiseAbs2().cwiseQuotient(c.weights).sum() +
+           (c.J * v - c.hand_velocity).squaredNorm();
   };
   for (uint64_t k = 0; k < 200; ++k) {
     const Case c = random_case(chain, k);

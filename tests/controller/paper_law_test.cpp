@@ -1,5 +1,5 @@
-// The law `paper` against a second writing of Eqs. (19)-(28): plain arrays, Gauss-Jordan elimination, and Orocos KDL for the
-// arm. It shares no code with the first.
+// The law `paper` against a second writing of Eqs. (19)-(28): plain arrays, Gauss-Jordan elimination, and Orocos KDL
+// for the arm. It shares no code with the first.
 #include "controller/paper_law.hpp"
 
 #include <gtest/gtest.h>
@@ -108,7 +108,8 @@ struct Second {
     Vec gap(3);
     for (size_t r = 0; r < 3; ++r) gap[r] = hand[r] - row_dot(J, r, joint);
     const Vec lambda = solve3(weighted_square(J, w, 1), gap);
-    for (size_t i = 0; i < n; ++i) theta_dot[i] = joint[i] + w[i] * (J[0][i] * lambda[0] + J[1][i] * lambda[1] + J[2][i] * lambda[2]);
+    for (size_t i = 0; i < n; ++i)
+      theta_dot[i] = joint[i] + w[i] * (J[0][i] * lambda[0] + J[1][i] * lambda[1] + J[2][i] * lambda[2]);
     for (size_t r = 0; r < 3; ++r) x_dot[r] = row_dot(J, r, theta_dot);
     for (size_t i = 0; i < n; ++i) theta[i] += theta_dot[i];
     x = arm.position(theta);
@@ -118,7 +119,8 @@ struct Second {
     for (size_t i = 0; i < n; ++i) difference[i] = theta_T[i] - theta[i];
     for (size_t r = 0; r < 3; ++r) push[r] = row_dot(J_T, r, difference) + x_T[r] - at[r];
     const Vec mu = solve3(weighted_square(J_T, Vec(n, 1.0), 0), push);
-    for (size_t i = 0; i < n; ++i) theta_T[i] += J_T[0][i] * mu[0] + J_T[1][i] * mu[1] + J_T[2][i] * mu[2] - difference[i];
+    for (size_t i = 0; i < n; ++i)
+      theta_T[i] += J_T[0][i] * mu[0] + J_T[1][i] * mu[1] + J_T[2][i] * mu[2] - difference[i];
   }
 };
 
@@ -152,7 +154,8 @@ TEST(PaperLaw, AgreesWithASecondWritingTo1e9) {
         if (!((first.theta_target - beside.theta_target).cwiseAbs().maxCoeff() < kGrownError)) break;
         for (size_t i = 0; i < theta.size(); ++i) {
           const auto at = static_cast<Eigen::Index>(i);
-          worst = std::max({worst, std::abs(first.theta[at] - second.theta[i]), std::abs(first.theta_target[at] - second.theta_T[i])});
+          worst = std::max({worst, std::abs(first.theta[at] - second.theta[i]),
+                            std::abs(first.theta_target[at] - second.theta_T[i])});
         }
       }
       EXPECT_LT(worst, 1e-9) << file.path << ", seed " << kSeed << ", reach " << k;

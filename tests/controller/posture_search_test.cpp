@@ -11,7 +11,8 @@ constexpr uint64_t kSeed = 34;
 
 TEST(PostureSearch, TheHoap2ArmHasAClosedFormAndOthersHaveNot) {
   EXPECT_TRUE(PostureSearch(testing::hoap2()).closed_form());
-  for (const auto& file : testing::shared_arm_files()) EXPECT_FALSE(PostureSearch(testing::load(file)).closed_form()) << file.path;
+  for (const auto& file : testing::shared_arm_files())
+    EXPECT_FALSE(PostureSearch(testing::load(file)).closed_form()) << file.path;
 }
 
 TEST(PostureSearch, EveryReachablePointOfTheHoap2IsReachedInsideTheLimits) {
@@ -50,7 +51,10 @@ TEST(PostureSearch, StretchedFoldedAndLimitPosturesAreFound) {
   const PostureSearch search(chain);
   const JointVector middle = 0.5 * (chain.lower() + chain.upper());
   JointVector posture(4);
-  for (const auto& [a, b, c, d] : {std::tuple(0.0, 0.0, 0.0, 0.0), {0.0, -M_PI / 2, 0.0, 0.0}, {-1.0, -1.0, 0.2, 0.0}, {0.5, -2.0, -0.3, -2.0071286397934789}}) {
+  for (const auto& [a, b, c, d] : {std::tuple(0.0, 0.0, 0.0, 0.0),
+                                   {0.0, -M_PI / 2, 0.0, 0.0},
+                                   {-1.0, -1.0, 0.2, 0.0},
+                                   {0.5, -2.0, -0.3, -2.0071286397934789}}) {
     posture << a, b, c, d;
     const Eigen::Vector3d x_T = chain.position(posture);
     const auto found = search.nearest(x_T, middle);

@@ -20,8 +20,8 @@ class Reaching : public ::testing::Test {
     return c;
   }
 
-  /// Runs `seconds` of a target that `place` gives at each frame (nothing: not seen), and returns the last output. Between
-  /// two ticks no joint may move further than a joint can.
+  /// Runs `seconds` of a target that `place` gives at each frame (nothing: not seen), and returns the last output.
+  /// Between two ticks no joint may move further than a joint can.
   template <class Place>
   ReachOutput run(ReachController& c, double seconds, Place&& place) {
     const int64_t end = now_ + static_cast<int64_t>(seconds * 1e6);
@@ -121,7 +121,8 @@ TEST_F(Reaching, KeepsTheLastReachableTargetWhenTheTargetGoesOutOfReach) {
   for (const bool jumps : {true, false}) {
     ReachController c = controller();
     run(c, 2, [&](double) { return front_; });
-    const ReachOutput out = run(c, 3, [&](double t) { return jumps ? far_ : Eigen::Vector3d(front_ + (far_ - front_) * std::min(t, 1.0)); });
+    const ReachOutput out = run(
+        c, 3, [&](double t) { return jumps ? far_ : Eigen::Vector3d(front_ + (far_ - front_) * std::min(t, 1.0)); });
     EXPECT_EQ(out.mode, ReachMode::kHolding);
     EXPECT_TRUE(out.target_out_of_reach);
     EXPECT_LT(out.velocity.norm(), 1e-3) << "calm";
@@ -162,7 +163,8 @@ TEST_F(Reaching, TheSameInputsGiveTheSameBits) {
     previous_.resize(0);
     ReachController c = controller();
     const JointVector a = run(c, 1, [&](double) { return front_; }).theta;
-    const JointVector b = run(c, 1, [&](double t) { return Eigen::Vector3d(side_ + Eigen::Vector3d(0, 0, 0.02 * t)); }).theta;
+    const JointVector b =
+        run(c, 1, [&](double t) { return Eigen::Vector3d(side_ + Eigen::Vector3d(0, 0, 0.02 * t)); }).theta;
     JointVector both(8);
     both << a, b;
     return both;

@@ -18,7 +18,8 @@ TEST(TargetPosture, SolvesTheProblemOfEquations15And16) {
     const CounterRandom random(kSeed);
     const int n = chain.size();
     for (uint64_t k = 0; k < 100; ++k) {
-      const JointVector theta = testing::random_posture(chain, random, 2 * k), theta_T = testing::random_posture(chain, random, 2 * k + 1);
+      const JointVector theta = testing::random_posture(chain, random, 2 * k),
+                        theta_T = testing::random_posture(chain, random, 2 * k + 1);
       const Eigen::Vector3d velocity(0.001, -0.002, 0.0005);
       Eigen::Vector3d reached;
       PositionJacobian J;
@@ -33,7 +34,8 @@ TEST(TargetPosture, SolvesTheProblemOfEquations15And16) {
       right << theta - theta_T, velocity + x_T - reached;
       const Eigen::VectorXd expected = theta_T + kkt.fullPivLu().solve(right).head(n);
       const JointVector actual = updated_target_posture(chain, theta_T, theta, x_T, velocity);
-      EXPECT_LT((actual - expected).norm(), 1e-8 * (1 + expected.norm())) << file.path << ", seed " << kSeed << ", case " << k;
+      EXPECT_LT((actual - expected).norm(), 1e-8 * (1 + expected.norm()))
+          << file.path << ", seed " << kSeed << ", case " << k;
     }
   }
 }
@@ -42,7 +44,8 @@ TEST(TargetPosture, StaysWhereItIsWhenNothingIsNearer) {
   const Chain chain = testing::hoap2();
   const CounterRandom random(kSeed);
   const JointVector theta = testing::random_posture(chain, random, 4, 0.1);
-  const JointVector updated = updated_target_posture(chain, theta, theta, chain.position(theta), Eigen::Vector3d::Zero());
+  const JointVector updated =
+      updated_target_posture(chain, theta, theta, chain.position(theta), Eigen::Vector3d::Zero());
   EXPECT_LT((updated - theta).norm(), 1e-12);
 }
 

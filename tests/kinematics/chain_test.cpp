@@ -45,9 +45,8 @@ TEST_P(EveryArm, JacobianIsTheDerivativeOfPositionAndOrientation) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Arms, EveryArm, ::testing::ValuesIn(testing::all_arm_files()), [](const auto& arm) {
-  return std::filesystem::path(arm.param.path).stem().string();
-});
+INSTANTIATE_TEST_SUITE_P(Arms, EveryArm, ::testing::ValuesIn(testing::all_arm_files()),
+                         [](const auto& arm) { return std::filesystem::path(arm.param.path).stem().string(); });
 
 TEST(Chain, Hoap2HangsDownAtZeroAndReachesForward) {
   const Chain chain = hoap2();

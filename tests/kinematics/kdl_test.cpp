@@ -36,7 +36,8 @@ TEST(AgainstKdl, PoseAndJacobianAgreeTo1e12) {
       chain.pose_and_jacobian(theta, X_WT, ours);
       for (int row = 0; row < 3; ++row) {
         worst = std::max(worst, std::abs(frame.p(row) - X_WT.translation()[row]));
-        for (int column = 0; column < 3; ++column) worst = std::max(worst, std::abs(frame.M(row, column) - X_WT.linear()(row, column)));
+        for (int column = 0; column < 3; ++column)
+          worst = std::max(worst, std::abs(frame.M(row, column) - X_WT.linear()(row, column)));
       }
       worst = std::max(worst, (jacobian.data - ours).cwiseAbs().maxCoeff());
     }

@@ -17,7 +17,9 @@ class Bridging : public ::testing::Test {
   Bridging() { start_ << 0.1, -0.5, -0.2, -0.8; }
 
   /// The k-th set-point of a slow ramp.
-  Setpoint ramp(int64_t k) const { return {.utime = k * kPeriod, .sequence = k, .theta = start_ + static_cast<double>(k) * slope_}; }
+  Setpoint ramp(int64_t k) const {
+    return {.utime = k * kPeriod, .sequence = k, .theta = start_ + static_cast<double>(k) * slope_};
+  }
 
   Chain chain_ = testing::hoap2();
   JointVector start_{4}, slope_ = JointVector::Constant(4, -0.005);
@@ -67,7 +69,8 @@ TEST_F(Bridging, AnyDelayLeavesThePositionContinuous) {
       ++next;
     }
     const Command command = bridge.tick();
-    EXPECT_LE((command.theta - previous).cwiseAbs().maxCoeff(), 6e-3 + 1e-12) << "no faster than the joints' 6 rad/s, at " << ms;
+    EXPECT_LE((command.theta - previous).cwiseAbs().maxCoeff(), 6e-3 + 1e-12)
+        << "no faster than the joints' 6 rad/s, at " << ms;
     previous = command.theta;
   }
 }

@@ -1,6 +1,7 @@
 #include "runtime/config.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +27,7 @@ class ConfigFile : public ::testing::Test {
     return "";
   }
   void TearDown() override { std::remove(path_.c_str()); }
-  std::string path_ = ::testing::TempDir() + "multireach_config_test.yaml";
+  std::string path_ = ::testing::TempDir() + "multireach_config_test." + std::to_string(getpid()) + ".yaml";
 };
 
 TEST_F(ConfigFile, GivesValuesAndDefaults) {
@@ -44,14 +45,17 @@ TEST_F(ConfigFile, GivesValuesAndDefaults) {
 TEST_F(ConfigFile, NamesFileLineAndKey) {
   const Config config = load("a: 1.5\nsection:\n  b: cat\n  misspelt: 1\nlist: [1, x]\n");
   EXPECT_EQ(fault([&] { config.number("a", 2, 3); }), path_ + ":1: key 'a' is '1.5'; expected a number from 2 to 3");
-  EXPECT_EQ(fault([&] { config.section("section").number("b", 0, 1); }), path_ + ":3: key 'section.b' is 'cat'; expected a number from 0 to 1");
+  EXPECT_EQ(fault([&] { config.section("section").number("b", 0, 1); }),
+            path_ + ":3: key 'section.b' is 'cat'; expected a number from 0 to 1");
   EXPECT_EQ(fault([&] { config.number("missing", 0, 1); }), path_ + ":1: key 'missing' is missing");
   EXPECT_NE(fault([&] {
               const Config section = config.section("section");
               section.text("b");
               section.finish();
-            }).find(":4: key 'section.misspelt' is not known"), std::string::npos);
-  EXPECT_NE(fault([&] { config.numbers("list", 2); }).find(":5: key 'list' expected a list of 2 finite numbers"), std::string::npos);
+            }).find(":4: key 'section.misspelt' is not known"),
+            std::string::npos);
+  EXPECT_NE(fault([&] { config.numbers("list", 2); }).find(":5: key 'list' expected a list of 2 finite numbers"),
+            std::string::npos);
 }
 
 TEST_F(ConfigFile, RefusesWhatIsNoNumber) {
@@ -65,7 +69,8 @@ TEST_F(ConfigFile, RefusesBrokenFiles) {
   EXPECT_NE(fault([&] { load("- 1\n- 2\n"); }).find("must hold keys and values"), std::string::npos);
   EXPECT_NE(fault([&] { load("a: 1\na: 2\n"); }).find(":2: key 'a' stands twice"), std::string::npos);
   EXPECT_NE(fault([&] { load(""); }), "");
-  EXPECT_NE(fault([] { Config::load("/nowhere/file.yaml"); }).find("/nowhere/file.yaml: cannot be opened"), std::string::npos);
+  EXPECT_NE(fault([] { Config::load("/nowhere/file.yaml"); }).find("/nowhere/file.yaml: cannot be opened"),
+            std::string::npos);
   EXPECT_NE(fault([] { Config::load("/tmp"); }).find("is a folder"), std::string::npos);
 }
 
@@ -79,9 +84,14 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
   };
   EXPECT_EQ(robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n"), "");
   EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: foot}\n").find("no link 'foot'"), std::string::npos);
-  EXPECT_NE(robot("robot: {urdf: nothing.urdf, base: torso, tip: right_hand}\n").find("nothing.urdf: cannot be opened"), std::string::npos);
-  EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, speed: 3}\n").find("'robot.speed' is not known"), std::string::npos);
-  EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n").find("'contoller' is not known"), std::string::npos);
+  EXPECT_NE(robot("robot: {urdf: nothing.urdf, base: torso, tip: right_hand}\n").find("nothing.urdf: cannot be opened"),
+            std::string::npos);
+  EXPECT_NE(
+      robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, speed: 3}\n").find("'robot.speed' is not known"),
+      std::string::npos);
+  EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n")
+                .find("'contoller' is not known"),
+            std::string::npos);
 }
 
 TEST(WriteTextFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {

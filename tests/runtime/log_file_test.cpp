@@ -1,6 +1,7 @@
 #include "runtime/log_file.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdio>
 
@@ -19,11 +20,13 @@ class LogFile : public ::testing::Test {
     bytes_ = read_binary_file(path_);
   }
   void TearDown() override { std::remove(path_.c_str()); }
-  static std::vector<uint8_t> payload(int64_t k) { return std::vector<uint8_t>(static_cast<size_t>(k % 7), static_cast<uint8_t>(k)); }
+  static std::vector<uint8_t> payload(int64_t k) {
+    return std::vector<uint8_t>(static_cast<size_t>(k % 7), static_cast<uint8_t>(k));
+  }
   void write(const std::vector<uint8_t>& bytes) const { write_text_file(path_, {bytes.begin(), bytes.end()}); }
 
   static constexpr int64_t kEvents = 100;
-  std::string path_ = ::testing::TempDir() + "multireach_log_file_test.lcm";
+  std::string path_ = ::testing::TempDir() + "multireach_log_file_test." + std::to_string(getpid()) + ".lcm";
   std::vector<uint8_t> bytes_;
 };
 
@@ -72,7 +75,8 @@ TEST_F(LogFile, NoDamageCrashesIt) {
   const CounterRandom random(kSeed);
   for (uint64_t k = 0; k < 2000; ++k) {
     std::vector<uint8_t> damaged = bytes_;
-    for (uint64_t i = 0; i < 8; ++i) damaged[random.bits(16 * k + 2 * i) % damaged.size()] = static_cast<uint8_t>(random.bits(16 * k + 2 * i + 1));
+    for (uint64_t i = 0; i < 8; ++i)
+      damaged[random.bits(16 * k + 2 * i) % damaged.size()] = static_cast<uint8_t>(random.bits(16 * k + 2 * i + 1));
     write(damaged);
     LogReader reader(path_);
     size_t total = 0;

@@ -38,8 +38,12 @@ images_t example(images_t*) {
   }
   return m;
 }
-image_t example(image_t*) { return example(static_cast<images_t*>(nullptr)).images[0]; }
-image_metadata_t example(image_metadata_t*) { return example(static_cast<image_t*>(nullptr)).metadata[0]; }
+image_t example(image_t*) {
+  return example(static_cast<images_t*>(nullptr)).images[0];
+}
+image_metadata_t example(image_metadata_t*) {
+  return example(static_cast<image_t*>(nullptr)).metadata[0];
+}
 target_t example(target_t*) {
   target_t m{};
   m.utime = 7;
@@ -103,8 +107,8 @@ class EveryType : public ::testing::Test {
  protected:
   static Message message() { return example(static_cast<Message*>(nullptr)); }
 };
-using Types = ::testing::Types<images_t, image_t, image_metadata_t, target_t, obstacle_t, obstacles_t, perturbation_t, node_status_t,
-                               joint_setpoint_t, joint_command_t, robot_state_t, controller_state_t>;
+using Types = ::testing::Types<images_t, image_t, image_metadata_t, target_t, obstacle_t, obstacles_t, perturbation_t,
+                               node_status_t, joint_setpoint_t, joint_command_t, robot_state_t, controller_state_t>;
 TYPED_TEST_SUITE(EveryType, Types);
 
 TYPED_TEST(EveryType, ComesBackAsItWas) {
@@ -117,7 +121,8 @@ TYPED_TEST(EveryType, ComesBackAsItWas) {
 
 TYPED_TEST(EveryType, IsRefusedWhenCutOffOrTooLong) {
   const auto bytes = encode(this->message());
-  for (size_t size = 0; size < bytes->size(); ++size) EXPECT_FALSE(decode<TypeParam>(std::span(bytes->data(), size))) << size;
+  for (size_t size = 0; size < bytes->size(); ++size)
+    EXPECT_FALSE(decode<TypeParam>(std::span(bytes->data(), size))) << size;
   auto longer = *bytes;
   longer.push_back(0);
   EXPECT_FALSE(decode<TypeParam>(longer));
@@ -126,8 +131,8 @@ TYPED_TEST(EveryType, IsRefusedWhenCutOffOrTooLong) {
   EXPECT_FALSE(decode<TypeParam>(other)) << "another fingerprint";
 }
 
-/// Bytes of memory that a decoded message may take per byte of the message: a vector of one-byte strings is the worst, 32
-/// bytes of std::string for 5 on the wire.
+/// Bytes of memory that a decoded message may take per byte of the message: a vector of one-byte strings is the worst,
+/// 32 bytes of std::string for 5 on the wire.
 constexpr int64_t kMemoryPerByte = 8;
 
 TYPED_TEST(EveryType, AMillionMutationsDoNoHarm) {
@@ -145,7 +150,8 @@ TYPED_TEST(EveryType, AMillionMutationsDoNoHarm) {
       const size_t at = 8 + (s >> (16 * change)) % (bytes.size() - 8);  // the fingerprint stays
       if ((r >> (8 + change)) % 2) {
         const auto value = static_cast<uint32_t>(extremes[(r >> (16 + 3 * change)) % 8]);
-        for (size_t i = 0; i < 4 && at + i < bytes.size(); ++i) bytes[at + i] = static_cast<uint8_t>(value >> (24 - 8 * i));
+        for (size_t i = 0; i < 4 && at + i < bytes.size(); ++i)
+          bytes[at + i] = static_cast<uint8_t>(value >> (24 - 8 * i));
       } else {
         bytes[at] ^= static_cast<uint8_t>(1 << ((r >> (24 + 3 * change)) % 8));
       }

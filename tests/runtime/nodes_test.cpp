@@ -19,7 +19,9 @@
 namespace multireach {
 namespace {
 
-RobotConfig robot() { return RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"); }
+RobotConfig robot() {
+  return RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml");
+}
 
 template <class Message>
 Message last_of(const Outbox& out, std::string_view channel) {
@@ -41,7 +43,8 @@ std::vector<uint8_t> robot_state(int64_t sequence) {
   return *encode(state);
 }
 
-std::vector<uint8_t> target(int64_t sequence, int64_t utime, const Eigen::Vector3d& p, int8_t status = target_t::STATUS_TRACKED) {
+std::vector<uint8_t> target(int64_t sequence, int64_t utime, const Eigen::Vector3d& p,
+                            int8_t status = target_t::STATUS_TRACKED) {
   target_t message{};
   message.sequence = sequence;
   message.utime = utime;
@@ -174,8 +177,10 @@ class WholeLoop {
   }
   void deliver(const Outbox& out) {
     for (const OutMessage& message : out) {
-      if (message.channel == channel::kJointCommand) commands_.insert(commands_.end(), message.bytes.begin(), message.bytes.end());
-      if (message.channel == channel::kTargetTruth) truth_ = Eigen::Map<const Eigen::Vector3d>(decode<target_t>(message.bytes)->position_m);
+      if (message.channel == channel::kJointCommand)
+        commands_.insert(commands_.end(), message.bytes.begin(), message.bytes.end());
+      if (message.channel == channel::kTargetTruth)
+        truth_ = Eigen::Map<const Eigen::Vector3d>(decode<target_t>(message.bytes)->position_m);
       if (message.channel == channel::kRobotState) {
         const auto state = *decode<robot_state_t>(message.bytes);
         hand_ = chain_.position(*from_fields(chain_, state.joint_name, state.angle_rad));

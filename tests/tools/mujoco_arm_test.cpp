@@ -9,7 +9,9 @@
 namespace multireach {
 namespace {
 
-std::string hoap2_urdf() { return testing::file_text(testing::hoap2_file().path); }
+std::string hoap2_urdf() {
+  return testing::file_text(testing::hoap2_file().path);
+}
 
 Eigen::Vector3d hand_of(const MujocoArm& arm, const Chain& chain) {
   JointVector theta(chain.size());
@@ -78,7 +80,8 @@ TEST(MujocoArm, LoadsTheSharedArms) {
     MujocoArm arm(testing::file_text(file.path), options);
     const std::vector<double> before = arm.positions();
     for (int ms = 0; ms < 200; ++ms) arm.step();
-    for (size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(arm.positions()[i], before[i], 0.02) << file.path << " " << arm.joint_names()[i];
+    for (size_t i = 0; i < before.size(); ++i)
+      EXPECT_NEAR(arm.positions()[i], before[i], 0.02) << file.path << " " << arm.joint_names()[i];
   }
 }
 

@@ -11,7 +11,9 @@
 namespace multireach {
 namespace {
 
-VisionConfig hoap2_vision() { return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"); }
+VisionConfig hoap2_vision() {
+  return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
+}
 
 struct Stage {
   explicit Stage(const VisionConfig& vision, const SceneOptions& scene = {})
@@ -30,7 +32,8 @@ TEST(RenderedVision, FindsTheCentreOfASphere) {
   double sum2 = 0;
   constexpr uint64_t kBalls = 30;
   for (uint64_t k = 0; k < kBalls; ++k) {
-    const Eigen::Vector3d p_WB(random.uniform(3 * k, 0.03, 0.14), random.uniform(3 * k + 1, -0.2, -0.03), random.uniform(3 * k + 2, 0, 0.15));
+    const Eigen::Vector3d p_WB(random.uniform(3 * k, 0.03, 0.14), random.uniform(3 * k + 1, -0.2, -0.03),
+                               random.uniform(3 * k + 2, 0, 0.15));
     const vision::Sighting sighting = tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1));
     ASSERT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
     sum2 += (sighting.point.p_W - p_WB).squaredNorm();

@@ -10,7 +10,13 @@ namespace multireach::vision {
 namespace {
 
 CameraModel camera() {
-  return {.width = 320, .height = 240, .fx = 300, .fy = 301, .cx = 160.7, .cy = 118.9, .distortion = {-0.25, 0.06, 0.0008, -0.0005}};
+  return {.width = 320,
+          .height = 240,
+          .fx = 300,
+          .fy = 301,
+          .cx = 160.7,
+          .cy = 118.9,
+          .distortion = {-0.25, 0.06, 0.0008, -0.0005}};
 }
 
 TEST(CameraModel, ProjectsByTheFormula) {

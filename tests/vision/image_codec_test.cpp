@@ -12,7 +12,8 @@ cv::Mat picture(int width, int height) {
   cv::Mat image(height, width, CV_8UC3);
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
-      image.at<cv::Vec3b>(row, column) = {static_cast<uint8_t>(60 + column), static_cast<uint8_t>(90 + row), static_cast<uint8_t>(200 - column)};
+      image.at<cv::Vec3b>(row, column) = {static_cast<uint8_t>(60 + column), static_cast<uint8_t>(90 + row),
+                                          static_cast<uint8_t>(200 - column)};
     }
   }
   return image;
@@ -33,7 +34,8 @@ TEST(ImageCodec, ReadsEveryFormat) {
   ImageCodec codec;
   const auto check = [&](PixelFormat format, const std::vector<uint8_t>& data, double tolerance, const char* name) {
     cv::Mat out;
-    ASSERT_TRUE(codec.decode({.width = 64, .height = 48, .row_stride = 0, .format = format, .data = data}, out)) << name;
+    ASSERT_TRUE(codec.decode({.width = 64, .height = 48, .row_stride = 0, .format = format, .data = data}, out))
+        << name;
     EXPECT_LT(difference(out, bgr), tolerance) << name;
   };
   cv::Mat rgb, gray, i420;
@@ -54,7 +56,8 @@ TEST(ImageCodec, ReadsEveryFormat) {
   for (size_t row = 0; row < 48; ++row) {
     for (size_t pair = 0; pair < 32; ++pair) {
       const size_t chroma = luma + row / 2 * 32 + pair;
-      const uint8_t y0 = yuv[row * 64 + 2 * pair], y1 = yuv[row * 64 + 2 * pair + 1], u = yuv[chroma], v = yuv[chroma + quarter];
+      const uint8_t y0 = yuv[row * 64 + 2 * pair], y1 = yuv[row * 64 + 2 * pair + 1], u = yuv[chroma],
+                    v = yuv[chroma + quarter];
       yuyv.insert(yuyv.end(), {y0, u, y1, v});
       uyvy.insert(uyvy.end(), {u, y0, v, y1});
     }
@@ -80,7 +83,8 @@ TEST(ImageCodec, ReadsEveryFormat) {
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   cv::Mat out, gray3;
   cv::cvtColor(gray, gray3, cv::COLOR_GRAY2BGR);
-  ASSERT_TRUE(codec.decode({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kGray, .data = bytes_of(gray)}, out));
+  ASSERT_TRUE(codec.decode(
+      {.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kGray, .data = bytes_of(gray)}, out));
   EXPECT_EQ(difference(out, gray3), 0);
 }
 
@@ -93,7 +97,8 @@ TEST(ImageCodec, HonoursTheRowStride) {
   }
   ImageCodec codec;
   cv::Mat out;
-  ASSERT_TRUE(codec.decode({.width = 10, .height = 6, .row_stride = 32, .format = PixelFormat::kBgr, .data = padded}, out));
+  ASSERT_TRUE(
+      codec.decode({.width = 10, .height = 6, .row_stride = 32, .format = PixelFormat::kBgr, .data = padded}, out));
   EXPECT_EQ(difference(out, bgr), 0);
 }
 
@@ -104,17 +109,23 @@ TEST(ImageCodec, RefusesWhatCannotBeRead) {
   std::vector<uint8_t> raw = bytes_of(bgr), jpeg = codec.encode_jpeg(bgr, 90);
   const auto reads = [&](const EncodedImage& image) { return codec.decode(image, out); };
   EXPECT_TRUE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = jpeg}));
-  EXPECT_FALSE(reads({.width = 64, .height = 49, .row_stride = 0, .format = PixelFormat::kBgr, .data = raw})) << "too short";
-  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 100, .format = PixelFormat::kBgr, .data = raw})) << "stride";
+  EXPECT_FALSE(reads({.width = 64, .height = 49, .row_stride = 0, .format = PixelFormat::kBgr, .data = raw}))
+      << "too short";
+  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 100, .format = PixelFormat::kBgr, .data = raw}))
+      << "stride";
   EXPECT_FALSE(reads({.width = -64, .height = 48, .row_stride = 0, .format = PixelFormat::kBgr, .data = raw}));
   EXPECT_FALSE(reads({.width = 1 << 30, .height = 1 << 30, .row_stride = 0, .format = PixelFormat::kBgr, .data = raw}));
   EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = static_cast<PixelFormat>(7), .data = raw}));
-  EXPECT_FALSE(reads({.width = 63, .height = 48, .row_stride = 0, .format = PixelFormat::kYuyv, .data = raw})) << "odd width";
-  EXPECT_FALSE(reads({.width = 32, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = jpeg})) << "another size";
+  EXPECT_FALSE(reads({.width = 63, .height = 48, .row_stride = 0, .format = PixelFormat::kYuyv, .data = raw}))
+      << "odd width";
+  EXPECT_FALSE(reads({.width = 32, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = jpeg}))
+      << "another size";
   const std::span<const uint8_t> half(jpeg.data(), jpeg.size() / 2);
-  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = half})) << "cut off";
+  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = half}))
+      << "cut off";
   EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = {}}));
-  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = raw})) << "no JPEG";
+  EXPECT_FALSE(reads({.width = 64, .height = 48, .row_stride = 0, .format = PixelFormat::kMjpeg, .data = raw}))
+      << "no JPEG";
 }
 
 }  // namespace

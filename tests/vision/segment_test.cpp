@@ -14,7 +14,8 @@ TEST(ColourTable, TakesTheReferenceAtAnyExposureAndNothingElse) {
   const auto contains = [&](double r, double g, double b) {
     return table.contains(static_cast<uint8_t>(b), static_cast<uint8_t>(g), static_cast<uint8_t>(r));
   };
-  for (const double exposure : {0.4, 0.6, 0.8, 1.0, 1.1}) EXPECT_TRUE(contains(220 * exposure, 40 * exposure, 110 * exposure)) << exposure;
+  for (const double exposure : {0.4, 0.6, 0.8, 1.0, 1.1})
+    EXPECT_TRUE(contains(220 * exposure, 40 * exposure, 110 * exposure)) << exposure;
   EXPECT_FALSE(contains(5, 1, 3)) << "too dark to tell";
   EXPECT_FALSE(contains(128, 128, 128));
   EXPECT_FALSE(contains(230, 140, 40)) << "orange";

@@ -62,11 +62,14 @@ TEST(Triangulate, CovarianceIsHonest) {
   for (uint64_t k = 0; k < kCases; ++k) {
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
     const auto normal = [&](uint64_t i) {
-      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) * std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
+      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) *
+             std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
     };
     const Eigen::Vector2d focal(r.left.fx, r.left.fy);
-    const Eigen::Vector2d left = p_L.hnormalized() + kSigma * Eigen::Vector2d(normal(0), normal(1)).cwiseQuotient(focal);
-    const Eigen::Vector2d right = p_R.hnormalized() + kSigma * Eigen::Vector2d(normal(2), normal(3)).cwiseQuotient(focal);
+    const Eigen::Vector2d left =
+        p_L.hnormalized() + kSigma * Eigen::Vector2d(normal(0), normal(1)).cwiseQuotient(focal);
+    const Eigen::Vector2d right =
+        p_R.hnormalized() + kSigma * Eigen::Vector2d(normal(2), normal(3)).cwiseQuotient(focal);
     const auto point = triangulate(r, left, right, kSigma);
     ASSERT_TRUE(point);
     const Eigen::Vector3d error = point->p_W - r.X_WL * p_L;

@@ -18,7 +18,8 @@ BallPath::BallPath(const Config& scene) {
     } else if (motions_.empty()) {
       entry.fail("position_m", "the ball's place at the start, in the first entry");
     } else if (entry.has("move_to_m")) {
-      if (at < motions_.back().begin_s + motions_.back().duration_s) entry.fail("at_s", "a time after the motion above has ended");
+      if (at < motions_.back().begin_s + motions_.back().duration_s)
+        entry.fail("at_s", "a time after the motion above has ended");
       motions_.push_back({at, entry.number("over_s", 0, 1e6), point("move_to_m")});
     } else {
       hidden_.push_back({at, at + entry.number("hidden_for_s", 0, 1e6)});
@@ -39,7 +40,8 @@ Eigen::Vector3d BallPath::position(double time_s) const {
 }
 
 bool BallPath::hidden(double time_s) const {
-  return std::ranges::any_of(hidden_, [=](const Interval& interval) { return time_s >= interval.begin_s && time_s < interval.end_s; });
+  return std::ranges::any_of(
+      hidden_, [=](const Interval& interval) { return time_s >= interval.begin_s && time_s < interval.end_s; });
 }
 
 }  // namespace multireach

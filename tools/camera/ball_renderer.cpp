@@ -37,10 +37,12 @@ BallRenderer::BallRenderer(const SceneOptions& scene, const vision::CameraModel&
   light_C_ = X_CW_.linear() * Eigen::Vector3d(0.3, 0.4, 1.0).normalized();
   const CounterRandom random(scene.seed, kDiscStream);
   // Hues that a pink or red ball may be confused with only by a careless colour class.
-  const std::vector<cv::Vec3f> colours{{40, 140, 230}, {60, 200, 220}, {190, 110, 50}, {70, 150, 60}, {150, 60, 110}, {200, 180, 160}};
+  const std::vector<cv::Vec3f> colours{{40, 140, 230}, {60, 200, 220}, {190, 110, 50},
+                                       {70, 150, 60},  {150, 60, 110}, {200, 180, 160}};
   for (int i = 0; i < scene.distractors; ++i) {
     const auto at = static_cast<uint64_t>(8 * i);
-    discs_.push_back({{random.uniform(at, -0.4, 0.4), random.uniform(at + 1, -0.3, 0.3)}, random.uniform(at + 2, 0.01, 0.05),
+    discs_.push_back({{random.uniform(at, -0.4, 0.4), random.uniform(at + 1, -0.3, 0.3)},
+                      random.uniform(at + 2, 0.01, 0.05),
                       colours[random.bits(at + 3) % colours.size()]});
   }
   std::vector<Eigen::Vector2d> corners;
@@ -76,7 +78,8 @@ cv::Vec3f BallRenderer::wall_colour(const Eigen::Vector3d& origin_L, const Eigen
     if ((p.head<2>() - disc.centre).norm() < disc.radius) return disc.colour;
   }
   const CounterRandom random(scene_.seed, kTextureStream);
-  const double coarse = value_noise(random, p.x() * 9, p.y() * 9), fine = value_noise(random, p.x() * 37 + 100, p.y() * 37);
+  const double coarse = value_noise(random, p.x() * 9, p.y() * 9),
+               fine = value_noise(random, p.x() * 37 + 100, p.y() * 37);
   const auto shade = static_cast<float>(95 + 60 * coarse + 12 * fine);
   return {shade * 0.95F, shade, shade * 1.02F};
 }
@@ -94,10 +97,13 @@ std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, 
 void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, cv::Mat& image) const {
   if (p_CB.z() <= 2 * scene_.ball_radius_m) return;
   const Eigen::Vector2d centre = camera_.project(p_CB);
-  const double reach = 1.5 * std::max(camera_.fx, camera_.fy) * scene_.ball_radius_m / (p_CB.z() - scene_.ball_radius_m) + 4;
+  const double reach =
+      1.5 * std::max(camera_.fx, camera_.fy) * scene_.ball_radius_m / (p_CB.z() - scene_.ball_radius_m) + 4;
   const auto bound = [](double value, int limit) { return std::clamp(static_cast<int>(std::floor(value)), 0, limit); };
-  const int first_row = bound(centre.y() - reach, camera_.height), last_row = bound(centre.y() + reach + 1, camera_.height);
-  const int first_column = bound(centre.x() - reach, camera_.width), last_column = bound(centre.x() + reach + 1, camera_.width);
+  const int first_row = bound(centre.y() - reach, camera_.height),
+            last_row = bound(centre.y() + reach + 1, camera_.height);
+  const int first_column = bound(centre.x() - reach, camera_.width),
+            last_column = bound(centre.x() + reach + 1, camera_.width);
   for (int row = first_row; row < last_row; ++row) {
     for (int column = first_column; column < last_column; ++column) {
       constexpr int kGrid = 4;

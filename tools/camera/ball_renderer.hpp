@@ -15,22 +15,22 @@ struct SceneOptions {
   uint64_t seed = 1;
   double ball_radius_m = 0.02;
   vision::Rgb ball_colour{220, 40, 110};
-  double wall_distance_m = 0.9;   ///< of the textured wall behind, from the left camera along its axis
-  int distractors = 12;           ///< coloured discs on the wall
-  double noise_grey_levels = 2;   ///< standard deviation of the sensor's noise, per channel
+  double wall_distance_m = 0.9;  ///< of the textured wall behind, from the left camera along its axis
+  int distractors = 12;          ///< coloured discs on the wall
+  double noise_grey_levels = 2;  ///< standard deviation of the sensor's noise, per channel
 };
 
-/// Renders what one camera of a rig sees: a lit ball before a wall with texture and coloured discs. The ball's outline is
-/// the exact image of a sphere through the lens model; border pixels are averaged over 4 x 4 rays. The same seed and frame
-/// give the same pixels.
+/// Renders what one camera of a rig sees: a lit ball before a wall with texture and coloured discs. The ball's outline
+/// is the exact image of a sphere through the lens model; border pixels are averaged over 4 x 4 rays. The same seed and
+/// frame give the same pixels.
 class BallRenderer {
  public:
   /// `X_WC`: the camera's pose; `X_WL`: the pose of the rig's left camera, to which the wall is parallel.
   BallRenderer(const SceneOptions& scene, const vision::CameraModel& camera, const Eigen::Isometry3d& X_WC,
                const Eigen::Isometry3d& X_WL);
 
-  /// An 8-bit BGR image with the ball's centre at `p_WB` (m), or without a ball. `stream` tells the noise of one image from
-  /// that of another.
+  /// An 8-bit BGR image with the ball's centre at `p_WB` (m), or without a ball. `stream` tells the noise of one image
+  /// from that of another.
   cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream) const;
 
  private:

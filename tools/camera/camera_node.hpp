@@ -35,7 +35,8 @@ class CameraSource {
   virtual int64_t period_us() const = 0;
 };
 
-/// A source as a node: STEREO_IMAGES out, with the number of the pair as metadata "sequence", and TARGET_TRUTH where known.
+/// A source as a node: STEREO_IMAGES out, with the number of the pair as metadata "sequence", and TARGET_TRUTH where
+/// known.
 class CameraNode : public Node {
  public:
   explicit CameraNode(std::unique_ptr<CameraSource> source) : source_(std::move(source)) {}

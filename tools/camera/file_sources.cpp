@@ -18,7 +18,12 @@ namespace multireach {
 namespace {
 
 Frame frame_of(vision::ImageCodec& codec, const cv::Mat& bgr, int64_t utime, int jpeg_quality) {
-  Frame frame{.utime = utime, .width = bgr.cols, .height = bgr.rows, .row_stride = 0, .pixelformat = image_t::PIXEL_FORMAT_MJPEG, .data = {}};
+  Frame frame{.utime = utime,
+              .width = bgr.cols,
+              .height = bgr.rows,
+              .row_stride = 0,
+              .pixelformat = image_t::PIXEL_FORMAT_MJPEG,
+              .data = {}};
   if (jpeg_quality > 0) {
     frame.data = codec.encode_jpeg(bgr, jpeg_quality);
     return frame;
@@ -49,10 +54,12 @@ std::vector<std::string> matching_files(const std::string& option, const std::st
 class ImagesSource : public CameraSource {
  public:
   explicit ImagesSource(const ImagesOptions& options)
-      : options_(options), left_(matching_files("--left", options.left)), right_(matching_files("--right", options.right)) {
+      : options_(options),
+        left_(matching_files("--left", options.left)),
+        right_(matching_files("--right", options.right)) {
     if (left_.size() != right_.size()) {
-      throw InputError("--left has " + std::to_string(left_.size()) + " files and --right " + std::to_string(right_.size()) +
-                       "; they must be pairs");
+      throw InputError("--left has " + std::to_string(left_.size()) + " files and --right " +
+                       std::to_string(right_.size()) + "; they must be pairs");
     }
     load(left_[0], 0);
     load(right_[0], 0);
@@ -80,7 +87,12 @@ class ImagesSource : public CameraSource {
     if (image.empty()) throw InputError(path + ": is not an image that can be read");
     const bool jpeg = bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
     if (!jpeg) return frame_of(codec_, image, utime, options_.jpeg_quality);
-    return {.utime = utime, .width = image.cols, .height = image.rows, .row_stride = 0, .pixelformat = image_t::PIXEL_FORMAT_MJPEG, .data = std::move(bytes)};
+    return {.utime = utime,
+            .width = image.cols,
+            .height = image.rows,
+            .row_stride = 0,
+            .pixelformat = image_t::PIXEL_FORMAT_MJPEG,
+            .data = std::move(bytes)};
   }
 
   ImagesOptions options_;
@@ -150,7 +162,11 @@ class DeviceSource : public CameraSource {
 
 }  // namespace
 
-std::unique_ptr<CameraSource> make_images_source(const ImagesOptions& options) { return std::make_unique<ImagesSource>(options); }
-std::unique_ptr<CameraSource> make_device_source(const DeviceOptions& options) { return std::make_unique<DeviceSource>(options); }
+std::unique_ptr<CameraSource> make_images_source(const ImagesOptions& options) {
+  return std::make_unique<ImagesSource>(options);
+}
+std::unique_ptr<CameraSource> make_device_source(const DeviceOptions& options) {
+  return std::make_unique<DeviceSource>(options);
+}
 
 }  // namespace multireach

@@ -8,11 +8,11 @@
 namespace multireach {
 
 struct ImagesOptions {
-  std::string left, right;   ///< a file, a folder, or a pattern with * and ?; the same number of files in each
+  std::string left, right;  ///< a file, a folder, or a pattern with * and ?; the same number of files in each
   int64_t rate_hz = 30;
-  int64_t repeat = 1;        ///< how often the whole list is sent
+  int64_t repeat = 1;  ///< how often the whole list is sent
   int64_t origin_utime = 0;
-  int jpeg_quality = 95;     ///< of files that are not JPEG; 0 sends raw BGR. JPEG files are sent as they are
+  int jpeg_quality = 95;  ///< of files that are not JPEG; 0 sends raw BGR. JPEG files are sent as they are
 };
 
 /// Pairs of image files in the order of their names. Throws InputError when there is none, their numbers differ, or one
@@ -20,15 +20,15 @@ struct ImagesOptions {
 std::unique_ptr<CameraSource> make_images_source(const ImagesOptions& options);
 
 struct DeviceOptions {
-  std::string left, right;   ///< device numbers, or video files
-  std::string side_by_side;  ///< one device or file whose image holds left and right beside each other
+  std::string left, right;        ///< device numbers, or video files
+  std::string side_by_side;       ///< one device or file whose image holds left and right beside each other
   int width = 640, height = 480;  ///< of one image
   int64_t rate_hz = 30;
   int jpeg_quality = 90;
 };
 
-/// V4L2 devices (or video files) through OpenCV; frames are stamped with the wall clock when grabbed, left before right.
-/// Throws InputError when a device cannot be opened.
+/// V4L2 devices (or video files) through OpenCV; frames are stamped with the wall clock when grabbed, left before
+/// right. Throws InputError when a device cannot be opened.
 std::unique_ptr<CameraSource> make_device_source(const DeviceOptions& options);
 
 }  // namespace multireach

@@ -20,8 +20,11 @@ int main(int argc, char** argv) {
   files->add_option("--left", images.left, "file, folder or pattern")->required();
   files->add_option("--right", images.right, "file, folder or pattern")->required();
   files->add_option("--rate", images.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
-  files->add_option("--repeat", images.repeat, "send the whole list this often")->check(CLI::Range(1, 1000000000))->capture_default_str();
-  files->add_option("--origin-utime", images.origin_utime, "time of the first pair, microseconds")->capture_default_str();
+  files->add_option("--repeat", images.repeat, "send the whole list this often")
+      ->check(CLI::Range(1, 1000000000))
+      ->capture_default_str();
+  files->add_option("--origin-utime", images.origin_utime, "time of the first pair, microseconds")
+      ->capture_default_str();
   files->add_option("--jpeg-quality", images.jpeg_quality, "for files that are not JPEG; 0 sends raw BGR")
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
@@ -33,10 +36,14 @@ int main(int argc, char** argv) {
   auto* both = device->add_option("--side-by-side", devices.side_by_side, "device number or video file");
   left->needs(right)->excludes(both);
   right->needs(left)->excludes(both);
-  device->add_option("--width", devices.width, "of one image, pixels")->check(CLI::Range(2, 16384))->capture_default_str();
+  device->add_option("--width", devices.width, "of one image, pixels")
+      ->check(CLI::Range(2, 16384))
+      ->capture_default_str();
   device->add_option("--height", devices.height, "pixels")->check(CLI::Range(2, 16384))->capture_default_str();
   device->add_option("--rate", devices.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
-  device->add_option("--jpeg-quality", devices.jpeg_quality, "0 sends raw BGR")->check(CLI::Range(0, 100))->capture_default_str();
+  device->add_option("--jpeg-quality", devices.jpeg_quality, "0 sends raw BGR")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
 
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);
@@ -46,7 +53,8 @@ int main(int argc, char** argv) {
     } else if (*files) {
       source = make_images_source(images);
     } else {
-      if (devices.left.empty() && devices.side_by_side.empty()) throw InputError("device: give --left and --right, or --side-by-side");
+      if (devices.left.empty() && devices.side_by_side.empty())
+        throw InputError("device: give --left and --right, or --side-by-side");
       source = make_device_source(devices);
     }
     CameraNode node(std::move(source));

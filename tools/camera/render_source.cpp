@@ -20,14 +20,16 @@ SceneOptions scene_options_from(const Config& scene) {
 }
 
 Config checked(const Config& scene) {
-  scene.finish({"vision", "seed", "rate_hz", "origin_utime", "end_s", "jpeg_quality", "noise_grey_levels", "wall_distance_m",
-                "distractors", "ball", "path"});
+  scene.finish({"vision", "seed", "rate_hz", "origin_utime", "end_s", "jpeg_quality", "noise_grey_levels",
+                "wall_distance_m", "distractors", "ball", "path"});
   return scene;
 }
 
 }  // namespace
 
-RenderSource::RenderSource(const std::string& scene_path) : RenderSource(checked(Config::load(scene_path)), VisionConfig::load(beside(scene_path, Config::load(scene_path).text("vision")))) {}
+RenderSource::RenderSource(const std::string& scene_path)
+    : RenderSource(checked(Config::load(scene_path)),
+                   VisionConfig::load(beside(scene_path, Config::load(scene_path).text("vision")))) {}
 
 RenderSource::RenderSource(const Config& scene, const VisionConfig& vision)
     : vision_(vision),
@@ -38,11 +40,18 @@ RenderSource::RenderSource(const Config& scene, const VisionConfig& vision)
       options_(scene_options_from(scene)),
       path_(scene),
       left_(options_, vision.tracker.rig.left, vision.tracker.rig.X_WL, vision.tracker.rig.X_WL),
-      right_(options_, vision.tracker.rig.right, vision.tracker.rig.X_WL * vision.tracker.rig.X_RL.inverse(), vision.tracker.rig.X_WL) {}
+      right_(options_, vision.tracker.rig.right, vision.tracker.rig.X_WL * vision.tracker.rig.X_RL.inverse(),
+             vision.tracker.rig.X_WL) {}
 
-Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball, uint64_t stream) {
+Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball,
+                             uint64_t stream) {
   const cv::Mat image = renderer.render(ball, stream);
-  Frame frame{.utime = next_utime(), .width = image.cols, .height = image.rows, .row_stride = 0, .pixelformat = image_t::PIXEL_FORMAT_MJPEG, .data = {}};
+  Frame frame{.utime = next_utime(),
+              .width = image.cols,
+              .height = image.rows,
+              .row_stride = 0,
+              .pixelformat = image_t::PIXEL_FORMAT_MJPEG,
+              .data = {}};
   if (jpeg_quality_ > 0) {
     frame.data = codec_.encode_jpeg(image, jpeg_quality_);
   } else {

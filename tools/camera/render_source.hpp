@@ -7,8 +7,8 @@
 
 namespace multireach {
 
-/// A rendered ball on a scripted path, seen by the cameras of a vision file. Everything is seeded: the same scene file gives
-/// the same bytes.
+/// A rendered ball on a scripted path, seen by the cameras of a vision file. Everything is seeded: the same scene file
+/// gives the same bytes.
 class RenderSource : public CameraSource {
  public:
   /// `scene_path`: see logs/reach.yaml. Throws InputError.

@@ -59,7 +59,8 @@ int main(int argc, char** argv) {
   merging->add_option("-o,--output", output, "log to write")->required();
 
   std::string log, config, json;
-  CLI::App* reporting = cli.add_subcommand("report", "what happened in a recorded run; exit code 1 when a reachable place was not reached");
+  CLI::App* reporting = cli.add_subcommand(
+      "report", "what happened in a recorded run; exit code 1 when a reachable place was not reached");
   reporting->add_option("LOG", log, "log of a run, all channels")->required();
   reporting->add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   reporting->add_option("--json", json, "where to write the report; - for standard output");

@@ -23,8 +23,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReached = 5e-3;        // m: nearer than this is reached
-constexpr double kSamePlace = 8e-3;      // m: the seen target stays this near to the middle of its first sightings
+constexpr double kReached = 5e-3;    // m: nearer than this is reached
+constexpr double kSamePlace = 8e-3;  // m: the seen target stays this near to the middle of its first sightings
 constexpr size_t kFirstSightings = 5;
 constexpr int64_t kShortestStay = 1000000;  // us
 constexpr int64_t kFinalPart = 250000;      // us: the error of a reach is the median over this last part of the stay
@@ -53,7 +53,9 @@ double quantile(std::vector<double> values, double part) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-json vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+json vector(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 /// Everything that the report needs, gathered in one pass over the log.
 class Gathered {
@@ -66,7 +68,7 @@ class Gathered {
   std::map<std::string, int64_t, std::less<>> counts;
   std::vector<target_t> targets;
   std::map<int64_t, target_t> truths;
-  std::vector<Seen> hand;                   // measured, at the times of the commands that the robot had consumed
+  std::vector<Seen> hand;  // measured, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, node_status_t> nodes;
   int64_t missing_in_log = 0;
@@ -187,12 +189,17 @@ json vision_error_of(const Gathered& run) {
   std::vector<double> errors;
   for (const target_t& target : run.targets) {
     const auto truth = run.truths.find(target.pair_sequence);
-    if (truth == run.truths.end() || truth->second.status != target_t::STATUS_TRACKED || target.status != target_t::STATUS_TRACKED) continue;
+    if (truth == run.truths.end() || truth->second.status != target_t::STATUS_TRACKED ||
+        target.status != target_t::STATUS_TRACKED)
+      continue;
     const Eigen::Vector3d seen = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     errors.push_back(1e3 * (seen - Eigen::Map<const Eigen::Vector3d>(truth->second.position_m)).norm());
   }
   if (errors.empty()) return nullptr;
-  return {{"median", quantile(errors, 0.5)}, {"p95", quantile(errors, 0.95)}, {"max", quantile(errors, 1)}, {"frames", errors.size()}};
+  return {{"median", quantile(errors, 0.5)},
+          {"p95", quantile(errors, 0.95)},
+          {"max", quantile(errors, 1)},
+          {"frames", errors.size()}};
 }
 
 }  // namespace
@@ -226,8 +233,9 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
     late += status.late;
     dropped += status.dropped;
     refused += status.refused;
-    nodes[name] = {{"state", status.state},     {"received", status.received}, {"dropped", status.dropped}, {"refused", status.refused},
-                   {"late", status.late},       {"limited", status.limited},   {"sent", status.sent},       {"build_id", status.build_id}};
+    nodes[name] = {{"state", status.state},     {"received", status.received}, {"dropped", status.dropped},
+                   {"refused", status.refused}, {"late", status.late},         {"limited", status.limited},
+                   {"sent", status.sent},       {"build_id", status.build_id}};
   }
   out["images"] = count(channel::kStereoImages);
   out["targets"] = count(channel::kTarget);
@@ -250,7 +258,8 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   if (run.targets.empty()) {
     report.reason = "no TARGET was recorded";
   } else if (reached < reaches.size()) {
-    report.reason = fmt::format("{} of {} places within reach were not reached to {} mm", reaches.size() - reached, reaches.size(), 1e3 * kReached);
+    report.reason = fmt::format("{} of {} places within reach were not reached to {} mm", reaches.size() - reached,
+                                reaches.size(), 1e3 * kReached);
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else {
@@ -263,27 +272,35 @@ std::string table_of(const json& report) {
   const auto number = [](const json& value, const char* format) {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
   };
-  std::string table = fmt::format("\n{:<24}{:>10}{:>12}{:>10}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
+  std::string table =
+      fmt::format("\n{:<24}{:>10}{:>12}{:>10}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
   for (const char* list : {"reaches", "out_of_reach"}) {
     for (const json& reach : report[list]) {
       const json& p = reach["target_m"];
-      const std::string place = fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
-      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>10}{}\n", place, reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
+      const std::string place =
+          fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
+      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>10}{}\n", place,
+                           reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
                            number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
                            list == std::string("reaches") ? "" : "  out of reach");
     }
   }
   for (const json& lost : report["lost_intervals"]) {
-    table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(), lost["end_s"].get<double>(), lost["frames"].get<int>());
+    table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(),
+                         lost["end_s"].get<double>(), lost["frames"].get<int>());
   }
   if (report["vision_error_mm"].is_object()) {
     const json& error = report["vision_error_mm"];
-    table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n", error["median"].get<double>(), error["p95"].get<double>(), error["max"].get<double>());
+    table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n",
+                         error["median"].get<double>(), error["p95"].get<double>(), error["max"].get<double>());
   }
-  table += fmt::format("images {}, targets {}, set-points {}, commands {}, robot states {}\n", report["images"].dump(), report["targets"].dump(),
-                       report["setpoints"].dump(), report["commands"].dump(), report["robot_states"].dump());
-  table += fmt::format("beyond a limit: {:.3g} rad; late ticks {}; messages lost {} (in the recording {}); refused {}\n", report["max_limit_violation_rad"].get<double>(),
-                       report["late_ticks"].dump(), report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  table += fmt::format("images {}, targets {}, set-points {}, commands {}, robot states {}\n", report["images"].dump(),
+                       report["targets"].dump(), report["setpoints"].dump(), report["commands"].dump(),
+                       report["robot_states"].dump());
+  table +=
+      fmt::format("beyond a limit: {:.3g} rad; late ticks {}; messages lost {} (in the recording {}); refused {}\n",
+                  report["max_limit_violation_rad"].get<double>(), report["late_ticks"].dump(),
+                  report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
   return table;
 }
 

@@ -3,7 +3,8 @@
 #include "tools/robot_sim/robot_sim_node.hpp"
 
 int main(int argc, char** argv) {
-  multireach::Program program("multireach-robot-sim", "The robot, simulated: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out.");
+  multireach::Program program("multireach-robot-sim",
+                              "The robot, simulated: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out.");
   std::string config;
   program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   const multireach::LiveOptions& live = program.add_live_options();

@@ -11,10 +11,12 @@
 namespace multireach {
 namespace {
 
-/// The URDF without shapes (their mesh files need not exist), and with what MuJoCo needs to keep every link by its name.
+/// The URDF without shapes (their mesh files need not exist), and with what MuJoCo needs to keep every link by its
+/// name.
 std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS || !document.FirstChildElement("robot")) {
+  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS ||
+      !document.FirstChildElement("robot")) {
     throw std::invalid_argument("is not a valid URDF");
   }
   tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
@@ -116,7 +118,9 @@ bool MujocoArm::command(const std::string& joint, double position, double veloci
   return true;
 }
 
-void MujocoArm::hold() { std::ranges::fill(wanted_velocity_, 0.0); }
+void MujocoArm::hold() {
+  std::ranges::fill(wanted_velocity_, 0.0);
+}
 
 bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n, double duration_s) {
   const int body = mj_name2id(simulation_->model, mjOBJ_BODY, link.c_str());

@@ -13,12 +13,13 @@ struct MujocoArmOptions {
   double step_s = 0.001;
   double natural_frequency_rad_s = 100;  ///< of each joint's servo; the gains follow from it
   double damping_ratio = 1;
-  std::map<std::string, double> start;   ///< joint positions at the beginning, rad or m; 0, or the nearest inside the limits, for others
+  std::map<std::string, double>
+      start;  ///< joint positions at the beginning, rad or m; 0, or the nearest inside the limits, for others
 };
 
 /// A robot simulated by MuJoCo from its URDF, every joint under high-gain position control as by the Hoap2's own board:
-/// the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus what holds the arm's weight, within the URDF's effort
-/// limit. Nothing collides: visual and collision shapes are left out.
+/// the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus what holds the arm's weight, within the URDF's
+/// effort limit. Nothing collides: visual and collision shapes are left out.
 class MujocoArm {
  public:
   /// `urdf_xml` is the file's text. Throws std::invalid_argument with a sentence when MuJoCo cannot load it, it has no

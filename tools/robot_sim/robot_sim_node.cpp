@@ -17,7 +17,8 @@ constexpr int64_t kCommandExpires = 20000;  // us
 MujocoArm load_arm(const RobotConfig& robot) {
   MujocoArmOptions options;
   if (const auto section = robot.section("robot_sim")) {
-    options.natural_frequency_rad_s = section->number("natural_frequency_rad_s", 1, 300, options.natural_frequency_rad_s);
+    options.natural_frequency_rad_s =
+        section->number("natural_frequency_rad_s", 1, 300, options.natural_frequency_rad_s);
     options.damping_ratio = section->number("damping_ratio", 0.1, 3, options.damping_ratio);
     if (section->has("start_rad")) options.start = section->named_numbers("start_rad");
     section->finish({"state_hz"});
@@ -37,7 +38,9 @@ RobotSimNode::RobotSimNode(const RobotConfig& robot) : arm_(load_arm(robot)) {
   }
 }
 
-std::vector<std::string_view> RobotSimNode::inputs() const { return {channel::kJointCommand, channel::kPerturbation}; }
+std::vector<std::string_view> RobotSimNode::inputs() const {
+  return {channel::kJointCommand, channel::kPerturbation};
+}
 
 std::optional<int64_t> RobotSimNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kJointCommand) {
@@ -54,7 +57,8 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   if (!command) return;
   counters_.dropped += commands_.missing_before(command->sequence);
   const auto finite = [](double value) { return std::isfinite(value); };
-  const bool sensible = std::ranges::all_of(command->angle_rad, finite) && std::ranges::all_of(command->velocity_rad_s, finite) &&
+  const bool sensible = std::ranges::all_of(command->angle_rad, finite) &&
+                        std::ranges::all_of(command->velocity_rad_s, finite) &&
                         std::ranges::all_of(command->joint_name, [this](const std::string& joint) {
                           return std::ranges::find(arm_.joint_names(), joint) != arm_.joint_names().end();
                         });

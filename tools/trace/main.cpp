@@ -36,7 +36,8 @@ void add_options(CLI::App& cli, Options& options) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   cli.add_option("--rechoose-mm", options.rechoose_mm,
-                 "choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as printed in the paper")
+                 "choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
+                 "printed in the paper")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
@@ -78,7 +79,8 @@ int trace(const Options& options) {
   if (options.target_posture.empty()) {
     const auto found = search.nearest(x_T, start);
     if (!found) {
-      std::fprintf(stderr, "multireach-trace: no posture inside the limits of the chain from '%s' to '%s' reaches the target\n",
+      std::fprintf(stderr,
+                   "multireach-trace: no posture inside the limits of the chain from '%s' to '%s' reaches the target\n",
                    options.base.c_str(), options.tip.c_str());
       return 1;
     }

@@ -12,12 +12,17 @@ int main(int argc, char** argv) {
   std::string config;
   std::vector<std::string> wait_for;
   program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
-  program.cli().add_option("--wait-for", wait_for, "nodes, with commas between them: end with 0 when all have been heard of, with 1 after --seconds")->delimiter(',');
+  program.cli()
+      .add_option("--wait-for", wait_for,
+                  "nodes, with commas between them: end with 0 when all have been heard of, with 1 after --seconds")
+      ->delimiter(',');
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
-    ViewNode node(RobotConfig::load(config), {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
+    ViewNode node(RobotConfig::load(config),
+                  {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
     const int result = run_live(node, live);
-    for (const std::string& missing : node.missing()) std::cerr << "multireach-view: " << missing << " was not heard of\n";
+    for (const std::string& missing : node.missing())
+      std::cerr << "multireach-view: " << missing << " was not heard of\n";
     return node.missing().empty() ? result : 1;
   });
 }

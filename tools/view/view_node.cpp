@@ -13,7 +13,8 @@
 namespace multireach {
 
 std::vector<std::string_view> ViewNode::inputs() const {
-  return {channel::kTarget, channel::kJointSetpoint, channel::kJointCommand, channel::kRobotState, channel::kNodeStatus};
+  return {channel::kTarget, channel::kJointSetpoint, channel::kJointCommand, channel::kRobotState,
+          channel::kNodeStatus};
 }
 
 std::optional<int64_t> ViewNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
@@ -52,10 +53,12 @@ std::string ViewNode::line() const {
     const auto found = rate_hz_.find(channel);
     return found == rate_hz_.end() ? 0.0 : found->second;
   };
-  const std::string distance = target_ && hand_ ? fmt::format("{:6.1f} mm", 1e3 * (*target_ - *hand_).norm()) : std::string("    -    ");
-  return fmt::format("target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | {}", place(target_),
-                     target_seen_ ? " " : "?", place(hand_), distance, rate(channel::kTarget), rate(channel::kJointSetpoint),
-                     rate(channel::kJointCommand), rate(channel::kRobotState), controller_state_);
+  const std::string distance =
+      target_ && hand_ ? fmt::format("{:6.1f} mm", 1e3 * (*target_ - *hand_).norm()) : std::string("    -    ");
+  return fmt::format(
+      "target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | {}",
+      place(target_), target_seen_ ? " " : "?", place(hand_), distance, rate(channel::kTarget),
+      rate(channel::kJointSetpoint), rate(channel::kJointCommand), rate(channel::kRobotState), controller_state_);
 }
 
 void ViewNode::tick(Outbox&) {

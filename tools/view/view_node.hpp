@@ -9,8 +9,8 @@
 namespace multireach {
 
 struct ViewOptions {
-  std::set<std::string> wait_for;   ///< end when each of these nodes has said that it runs
-  bool terminal = false;            ///< overwrite one line; else a new line every few seconds
+  std::set<std::string> wait_for;  ///< end when each of these nodes has said that it runs
+  bool terminal = false;           ///< overwrite one line; else a new line every few seconds
 };
 
 /// Shows the traffic: target, hand, their distance, and rates, on standard error.
@@ -41,8 +41,8 @@ class ViewNode : public Node {
   std::optional<Eigen::Vector3d> target_, hand_;
   bool target_seen_ = false;
   std::set<std::string> nodes_;
-  std::map<std::string, int, std::less<>> received_;   // since the last line
-  std::map<std::string, double, std::less<>> rate_hz_; // smoothed
+  std::map<std::string, int, std::less<>> received_;    // since the last line
+  std::map<std::string, double, std::less<>> rate_hz_;  // smoothed
   std::string controller_state_;
 };
 

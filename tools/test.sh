@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# All tests, from a clean clone: installs what is missing, builds, and runs
+#   - the format of the code,
+#   - the release build: unit tests, and whole processes in network namespaces of their own,
+#   - the stages alone, as on a machine without LCM,
+#   - Clang, warnings as errors, unit tests,
+#   - the address and undefined-behaviour sanitizers, unit tests.
+# --full adds clang-tidy and the thread sanitizer.
+set -uo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+cd "$root" || exit 1
+full=no
+case "${1:-}" in
+  "") ;;
+  --full) full=yes ;;
+  --help|-h) sed -n '2,8p' "$0" | cut -c3-; exit 0 ;;
+  *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
+esac
+
+declare -a results=()
+failed=0
+# stage NAME COMMAND...: runs a command and remembers how it ended.
+stage() {
+  local name=$1 begin=$SECONDS; shift
+  printf '\n=== %s\n' "$name"
+  if "$@"; then
+    results+=("passed  $((SECONDS - begin)) s  $name")
+  else
+    results+=("FAILED  $((SECONDS - begin)) s  $name")
+    failed=$((failed + 1))
+  fi
+}
+sources() { git ls-files '*.cpp' '*.hpp'; }
+format() { sources | xargs clang-format --dry-run --Werror; }
+unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
+build_and_test() { tools/setup.sh --preset "$1" --tests && unit_tests "$1"; }
+tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
+
+[ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
+stage "build" tools/setup.sh --tests
+[ $failed -eq 0 ] || { echo "test.sh: the build failed" >&2; exit 1; }
+stage "format" format
+stage "unit tests" unit_tests release
+stage "whole processes" ctest --preset release --label-regex live
+stage "the stages alone" build_and_test core
+stage "Clang" build_and_test clang
+stage "address and undefined-behaviour sanitizers" build_and_test asan
+if [ $full = yes ]; then
+  stage "clang-tidy" tidy
+  stage "thread sanitizer" build_and_test tsan
+fi
+
+printf '\n'
+printf '%s\n' "${results[@]}"
+passed=$((${#results[@]} - failed))
+printf '%s passed, %s failed\n' "$passed" "$failed"
+exit $((failed > 0))
