@@ -13,6 +13,8 @@ target_compile_options(multireach_options INTERFACE -ffp-contract=off)
 if(MULTIREACH_SANITIZE)
   target_compile_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE} -fno-omit-frame-pointer
     -fno-sanitize-recover=all)
+  # The sanitizers' own code makes GCC see uninitialised values that are none.
+  target_compile_options(multireach_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE})
 endif()
 

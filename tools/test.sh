@@ -3,9 +3,8 @@
 #   - the format of the code,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM,
-#   - Clang, warnings as errors, unit tests,
-#   - the address and undefined-behaviour sanitizers, unit tests.
-# --full adds clang-tidy and the thread sanitizer.
+#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
+# --full adds clang-tidy, a release build by Clang, and the thread sanitizer.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -13,7 +12,7 @@ full=no
 case "${1:-}" in
   "") ;;
   --full) full=yes ;;
-  --help|-h) sed -n '2,8p' "$0" | cut -c3-; exit 0 ;;
+  --help|-h) sed -n '2,7p' "$0" | cut -c3-; exit 0 ;;
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
@@ -43,10 +42,10 @@ stage "format" format
 stage "unit tests" unit_tests release
 stage "whole processes" ctest --preset release --label-regex live
 stage "the stages alone" build_and_test core
-stage "Clang" build_and_test clang
-stage "address and undefined-behaviour sanitizers" build_and_test asan
+stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan
 if [ $full = yes ]; then
   stage "clang-tidy" tidy
+  stage "Clang" build_and_test clang
   stage "thread sanitizer" build_and_test tsan
 fi
 

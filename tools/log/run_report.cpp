@@ -273,13 +273,13 @@ std::string table_of(const json& report) {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
   };
   std::string table =
-      fmt::format("\n{:<24}{:>10}{:>12}{:>10}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
+      fmt::format("\n{:<24}{:>10}{:>12}{:>12}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
   for (const char* list : {"reaches", "out_of_reach"}) {
     for (const json& reach : report[list]) {
       const json& p = reach["target_m"];
       const std::string place =
           fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
-      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>10}{}\n", place,
+      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>12}{}\n", place,
                            reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
                            number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
                            list == std::string("reaches") ? "" : "  out of reach");
