@@ -32,7 +32,14 @@ fi
 cd "$root"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-if ! { cmake --preset "$preset" && cmake --build --preset "$preset"; } >"$log" 2>&1; then
+build() { cmake --preset "$preset" && cmake --build --preset "$preset"; }
+[ -d "build/$preset" ] || echo "Building (preset $preset); the first time this takes some minutes" >&2
+# On a terminal, ninja's own counter shows how far it is.
+watched() {
+  if [ ! -t 2 ]; then cat >"$log"; return; fi
+  tee "$log" | awk -v columns="$(tput cols)" '/^\[[0-9]/ { printf "\r%s\033[K", substr($0, 1, columns - 1); fflush() } END { printf "\r\033[K" }' >&2
+}
+if ! build 2>&1 | watched; then
   cat "$log" >&2
   echo "setup.sh: the build failed" >&2
   exit 1
