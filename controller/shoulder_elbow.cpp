@@ -44,8 +44,8 @@ double angle_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, con
 std::optional<double> inside_limits(const Chain& chain, int i, double angle, double near) {
   const double turns = std::round((near - angle) / kTurn);
   std::optional<double> best;
-  for (double k = turns - 1; k <= turns + 1; ++k) {
-    double candidate = angle + k * kTurn;
+  for (const int k : {-1, 0, 1}) {
+    double candidate = angle + (turns + k) * kTurn;
     if (candidate < chain.lower()[i] - kAtLimit || candidate > chain.upper()[i] + kAtLimit) continue;
     candidate = std::clamp(candidate, chain.lower()[i], chain.upper()[i]);
     if (!best || std::abs(candidate - near) < std::abs(*best - near)) best = candidate;

@@ -107,7 +107,10 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
   for (const auto& [link, name, option] : {std::tuple(base_link, base, "base"), std::tuple(tip_link, tip, "tip")}) {
     if (link) continue;
     std::string names;
-    for (const auto& [known, ignored] : model->links_) names += (names.empty() ? "" : ", ") + known;
+    for (const auto& [known, ignored] : model->links_) {
+      if (!names.empty()) names += ", ";
+      names += known;
+    }
     throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
   }
   std::vector<urdf::LinkConstSharedPtr> up = ancestry(base_link), down = ancestry(tip_link);

@@ -14,7 +14,7 @@ Guard::Guard(const Chain& chain, double period_s, double speed_where_unlimited)
 
 JointVector Guard::next(const JointVector& previous, const JointVector& wanted, bool& limited) const {
   const JointVector inside = wanted.cwiseMax(lower_).cwiseMin(upper_);
-  const JointVector next = previous + (inside - previous).cwiseMax(-largest_step_).cwiseMin(largest_step_);
+  JointVector next = previous + (inside - previous).cwiseMax(-largest_step_).cwiseMin(largest_step_);
   // Rounding of previous + (inside - previous) is not a limit at work.
   limited = ((next - wanted).cwiseAbs().array() > 1e-12 * (1 + wanted.cwiseAbs().array())).any();
   return next;

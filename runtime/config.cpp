@@ -27,11 +27,8 @@ std::optional<double> finite_number(const YAML::Node& node) {
 
 }  // namespace
 
-Config::Config(std::string file, std::string path, YAML::Node node)
-    : file_(std::move(file)),
-      path_(std::move(path)),
-      node_(std::move(node)),
-      asked_(std::make_shared<std::set<std::string>>()) {
+Config::Config(std::string file, std::string path, const YAML::Node& node)
+    : file_(std::move(file)), path_(std::move(path)), node_(node), asked_(std::make_shared<std::set<std::string>>()) {
   if (!node_.IsMap())
     throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
   std::set<std::string> seen;
@@ -118,7 +115,7 @@ std::string Config::text(const std::string& key, std::optional<std::string> othe
 
 std::string Config::choice(const std::string& key, std::initializer_list<std::string_view> words,
                            std::optional<std::string> otherwise) const {
-  const std::string value = text(key, std::move(otherwise));
+  std::string value = text(key, std::move(otherwise));
   if (std::ranges::find(words, value) == words.end()) {
     std::string list;
     for (const std::string_view word : words) list += (list.empty() ? "one of " : ", ") + std::string(word);

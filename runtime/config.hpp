@@ -50,7 +50,7 @@ class Config {
   [[noreturn]] void fail(const std::string& key, const std::string& expected) const;
 
  private:
-  Config(std::string file, std::string path, YAML::Node node);
+  Config(std::string file, std::string path, const YAML::Node& node);
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node get(const std::string& key) const;
   std::string full(const std::string& key) const;

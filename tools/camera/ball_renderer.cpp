@@ -40,7 +40,7 @@ BallRenderer::BallRenderer(const SceneOptions& scene, const vision::CameraModel&
   const std::vector<cv::Vec3f> colours{{40, 140, 230}, {60, 200, 220}, {190, 110, 50},
                                        {70, 150, 60},  {150, 60, 110}, {200, 180, 160}};
   for (int i = 0; i < scene.distractors; ++i) {
-    const auto at = static_cast<uint64_t>(8 * i);
+    const auto at = 8 * static_cast<uint64_t>(i);
     discs_.push_back({{random.uniform(at, -0.4, 0.4), random.uniform(at + 1, -0.3, 0.3)},
                       random.uniform(at + 2, 0.01, 0.05),
                       colours[random.bits(at + 3) % colours.size()]});
