@@ -72,12 +72,19 @@ class Node {
   NodeCounters counters_;
 };
 
+/// Whether a time can be one: from 0 to some 36 000 years after it, so that differences of two such times never
+/// overflow.
+constexpr bool plausible_utime(int64_t utime) {
+  return utime >= 0 && utime < (int64_t{1} << 60);
+}
+
 /// Watches one publisher's sequence numbers.
 class SequenceWatch {
  public:
   /// How many messages are missing just before this one. A sequence that starts again at a smaller number (the
   /// publisher was restarted, a log is played again) is no loss.
   int64_t missing_before(int64_t sequence) {
+    if (sequence < 0) return 0;
     const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;
     newest_ = sequence;
     return missing;

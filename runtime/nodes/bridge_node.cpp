@@ -50,7 +50,8 @@ std::optional<int64_t> BridgeNode::receive(std::string_view channel, std::span<c
   if (!message) return std::nullopt;
   counters_.dropped += setpoints_.missing_before(message->sequence);
   const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
-  if (!theta || !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
+  if (!theta || !plausible_utime(message->utime) ||
+      !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
     ++counters_.refused;
     return std::nullopt;
   }

@@ -57,6 +57,10 @@ std::optional<int64_t> ControllerNode::receive_target(std::span<const uint8_t> b
   const auto message = take<target_t>(bytes);
   if (!message) return std::nullopt;
   counters_.dropped += targets_.missing_before(message->sequence);
+  if (!plausible_utime(message->utime)) {
+    ++counters_.refused;
+    return std::nullopt;
+  }
   if (!controller_.started()) return std::nullopt;
   const auto next = controller_.next_tick();
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);

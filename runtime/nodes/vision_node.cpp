@@ -170,6 +170,10 @@ target_t VisionNode::target_of(const images_t& images) {
 std::optional<int64_t> VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
   const auto images = take<images_t>(bytes);
   if (!images) return std::nullopt;
+  if (!plausible_utime(images->utime)) {
+    ++counters_.refused;
+    return std::nullopt;
+  }
   const target_t target = target_of(*images);
   if (target.pair_sequence >= 0) counters_.dropped += pairs_.missing_before(target.pair_sequence);
   send(out, channel::kTarget, target);

@@ -88,7 +88,10 @@ TEST(ControllerNode, CountsWhatIsMissingAndWhatItRefuses) {
   node.receive(channel::kTarget, target(5, 3000, {NAN, 0, 0}), out);
   node.receive(channel::kTarget, std::vector<uint8_t>{1, 2, 3}, out);
   EXPECT_EQ(node.counters().refused, 2);
-  EXPECT_TRUE(node.next_tick());
+  node.receive(channel::kTarget, target(6, INT64_MIN, kFront), out);
+  node.receive(channel::kTarget, target(7, INT64_MAX, kFront), out);
+  EXPECT_EQ(node.counters().refused, 4);
+  EXPECT_EQ(node.next_tick(), 1000);
 }
 
 TEST(ControllerNode, AnotherTimeLineStartsTheGridAgain) {
