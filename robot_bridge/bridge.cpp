@@ -6,12 +6,15 @@
 namespace multireach::robot_bridge {
 namespace {
 
+constexpr double kAbsurd = 1e6;  // rad or m: no joint has such a position; beyond it, interpolation could overflow
 constexpr int64_t kOtherClock = 1000000;  // us: a set-point this far from the bridge's time is on another time line
 
 const BridgeOptions& checked(const BridgeOptions& options) {
   if (options.period_us <= 0 || options.setpoint_period_us <= 0)
     throw std::invalid_argument("the bridge's periods must be positive");
-  if (options.delay_us < 0) throw std::invalid_argument("the bridge's delay must not be negative");
+  if (options.delay_us < 0 || options.delay_us > 3 * options.setpoint_period_us) {
+    throw std::invalid_argument("the bridge's delay must be from zero to three periods of the set-points");
+  }
   if (!(options.speed_where_unlimited > 0))
     throw std::invalid_argument("the speed of joints without a limit must be positive");
   return options;
@@ -25,8 +28,12 @@ Bridge::Bridge(const Chain& chain, const BridgeOptions& options)
       interpolator_(options.setpoint_period_us, options.delay_us),
       guard_(chain, static_cast<double>(options.period_us) * 1e-6, options.speed_where_unlimited) {}
 
+bool Bridge::sensible(const JointVector& theta) const {
+  return theta.size() == chain_.size() && theta.allFinite() && theta.cwiseAbs().maxCoeff() < kAbsurd;
+}
+
 bool Bridge::measured(const JointVector& theta) {
-  if (theta.size() != chain_.size() || !theta.allFinite()) return false;
+  if (!sensible(theta)) return false;
   if (!next_tick_) {
     position_ = theta;
     interpolator_.reset(theta);
@@ -35,7 +42,7 @@ bool Bridge::measured(const JointVector& theta) {
 }
 
 bool Bridge::setpoint(const Setpoint& setpoint) {
-  if (!position_ || setpoint.theta.size() != chain_.size() || !setpoint.theta.allFinite()) return false;
+  if (!position_ || !sensible(setpoint.theta)) return false;
   if (!next_tick_ || std::abs(setpoint.utime - *next_tick_) > kOtherClock) {
     interpolator_.reset(*position_);
     next_tick_ = setpoint.utime;

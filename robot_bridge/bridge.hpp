@@ -27,15 +27,16 @@ struct Command {
 /// tick, for ever: when set-points stop it holds the last one.
 class Bridge {
  public:
-  /// Throws std::invalid_argument for periods or speeds that are not positive, or a negative delay.
+  /// Throws std::invalid_argument for periods or speeds that are not positive, or a delay that is negative or
+  /// longer than three periods of the set-points.
   Bridge(const Chain& chain, const BridgeOptions& options);
 
   /// The robot's posture, taken as the start of the motion until the first set-point has come. Returns false when it is
-  /// not finite or of another size.
+  /// not finite, beyond 1e6 rad or m, or of another size.
   bool measured(const JointVector& theta);
   bool knows_robot() const { return position_.has_value(); }
-  /// Returns false, and ignores the set-point, when it is not finite, of another size, or the robot is not known. A
-  /// set-point whose time does not fit by more than a second starts the grid again at its time.
+  /// Returns false, and ignores the set-point, when it is not finite, beyond 1e6 rad or m, of another size, or the
+  /// robot is not known. A set-point whose time does not fit by more than a second starts the grid again at its time.
   bool setpoint(const Setpoint& setpoint);
   /// The time of the next tick; nothing before the first set-point.
   std::optional<int64_t> next_tick() const { return next_tick_; }
@@ -43,6 +44,8 @@ class Bridge {
   Command tick();
 
  private:
+  bool sensible(const JointVector& theta) const;
+
   Chain chain_;
   BridgeOptions options_;
   Interpolator interpolator_;

@@ -33,6 +33,9 @@ Config::Config(std::string file, std::string path, const YAML::Node& node)
     throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
   std::set<std::string> seen;
   for (const auto& item : node_) {
+    if (!item.first.IsScalar()) {
+      throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": a key must be a word");
+    }
     const std::string key = item.first.as<std::string>();
     if (!seen.insert(key).second) {
       throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) +
@@ -145,7 +148,7 @@ std::map<std::string, double> Config::named_numbers(const std::string& key) cons
   std::map<std::string, double> values;
   for (const auto& item : node) {
     const auto value = finite_number(item.second);
-    if (!value) fail(key, "names with finite numbers");
+    if (!value || !item.first.IsScalar()) fail(key, "names with finite numbers");
     values[item.first.as<std::string>()] = *value;
   }
   return values;

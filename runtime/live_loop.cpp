@@ -22,6 +22,7 @@ volatile std::sig_atomic_t signal_received = 0;
 
 /// A node that fell further behind than this does not catch up tick by tick.
 constexpr int64_t kHopeless = 2000000;  // us
+constexpr int64_t kLongestTurn = 5000;  // us
 constexpr int64_t kStatusPeriod = 1000000;
 
 /// With room for a burst in the kernel: the default drops most of a stream of raw images.
@@ -105,8 +106,10 @@ class LiveLoop {
   }
 
   void compute_ticks() {
+    const int64_t begin = monotonic_us();
     while (const auto tick = node_.next_tick()) {
       const int64_t now = monotonic_us();
+      if (now - begin > kLongestTurn) return;  // ticks that are too slow for their period must not starve the messages
       if (!clock_.anchored()) clock_.anchor(*tick, now);
       const int64_t behind = now - clock_.monotonic_at(*tick);
       if (behind < 0 || interrupted()) return;

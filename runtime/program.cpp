@@ -1,9 +1,11 @@
 #include "runtime/program.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <charconv>
+#include <cmath>
 #include <iostream>
 
 #include "runtime/build_id.hpp"
@@ -23,10 +25,10 @@ LiveOptions& Program::add_live_options() {
   app_.add_option("--lcm-url", live_.control_url, "LCM group of everything but images")->capture_default_str();
   app_.add_option("--image-url", live_.image_url, "LCM group of the images")->capture_default_str();
   app_.add_option("--speed", live_.speed, "seconds of message time per second")
-      ->check(CLI::Range(0.01, 100.0))
+      ->check(finite_range(0.01, 100))
       ->capture_default_str();
   app_.add_option("--seconds", live_.seconds, "end after this many seconds; 0 for never")
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(finite_range(0, 1e9))
       ->capture_default_str();
   return live_;
 }
@@ -55,6 +57,18 @@ int Program::run(int argc, char** argv, const std::function<int()>& body) {
     std::cerr << name_ << ": " << error.what() << "\n";
     return 1;
   }
+}
+
+CLI::Validator finite_range(double min, double max) {
+  const std::string range = fmt::format("finite number from {} to {}", min, max);
+  return CLI::Validator(
+      [=](std::string& text) {
+        double value = 0;
+        const bool number = CLI::detail::lexical_cast(text, value);
+        if (number && std::isfinite(value) && value >= min && value <= max) return std::string();
+        return "'" + text + "' is not a " + range;
+      },
+      "FROM " + fmt::format("{} TO {}", min, max));
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text) {

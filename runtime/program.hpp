@@ -27,6 +27,9 @@ class Program {
   LiveOptions live_;
 };
 
+/// Refuses what is not a finite number from `min` to `max` (CLI::Range lets NaN pass).
+CLI::Validator finite_range(double min, double max);
+
 /// "0.1,-0.2,0.3" as numbers. Throws InputError that names the option.
 std::vector<double> parse_numbers(const std::string& option, const std::string& text);
 

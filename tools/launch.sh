@@ -48,7 +48,13 @@ if [ -z "$vision" ]; then
 fi
 [ -r "$vision" ] || fail "--vision: '$vision' cannot be read"
 
+for file in "$record" "$json"; do
+  [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder is not there or not writable"
+done
+[ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
+
 if [ $setup = yes ]; then "$root/tools/setup.sh" || exit 1; fi
+if [ -z "$camera" ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
 
 if [ $isolated = yes ] && [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   user=()
@@ -90,6 +96,7 @@ nodes=(vision controller bridge robot_sim)
 live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
 check() {
   local name
+  [ $interrupted = no ] || return
   for name in "${nodes[@]}" control_log image_log; do
     kill -0 "${pids[$name]}" 2>/dev/null && continue
     wait "${pids[$name]}"; local code=$?
@@ -110,7 +117,8 @@ start controller "$bin/multireach-controller" --config "$robot/robot.yaml" "${li
 start bridge "$bin/multireach-bridge" --config "$robot/robot.yaml" "${live[@]}"
 start robot_sim "$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}"
 all=$(IFS=,; echo "${nodes[*]}")
-"$bin/multireach-view" --config "$robot/robot.yaml" "${live[@]}" --wait-for "$all" --seconds 10 2>"$work/wait.err"
+start wait "$bin/multireach-view" --config "$robot/robot.yaml" "${live[@]}" --wait-for "$all" --seconds 10
+wait "${pids[wait]}"
 waited=$?
 [ $interrupted = yes ] && exit 130
 [ $waited -eq 2 ] && { cat "$work/wait.err" >&2; exit 2; }

@@ -57,17 +57,19 @@ std::optional<int64_t> ControllerNode::receive_target(std::span<const uint8_t> b
   const auto message = take<target_t>(bytes);
   if (!message) return std::nullopt;
   counters_.dropped += targets_.missing_before(message->sequence);
-  if (!plausible_utime(message->utime)) {
+  const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
+  const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
+  const bool seen = message->status == target_t::STATUS_TRACKED;
+  if (!plausible_utime(message->utime) || (seen && !(position.allFinite() && velocity.allFinite()))) {
     ++counters_.refused;
     return std::nullopt;
   }
   if (!controller_.started()) return std::nullopt;
   const auto next = controller_.next_tick();
+  if (!next && !seen) return std::nullopt;  // the grid begins with the first target that is seen
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
-  const bool taken = controller_.observe({.utime = message->utime,
-                                          .seen = message->status == target_t::STATUS_TRACKED,
-                                          .position = Eigen::Map<const Eigen::Vector3d>(message->position_m),
-                                          .velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s)});
+  const bool taken =
+      controller_.observe({.utime = message->utime, .seen = seen, .position = position, .velocity = velocity});
   if (!taken) {
     ++counters_.refused;
     return std::nullopt;

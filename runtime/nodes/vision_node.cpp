@@ -126,6 +126,10 @@ const image_t* image_of_type(const images_t& images, int16_t type) {
   return nullptr;
 }
 
+bool fits(const image_t& image, const CameraModel& camera) {
+  return image.width == camera.width && image.height == camera.height;
+}
+
 vision::EncodedImage encoded(const image_t& image) {
   return {.width = image.width,
           .height = image.height,
@@ -148,10 +152,13 @@ target_t VisionNode::target_of(const images_t& images) {
   target.right_frame_utime = right ? right->utime : -1;
   target.status = target_t::STATUS_LOST;
   std::copy_n(last_seen_.position_m, 3, target.position_m);
-  const bool readable = left && right && codec_.decode(encoded(*left), left_) && codec_.decode(encoded(*right), right_);
+  // Before decoding: an image of another size is of no use, whatever memory it asks for.
+  const vision::StereoRig& rig = config_.tracker.rig;
+  const bool readable = left && right && fits(*left, rig.left) && fits(*right, rig.right) &&
+                        codec_.decode(encoded(*left), left_) && codec_.decode(encoded(*right), right_);
   if (!readable) {
     ++counters_.refused;
-    state_ = "unreadable image";
+    state_ = "unreadable image, or of another size than the calibration";
     return target;
   }
   sighting_ = tracker_.find(left_, right_);

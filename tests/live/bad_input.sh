@@ -54,6 +54,9 @@ expect 2 "key 'noise' is not known" "$bin/multireach-camera" render --config "$w
 expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --config "$root/robots/hoap2/robot.yaml"
 
 expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm
+expect 2 "holds no event of an LCM log" "$root/tools/launch.sh" --no-setup --session "$root/README.md"
+expect 2 "its folder is not there" "$root/tools/launch.sh" --no-setup --record /nonexist/run.lcm
+expect 2 "'nan' is not a finite number" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=0.1,-0.1,0 --alpha nan)
 expect 2 "has no robot.yaml" "$root/tools/launch.sh" --no-setup --robot "$work/none"
 expect 2 "unknown option" "$root/tools/launch.sh" --faster
 

@@ -142,8 +142,10 @@ TEST_F(Bridging, RefusesWhatIsNotFiniteOrOfAnotherSize) {
   bridge.measured(start_);
   EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = bad}));
   EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = JointVector::Zero(5)}));
+  EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = JointVector::Constant(4, 1.7e308)})) << "overflows";
   EXPECT_TRUE(bridge.setpoint(ramp(0)));
   EXPECT_FALSE(bridge.setpoint(ramp(0))) << "a duplicate";
+  EXPECT_THROW(Bridge(chain_, {.delay_us = 4 * kPeriod}), std::invalid_argument);
   EXPECT_THROW(Bridge(chain_, {.period_us = 0}), std::invalid_argument);
   EXPECT_THROW(Bridge(chain_, {.delay_us = -1}), std::invalid_argument);
 }

@@ -63,6 +63,9 @@ TEST(ControllerNode, WaitsForTheRobotThenForATarget) {
   EXPECT_EQ(node.state(), "waiting for the robot");
   node.receive(channel::kRobotState, robot_state(7), out);
   EXPECT_FALSE(node.next_tick());
+  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1500, {NAN, 0, 0}), out));
+  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1600, kFront, target_t::STATUS_LOST), out));
+  EXPECT_FALSE(node.next_tick()) << "neither starts the grid";
   EXPECT_EQ(node.receive(channel::kTarget, target(1, 2000, kFront), out), 2000);
   EXPECT_EQ(node.next_tick(), 2000);
   node.tick(out);

@@ -1,7 +1,9 @@
 // multireach-log: what is in logs, and logs made from logs.
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
+#include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/program.hpp"
 #include "tools/log/run_report.hpp"
@@ -17,6 +19,10 @@ int merge(const std::vector<std::string>& inputs, const std::string& output) {
   };
   std::vector<Source> sources;
   for (const std::string& path : inputs) {
+    std::error_code error;
+    if (std::filesystem::equivalent(path, output, error)) {
+      throw InputError(output + ": is one of the logs to merge and cannot be written over");
+    }
     auto log = std::make_unique<LogReader>(path);
     auto head = log->next();
     sources.push_back({std::move(log), head});

@@ -136,6 +136,7 @@ std::vector<Stay> stays_of(const std::vector<target_t>& targets) {
   for (const target_t& target : targets) {
     if (target.status != target_t::STATUS_TRACKED) continue;
     const Seen seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
+    if (!seen.p_W.allFinite()) continue;
     if (!current.sightings.empty() && (seen.p_W - anchor).norm() > kSamePlace) finish();
     current.sightings.push_back(seen);
     if (current.sightings.size() <= kFirstSightings) anchor = current.middle();

@@ -11,6 +11,8 @@
 namespace multireach {
 namespace {
 
+constexpr double kLargestForce = 1e4;  // N: more than a car; beyond it the simulation may leave all bounds
+
 /// The URDF without shapes (their mesh files need not exist), and with what MuJoCo needs to keep every link by its
 /// name.
 std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
@@ -86,6 +88,11 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
   for (const auto& [name, position] : options.start) {
     const int joint = mj_name2id(model, mjOBJ_JOINT, name.c_str());
     if (joint < 0) throw std::invalid_argument("has no joint '" + name + "', for which a start position is given");
+    const mjtNum* range = model->jnt_range + 2 * joint;
+    if (!std::isfinite(position) || (model->jnt_limited[joint] && (position < range[0] || position > range[1]))) {
+      throw std::invalid_argument("joint '" + name + "': the start position " + std::to_string(position) +
+                                  " is outside its limits");
+    }
     data->qpos[model->jnt_qposadr[joint]] = position;
   }
   for (int joint = 0; joint < model->njnt; ++joint) {
@@ -124,7 +131,7 @@ void MujocoArm::hold() {
 
 bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n, double duration_s) {
   const int body = mj_name2id(simulation_->model, mjOBJ_BODY, link.c_str());
-  if (body < 0 || !force_n.allFinite() || !(duration_s >= 0)) return false;
+  if (body < 0 || !(force_n.norm() < kLargestForce) || !(duration_s >= 0)) return false;
   mjData* data = simulation_->data;
   mju_zero(data->xfrc_applied, 6 * simulation_->model->nbody);
   // A force at the link's origin is the same force at its centre of mass and a torque.

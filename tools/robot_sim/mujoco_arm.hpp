@@ -23,7 +23,8 @@ struct MujocoArmOptions {
 class MujocoArm {
  public:
   /// `urdf_xml` is the file's text. Throws std::invalid_argument with a sentence when MuJoCo cannot load it, it has no
-  /// hinge or slide joint, or `start` names a joint that it does not have.
+  /// hinge or slide joint, or `start` names a joint that it does not have
+  /// or a position outside its limits.
   MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options);
   ~MujocoArm();
 
@@ -37,7 +38,8 @@ class MujocoArm {
   bool command(const std::string& joint, double position, double velocity);
   /// Lets all joints stay at the last commanded position.
   void hold();
-  /// A force (N, in the frame of the world) at the origin of a link for some time. Returns false for an unknown link.
+  /// A force (N, in the frame of the world) at the origin of a link for some time. Returns false for an unknown link or
+  /// a force of 10 kN or more.
   bool push(const std::string& link, const Eigen::Vector3d& force_n, double duration_s);
   /// Advances by one step.
   void step();

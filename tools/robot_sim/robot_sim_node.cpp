@@ -56,7 +56,8 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   const auto command = take<joint_command_t>(bytes);
   if (!command) return;
   counters_.dropped += commands_.missing_before(command->sequence);
-  const auto finite = [](double value) { return std::isfinite(value); };
+  // Also false for NaN; no joint has such a position or speed.
+  const auto finite = [](double value) { return std::abs(value) < 1e6; };
   const bool sensible = std::ranges::all_of(command->angle_rad, finite) &&
                         std::ranges::all_of(command->velocity_rad_s, finite) &&
                         std::ranges::all_of(command->joint_name, [this](const std::string& joint) {

@@ -28,17 +28,17 @@ void add_options(CLI::App& cli, Options& options) {
                  "first target posture theta_T, rad; default: the nearest posture that reaches the target");
   cli.add_option("--gamma", options.paper.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
       ->required()
-      ->check(CLI::Range(0.0, 1e12));
+      ->check(finite_range(0.0, 1e12));
   cli.add_option("--alpha", options.paper.gains.alpha, "attractor gain per step, Eq. (3)")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(finite_range(0.0, 1.0))
       ->capture_default_str();
   cli.add_option("--beta", options.paper.gains.beta, "attractor gain per step, Eq. (3)")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(finite_range(0.0, 1.0))
       ->capture_default_str();
   cli.add_option("--rechoose-mm", options.rechoose_mm,
                  "choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
                  "printed in the paper")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(finite_range(0.0, 1e6))
       ->capture_default_str();
   cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
       ->required()
