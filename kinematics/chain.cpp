@@ -19,6 +19,10 @@ std::string number(double value) {
 
 }  // namespace
 
+namespace {
+constexpr double kTwoTurns = 4 * std::numbers::pi;
+}
+
 Chain::Chain(std::vector<Joint> joints, std::vector<Eigen::Isometry3d> fixed, std::string base, std::string tip)
     : joints_(std::move(joints)), fixed_(std::move(fixed)), base_(std::move(base)), tip_(std::move(tip)) {
   const std::string where = "the chain from '" + base_ + "' to '" + tip_ + "'";
@@ -36,6 +40,12 @@ Chain::Chain(std::vector<Joint> joints, std::vector<Eigen::Isometry3d> fixed, st
     const Joint& joint = joints_[i];
     if (!(std::abs(joint.axis.norm() - 1) < 1e-9)) {
       throw std::invalid_argument("joint '" + joint.name + "' has an axis that is not a unit vector");
+    }
+    if (joint.limited() && !(std::isfinite(joint.lower) && std::isfinite(joint.upper))) {
+      throw std::invalid_argument("joint '" + joint.name + "' has a limit that is not finite");
+    }
+    if (!(joint.velocity >= 0)) {
+      throw std::invalid_argument("joint '" + joint.name + "' has a largest speed that is not 0 or more");
     }
     if (joint.limited() && !(joint.lower <= joint.upper)) {
       throw std::invalid_argument("joint '" + joint.name + "' has its lower limit above its upper limit");
@@ -125,15 +135,29 @@ double Chain::limit_excess(const JointVector& theta) const {
   return excess;
 }
 
+double Chain::reach() const {
+  double reach = 0;
+  for (int i = 0; i < size(); ++i) {
+    reach += fixed_[i + 1].translation().norm();
+    if (joints_[i].type == Joint::Type::kPrismatic) reach += std::max(std::abs(lower_[i]), std::abs(upper_[i]));
+  }
+  return reach;
+}
+
 JointVector Chain::clamped(const JointVector& theta) const {
   return theta.cwiseMax(lower_).cwiseMin(upper_);
 }
 
 double Chain::sample_lower(int i) const {
-  return joints_[i].limited() ? lower_[i] : -std::numbers::pi;
+  if (!joints_[i].limited()) return -std::numbers::pi;
+  return turns_freely(i) ? std::clamp(-kTwoTurns, lower_[i], upper_[i] - 2 * kTwoTurns) : lower_[i];
 }
 double Chain::sample_upper(int i) const {
-  return joints_[i].limited() ? upper_[i] : std::numbers::pi;
+  if (!joints_[i].limited()) return std::numbers::pi;
+  return turns_freely(i) ? sample_lower(i) + 2 * kTwoTurns : upper_[i];
+}
+bool Chain::turns_freely(int i) const {
+  return joints_[i].type == Joint::Type::kRevolute && upper_[i] - lower_[i] > 2 * kTwoTurns;
 }
 
 std::optional<std::string> posture_fault(const Chain& chain, const std::vector<double>& theta, std::string_view what,

@@ -31,7 +31,8 @@ class Chain {
  public:
   /// `fixed` has one element more than `joints`: the transform from the frame after joint i-1 (or W) to the frame of
   /// joint i, and last the one from the frame after the last joint to T. Throws std::invalid_argument when the sizes do
-  /// not agree, when there is no joint or there are more than kMaxJoints, or when an axis is not a unit vector.
+  /// not agree, when there is no joint or there are more than kMaxJoints, when an axis is not a unit vector, or when a
+  /// limit makes no sense (not finite, the lower one above the upper one, a speed below 0).
   Chain(std::vector<Joint> joints, std::vector<Eigen::Isometry3d> fixed, std::string base, std::string tip);
 
   int size() const { return static_cast<int>(joints_.size()); }
@@ -60,13 +61,18 @@ class Chain {
 
   /// How far the posture is beyond its position limits: the largest excess over all joints, 0 inside.
   double limit_excess(const JointVector& theta) const;
+  /// An upper bound of the distance between the first joint and the tip, m.
+  double reach() const;
   /// The posture with every joint moved to the nearest value inside its limits.
   JointVector clamped(const JointVector& theta) const;
-  /// The range from which postures are sampled: the limits, and one whole turn for a continuous joint.
+  /// The range from which postures are sampled: the limits; one whole turn for a continuous joint; of a revolute one
+  /// with a range of more than four turns, the four that are nearest to 0.
   double sample_lower(int i) const;
   double sample_upper(int i) const;
 
  private:
+  bool turns_freely(int i) const;
+
   std::vector<Joint> joints_;
   std::vector<Eigen::Isometry3d> fixed_;
   std::string base_, tip_;

@@ -51,6 +51,41 @@ inline Chain hoap2() {
   return load(hoap2_file());
 }
 
+/// An arm that nobody would build: `joints` joints with axes and offsets in any direction, narrow and wide limits, and
+/// (where `all_kinds`) continuous and sliding joints among them. The same seed gives the same arm.
+inline Chain odd_arm(int joints, uint64_t seed, bool all_kinds = true) {
+  const CounterRandom random(seed, static_cast<uint64_t>(joints));
+  uint64_t counter = 0;
+  const auto number = [&](double from, double to) { return random.uniform(counter++, from, to); };
+  const auto direction = [&] {
+    const double x = number(-1, 1), y = number(-1, 1), z = number(-1, 1);
+    return (Eigen::Vector3d(x, y, z) + Eigen::Vector3d(0, 0, 1e-3)).normalized().eval();
+  };
+  std::vector<Joint> list;
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= joints; ++i) {
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.translation() = number(0.02, 0.4) * direction();
+    X.linear() = Eigen::AngleAxisd(number(-3, 3), direction()).toRotationMatrix();
+    fixed.push_back(X);
+    if (i == joints) break;
+    Joint joint{.name = {static_cast<char>('a' + i)}, .axis = direction(), .velocity = number(0.5, 4), .effort = 10};
+    const double kind = all_kinds ? number(0, 1) : 0.5;
+    if (kind < 0.15) {
+      joint.type = Joint::Type::kContinuous;
+    } else if (kind > 0.9) {
+      joint.type = Joint::Type::kPrismatic;
+      joint.lower = number(-0.3, 0);
+      joint.upper = joint.lower + number(0.05, 0.4);
+    } else {
+      joint.lower = number(-3, 0.5);
+      joint.upper = joint.lower + number(0.4, 5);
+    }
+    list.push_back(joint);
+  }
+  return Chain(list, fixed, "base", "hand");
+}
+
 /// The k-th posture of a seeded series, uniform inside the limits shrunk by `margin` of the range on each side.
 inline JointVector random_posture(const Chain& chain, const CounterRandom& random, uint64_t k, double margin = 0) {
   JointVector theta(chain.size());
