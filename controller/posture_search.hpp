@@ -1,39 +1,51 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 
+#include "controller/posture_search_options.hpp"
+#include "controller/posture_solver.hpp"
 #include "controller/shoulder_elbow.hpp"
 #include "kinematics/chain.hpp"
 
 namespace multireach::controller {
 
-struct PostureSearchOptions {
-  int samples = 121;          ///< angles of the third joint tried per curve, where there is a closed form
-  int starts = 32;            ///< random postures to start from, where there is none
-  uint64_t seed = 1;          ///< of those postures; the same seed finds the same posture
-  double tolerance_m = 1e-7;  ///< a posture reaches a point when its tip is this near
+/// A posture, and how far its hand is from the target (distance and weighted rotation, m).
+struct FoundPosture {
+  JointVector theta;
+  double error_m = 0;
 };
 
-/// Finds, among all postures inside the limits whose tip is at a given point, one nearest to a given posture: the
-/// first theta_T of Sect. 3.4. In closed form for a shoulder-elbow arm; by damped Newton steps from many seeded starts,
-/// each then drawn along its self-motion towards the given posture, for any other.
+/// A target that is very far from the arm (finite), moved along its direction to ten times the arm's reach; and its
+/// velocity, where that is more than one reach per step, made so long.
+HandTarget brought_near(const Chain& chain, HandTarget target);
+
+/// Finds, among all postures inside the limits whose hand is at a given target, one nearest to a given posture: the
+/// first theta_T of Sect. 3.4. In closed form for the position of a shoulder-elbow arm; by damped Newton steps from
+/// seeded starts, each then drawn along its self-motion towards the given posture, for anything else.
 class PostureSearch {
  public:
-  explicit PostureSearch(const Chain& chain, const PostureSearchOptions& options = {});
+  explicit PostureSearch(const Chain& chain, const PostureSearchOptions& options = {}, const Tool& tool = {});
 
   /// Nothing when no posture was found: the point is out of reach (or, for an arm without closed form, so hard to reach
   /// that no start led there).
   std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
+  /// The same for any target. When no posture meets the target, the one whose hand comes nearest to it, of all those
+  /// found. The target and `theta` must be finite.
+  FoundPosture best(const HandTarget& target, const JointVector& theta) const;
+  /// The same by the closed form alone, which may miss postures between two samples. Nothing without a closed form.
+  std::optional<JointVector> closed_form_nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
+    if (!shoulder_elbow_) return std::nullopt;
+    return shoulder_elbow_->nearest(chain_, x_T, theta, options_.samples);
+  }
   bool closed_form() const { return shoulder_elbow_.has_value(); }
+  const PostureSearchOptions& options() const { return options_; }
 
  private:
-  bool solve(const Eigen::Vector3d& x_T, JointVector& posture) const;
-  void approach(const Eigen::Vector3d& x_T, const JointVector& theta, JointVector& posture) const;
-  std::optional<JointVector> multi_start(const Eigen::Vector3d& x_T, const JointVector& theta) const;
+  FoundPosture multi_start(const HandTarget& target, const JointVector& theta) const;
 
   Chain chain_;
   PostureSearchOptions options_;
+  PostureSolver solver_;
   std::optional<ShoulderElbow> shoulder_elbow_;
 };
 

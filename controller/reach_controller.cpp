@@ -1,60 +1,101 @@
 #include "controller/reach_controller.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "controller/coherence.hpp"
+#include "controller/watched_paper_law.hpp"
 
 namespace multireach::controller {
 namespace {
-
-/// A target for which no posture was found is tried again when it has moved this far, m.
-constexpr double kTryAgain = 1e-3;
 
 void require(bool sensible, const char* sentence) {
   if (!sensible) throw std::invalid_argument(sentence);
 }
 
+constexpr double kOffsetAfter = 1e7;  // us: time constant, after which what lasts is an offset and no push
+constexpr double kMostOffset = 0.5;   // rad (m): one wrong measurement must not count for more
+constexpr int64_t kLongestTick = 1'000'000'000;
+
+bool believable(int64_t utime) {
+  return utime >= -ReachController::kLargestTime && utime <= ReachController::kLargestTime;
+}
+
+std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& options, double steps_per_second) {
+  if (const auto* paper = std::get_if<PaperParameters>(&options.law)) {
+    require(options.aim == Aim::kPosition, "the law 'paper' knows positions only: aim must be position");
+    return std::make_unique<WatchedPaperLaw>(chain, *paper, options.drift_m, options.posture_search);
+  }
+  GuardedParameters parameters = std::get<GuardedParameters>(options.law);
+  parameters.steps_per_second = steps_per_second;
+  parameters.posture_search = options.posture_search;
+  return std::make_unique<GuardedLaw>(chain, parameters);
+}
+
 }  // namespace
 
 ReachController::ReachController(const Chain& chain, const ReachOptions& options)
-    : chain_(chain), options_(options), search_(chain, options.posture_search), rest_(options.rest) {
-  require(options.tick_us > 0, "tick_us must be positive");
+    : chain_(chain), options_(options), rest_(options.rest), filter_(options.target) {
+  require(options.tick_us > 0 && options.tick_us <= kLongestTick, "tick_us must be positive, and at most 1e9");
   require(options.steps_per_tick > 0, "steps_per_tick must be positive");
-  require(std::isfinite(options.law.gamma) && options.law.gamma >= 0, "gamma must be a finite number, not negative");
-  const ViteGains& gains = options.law.gains;
-  require(gains.alpha > 0 && gains.alpha <= 1 && gains.beta > 0 && gains.beta <= 1, "alpha and beta must be in (0, 1]");
-  require(options.jump_m > 0 && options.drift_m > 0, "jump_m and drift_m must be positive");
+  require(options.target.jump_m > 0, "jump_m must be positive");
+  require(options.target.wander_m_per_root_s >= 0, "wander_m_per_root_s must not be negative");
   require(options.lost_after_us >= 0, "lost_after_us must not be negative");
+  require(options.push_from >= 0, "push_from must not be negative");
   require(options.posture_search.samples >= 3 && options.posture_search.starts >= 0,
           "the posture search needs at least 3 samples");
+  law_ = make_law(chain, options, steps_per_second());
+  for (JointVector& command : commands_) command = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
   const auto fault = posture_fault(chain, {rest_.begin(), rest_.end()}, "the rest posture");
   if (fault) throw std::invalid_argument(*fault);
+  rest_ = chain.clamped(rest_);
 }
 
 bool ReachController::start(const JointVector& theta) {
-  if (theta.size() != chain_.size() || !theta.allFinite()) return false;
-  state_ = paper_state_at_rest(chain_, theta, theta);
+  if (!law_->start(theta)) return false;
   if (options_.rest.size() == 0) rest_ = chain_.clamped(theta);
-  goal_.reset();
+  filter_.forget();
+  last_seen_.reset();
+  mode_ = ReachMode::kWaiting;
+  staying_ = false;
+  measured_.reset();
+  offset_ = JointVector::Zero(chain_.size());
+  commands_known_ = 0;
+  remember_command();
   started_ = true;
   return true;
 }
 
 bool ReachController::observe(const TargetObservation& observation) {
   if (observation.seen && !(observation.position.allFinite() && observation.velocity.allFinite())) return false;
-  if (newest_ && observation.utime < newest_->utime) return false;
-  newest_ = observation;
-  if (observation.seen) sighting_ = observation;
+  if (!believable(observation.utime) || (newest_ && observation.utime < *newest_)) return false;
+  newest_ = observation.utime;
+  if (!observation.seen) return true;
+  const bool jumped = filter_.update(observation);
+  jumped_ = jumped_ || jumped;
+  last_seen_ = observation.utime;
+  last_place_ = filter_.position_at(observation.utime);
   return true;
 }
 
-void ReachController::restart_grid(int64_t utime) {
+bool ReachController::observe_robot(const JointVector& theta) {
+  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  measured_ = theta;
+  return true;
+}
+
+bool ReachController::restart_grid(int64_t utime) {
+  if (!believable(utime)) return false;
   grid_origin_ = utime;
   tick_ = 0;
-  if (newest_ && newest_->utime > utime) newest_.reset();
-  if (sighting_ && sighting_->utime > utime) sighting_.reset();
+  if (newest_ && *newest_ > utime) newest_.reset();
+  if (last_seen_ && *last_seen_ > utime) {
+    last_seen_.reset();
+    filter_.forget();
+  }
+  return true;
 }
 
 std::optional<int64_t> ReachController::next_tick() const {
@@ -62,65 +103,81 @@ std::optional<int64_t> ReachController::next_tick() const {
   return *grid_origin_ + tick_ * options_.tick_us;
 }
 
-bool ReachController::choose_posture(const Eigen::Vector3d& x_T) {
-  const auto posture = search_.nearest(x_T, state_.theta);
-  ++posture_choices_;
-  if (posture) state_.theta_target = *posture;
-  return posture.has_value();
-}
-
 void ReachController::fall_back() {
-  const bool rest = options_.without_target == WithoutTarget::kGoToRest;
-  if (rest && !(goal_ && goal_->mode == ReachMode::kResting)) {
-    goal_ = Goal{chain_.position(rest_), Eigen::Vector3d::Zero(), ReachMode::kResting};
-    state_.theta_target = rest_;
-  } else if (!rest && goal_) {
-    goal_->mode = ReachMode::kHolding;
-    goal_->velocity.setZero();
+  jumped_ = true;  // what comes next is a new target
+  switch (options_.without_target) {
+    case WithoutTarget::kGoToRest:
+      if (mode_ != ReachMode::kResting && law_->aim_at_posture(rest_)) mode_ = ReachMode::kResting;
+      return;
+    case WithoutTarget::kStay:
+      if (!staying_ && mode_ != ReachMode::kWaiting) law_->aim_at_posture(chain_.clamped(law_->theta()));
+      staying_ = true;
+      break;
+    case WithoutTarget::kHoldLastTarget:
+      if (mode_ == ReachMode::kReaching && lost_) {
+        law_->follow({.position = last_place_,
+                      .aim = options_.aim,
+                      .direction = options_.direction,
+                      .orientation = options_.orientation});
+      }
+      break;
   }
+  if (mode_ != ReachMode::kWaiting) mode_ = ReachMode::kHolding;
 }
 
-void ReachController::pursue(const TargetObservation& target) {
-  const bool followed =
-      goal_ && goal_->mode != ReachMode::kResting && (target.position - goal_->x_T).norm() <= options_.jump_m;
-  const bool tried = unreachable_ && (target.position - *unreachable_).norm() < kTryAgain;
-  if (tried || (!followed && !choose_posture(target.position))) {
-    if (!tried) unreachable_ = target.position;
-    out_of_reach_ = true;
+void ReachController::pursue(int64_t now) {
+  const HandTarget target{.position = filter_.position_at(now),
+                          .velocity = filter_.velocity() / steps_per_second(),
+                          .aim = options_.aim,
+                          .direction = options_.direction,
+                          .orientation = options_.orientation};
+  const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
+  const Aimed aimed = resume ? law_->follow(target) : law_->aim(target);
+  jumped_ = false;
+  out_of_reach_ = aimed == Aimed::kOutOfReach;
+  if (out_of_reach_ && std::holds_alternative<PaperParameters>(options_.law)) {
     fall_back();
     return;
   }
-  unreachable_.reset();
-  const double steps_per_second = 1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us);
-  goal_ = Goal{target.position, target.velocity / steps_per_second, ReachMode::kReaching};
+  mode_ = ReachMode::kReaching;
+  staying_ = false;
 }
 
 void ReachController::choose_goal(int64_t now) {
-  lost_ = !sighting_ || now - sighting_->utime > options_.lost_after_us;
+  lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
   out_of_reach_ = false;
-  if (lost_) {
-    if (sighting_) fall_back();
-  } else {
-    pursue(*sighting_);
+  if (!lost_) {
+    pursue(now);
+  } else if (last_seen_ || mode_ != ReachMode::kWaiting) {
+    fall_back();
   }
 }
 
-void ReachController::step() {
-  const JointVector previous_target = state_.theta_target;
-  paper_step(chain_, options_.law, goal_->x_T, goal_->velocity, state_);
-  if (goal_->mode == ReachMode::kResting) {
-    state_.theta_target = rest_;
-    return;
+void ReachController::remember_command() {
+  commands_[static_cast<size_t>(commands_known_ % kRemembered)] = law_->theta();
+  ++commands_known_;
+}
+
+void ReachController::feel_pushes() {
+  if (options_.feedback != Feedback::kMeasured) return;
+  JointVector displacement = JointVector::Zero(chain_.size());
+  if (measured_) {
+    const auto known = static_cast<int>(std::min<int64_t>(commands_known_, kRemembered));
+    for (int i = 0; i < chain_.size(); ++i) {
+      double low = commands_[0][i], high = low;
+      for (int k = 1; k < known; ++k) {
+        low = std::min(low, commands_[static_cast<size_t>(k)][i]);
+        high = std::max(high, commands_[static_cast<size_t>(k)][i]);
+      }
+      // Beside all commands of the last 0.3 s, and beside where the arm always is beside them.
+      const double there = (*measured_)[i] - offset_[i], beside = there - std::clamp(there, low, high);
+      offset_[i] += std::min(1.0, static_cast<double>(options_.tick_us) / kOffsetAfter) *
+                    std::clamp(beside, -kMostOffset, kMostOffset);
+      displacement[i] = std::copysign(std::max(std::abs(beside) - options_.push_from, 0.0), beside);
+    }
   }
-  // Eq. (27) knows no limits and no singularities. Written so that a theta_T that is not finite counts as drifted.
-  const bool near = (goal_->x_T - chain_.position(state_.theta_target)).norm() <= options_.drift_m;
-  if ((near && chain_.limit_excess(state_.theta_target) <= 0) || choose_posture(goal_->x_T)) return;
-  // The target went out of reach while it was being followed: keep the last posture that made sense.
-  state_.theta_target = previous_target;
-  unreachable_ = goal_->x_T;
-  goal_->x_T = chain_.position(previous_target);
-  out_of_reach_ = true;
-  fall_back();
+  measured_.reset();
+  law_->take_up(displacement);
 }
 
 ReachOutput ReachController::tick() {
@@ -128,24 +185,28 @@ ReachOutput ReachController::tick() {
   output.utime = *next_tick();
   output.tick = tick_++;
   choose_goal(output.utime);
-  if (goal_) {
-    for (int k = 0; k < options_.steps_per_tick; ++k) step();
+  feel_pushes();
+  if (mode_ != ReachMode::kWaiting) {
+    for (int k = 0; k < options_.steps_per_tick; ++k) law_->step();
   }
-  output.mode = goal_ ? goal_->mode : ReachMode::kWaiting;
+  remember_command();
+  if (mode_ == ReachMode::kReaching) out_of_reach_ = law_->out_of_reach();
+  output.mode = mode_;
   output.target_lost = lost_;
   output.target_out_of_reach = out_of_reach_;
-  output.theta = state_.theta;
-  output.velocity = state_.theta_dot * (1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us));
-  output.theta_target = state_.theta_target;
-  output.x = state_.x;
-  output.x_T = goal_ ? goal_->x_T : state_.x;
+  output.theta = law_->theta();
+  output.velocity = law_->velocity() * steps_per_second();
+  output.theta_target = law_->theta_target();
+  output.x = law_->x();
+  output.x_T = mode_ == ReachMode::kWaiting ? law_->x() : law_->x_target();
+  output.weights = law_->weights();
+  output.gamma = law_->gamma();
   Eigen::Vector3d x;
   PositionJacobian jacobian;
-  chain_.position_and_jacobian(state_.theta, x, jacobian);
-  output.weights = limit_weights(chain_, state_.theta, options_.law.gamma);
+  chain_.position_and_jacobian(output.theta, x, jacobian);
   output.condition_number = condition_number(coherence_matrix(jacobian, output.weights));
-  output.attractor_residual_m = (output.x_T - chain_.position(state_.theta_target)).norm();
-  output.posture_choices = posture_choices_;
+  output.attractor_residual_m = law_->residual_m();
+  output.posture_choices = law_->posture_choices();
   return output;
 }
 

@@ -100,6 +100,10 @@ std::optional<JointVector> ShoulderElbow::posture(const Chain& chain, const Eige
   return posture;
 }
 
+namespace {
+constexpr int kMostCuts = 80;  // each leaves 0.62 of the bracket
+}
+
 std::optional<JointVector> ShoulderElbow::nearest(const Chain& chain, const Eigen::Vector3d& x_T,
                                                   const JointVector& theta, int samples) const {
   const Eigen::Vector3d v = x_T - shoulder_;
@@ -143,7 +147,7 @@ std::optional<JointVector> ShoulderElbow::nearest(const Chain& chain, const Eige
   double from = std::max(best_third - step, lower), to = std::min(best_third + step, upper);
   double left = to - ratio * (to - from), right = from + ratio * (to - from);
   double at_left = consider(left, fourth, branch), at_right = consider(right, fourth, branch);
-  while (to - from > 1e-9) {
+  for (int k = 0; k < kMostCuts && to - from > 1e-9; ++k) {
     if (at_left < at_right) {
       to = right;
       right = left;

@@ -1,0 +1,65 @@
+#include "controller/target_filter.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace multireach::controller {
+
+namespace {
+
+/// Whether it can be a covariance, in m^2: finite, of some metres at most, and positive semidefinite (its principal
+/// minors are not negative, but for rounding).
+bool positive(const Eigen::Matrix3d& C) {
+  if (!C.allFinite() || C.cwiseAbs().maxCoeff() > 1 || C.diagonal().minCoeff() < 0) return false;
+  const double largest = C.diagonal().maxCoeff(), rounding = 1e-9 * largest * largest;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    if (C(i, i) * C(j, j) - C(i, j) * C(i, j) < -rounding) return false;
+  }
+  return C.determinant() >= -rounding * largest;
+}
+
+}  // namespace
+
+Eigen::Vector3d TargetFilter::position_at(int64_t utime) const {
+  return position_ + velocity_ * (static_cast<double>(utime - *utime_) * 1e-6);
+}
+
+bool TargetFilter::update(const TargetObservation& observation) {
+  // A covariance that is none (negative, not finite, absurdly large) is no knowledge: the position is taken as it is.
+  Eigen::Matrix3d noise = 0.5 * (observation.covariance + observation.covariance.transpose());
+  if (!positive(noise)) noise.setZero();
+  const auto restart = [&] {
+    position_ = observation.position;
+    covariance_ = noise;
+    return true;
+  };
+  bool jumped = !utime_;
+  if (jumped) {
+    restart();
+  } else {
+    const double elapsed = std::max(0.0, static_cast<double>(observation.utime - *utime_) * 1e-6);
+    const Eigen::Vector3d predicted = position_at(observation.utime);
+    const Eigen::Vector3d surprise = observation.position - predicted;
+    covariance_.diagonal().array() += options_.wander_m_per_root_s * options_.wander_m_per_root_s * elapsed;
+    const Eigen::Matrix3d total = covariance_ + noise;
+    const double expected = 4 * std::sqrt(std::max(0.0, noise.trace()));
+    if (!(surprise.norm() <= std::max(options_.jump_m, expected))) {
+      jumped = restart();
+    } else if (const auto factors = total.llt(); noise.trace() <= 0 || factors.info() != Eigen::Success) {
+      restart();
+    } else {
+      const Eigen::Matrix3d gain = factors.solve(covariance_).transpose();
+      position_ = predicted + gain * surprise;
+      covariance_ -= gain * covariance_;
+      covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
+    }
+  }
+  velocity_ = observation.velocity;
+  utime_ = observation.utime;
+  return jumped;
+}
+
+}  // namespace multireach::controller

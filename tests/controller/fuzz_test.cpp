@@ -1,0 +1,256 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "controller/guarded_law.hpp"
+#include "controller/reach_controller.hpp"
+#include "tests/test_arms.hpp"
+
+// Any calls in any order, with any numbers: what comes out is finite and inside the limits. MULTIREACH_FUZZ_CALLS sets
+// how many calls (tools/test.sh --full makes 10^7), MULTIREACH_FUZZ_SEED where the series starts.
+
+namespace multireach::controller {
+namespace {
+
+int64_t from_environment(const char* name, int64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text ? std::strtoll(text, nullptr, 10) : otherwise;
+}
+
+/// Numbers of every kind: mostly sensible ones, some at the edges of what a double can be.
+class Wild {
+ public:
+  explicit Wild(uint64_t seed) : random_(seed, 77) {}
+
+  double uniform(double from, double to) { return random_.uniform(counter_++, from, to); }
+  bool chance(double of_one) { return uniform(0, 1) < of_one; }
+  int below(int n) { return std::min(n - 1, static_cast<int>(uniform(0, n))); }
+  double number(double scale, double how_wild = 0.02) {
+    if (!chance(how_wild)) return uniform(-scale, scale);
+    static constexpr double kWild[] = {0.0,  -0.0, NAN,   INFINITY, -INFINITY, 1e9,  -1e9,
+                                       1e5,  -1e5, 1e300, -1e300,   5e-324,    1e-9, 1.7976931348623157e308,
+                                       1e15, -1e15};
+    return kWild[below(std::size(kWild))];
+  }
+  Eigen::Vector3d vector(double scale, double how_wild = 0.02) {
+    const double x = number(scale, how_wild), y = number(scale, how_wild), z = number(scale, how_wild);
+    return {x, y, z};
+  }
+  JointVector joints(int n, double scale) {
+    JointVector v(chance(0.02) ? below(kMaxJoints + 1) : n);
+    for (double& element : v) element = number(scale);
+    return v;
+  }
+  int64_t time(int64_t now) {
+    if (!chance(0.03)) return now + static_cast<int64_t>(uniform(-2e4, 5e4));
+    static constexpr int64_t kEdges[] = {INT64_MIN, INT64_MAX, 0, -1, INT64_MAX / 2, INT64_MIN / 2, 1'000'000'000'000};
+    return kEdges[below(std::size(kEdges))];
+  }
+  HandTarget target(double reach) {
+    HandTarget target{.position = vector(1.2 * reach), .aim = static_cast<Aim>(below(3))};
+    if (chance(0.3)) target.velocity = vector(0.01);
+    if (chance(0.05)) target.velocity = vector(1e3);
+    target.direction = vector(1, 0.005).stableNormalized();
+    target.orientation = Eigen::Quaterniond(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(-1, 1))
+                             .normalized()
+                             .toRotationMatrix();
+    if (chance(0.05)) target.orientation(below(3), below(3)) = number(1, 0.5);
+    return target;
+  }
+  std::vector<Obstacle> obstacles(double reach) {
+    std::vector<Obstacle> list(static_cast<size_t>(chance(0.02) ? 100 : below(6)));
+    for (Obstacle& obstacle : list) {
+      obstacle.shape = static_cast<Obstacle::Shape>(below(3));
+      obstacle.X_WO.translation() = vector(reach, 0.01);
+      obstacle.X_WO.linear() = target(reach).orientation;
+      obstacle.size = (0.2 * reach * Eigen::Vector3d::Ones() + vector(0.2 * reach, 0.01)) * 0.5;
+    }
+    return list;
+  }
+
+ private:
+  CounterRandom random_;
+  uint64_t counter_ = 0;
+};
+
+/// The Hoap2, arms of 2 to 9 joints that nobody would build, one of 11, and some whose joints cannot move, or have
+/// hardly a range, or no speed, or no limits but huge ones.
+Chain without_limits(const Chain& chain, double range) {
+  std::vector<Joint> list = chain.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= chain.size(); ++i) fixed.push_back(chain.fixed(i));
+  for (Joint& joint : list) {
+    joint.velocity = INFINITY;
+    if (joint.type != Joint::Type::kRevolute) continue;
+    joint.lower = -range;
+    joint.upper = range;
+  }
+  return {list, fixed, "base", "hand"};
+}
+
+Chain arm(uint64_t which) {
+  if (which % 16 == 4) return without_limits(testing::hoap2(), 1e9);
+  if (which % 16 == 6) return without_limits(testing::odd_arm(6, which), 1e5);
+  if (which % 4 == 0) return testing::hoap2();
+  const int joints = which % 16 == 1 ? 11 : 2 + static_cast<int>(which % 8);
+  const Chain odd = testing::odd_arm(joints, which);
+  if (which % 4 != 1) return odd;
+  std::vector<Joint> list = odd.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= odd.size(); ++i) fixed.push_back(odd.fixed(i));
+  for (size_t i = 0; i < list.size(); i += 2) {
+    if (!list[i].limited()) continue;
+    list[i].upper = list[i].lower + (i % 4 == 0 ? 0 : 1e-12);
+    if (i % 3 == 0) list[i].velocity = 0;
+  }
+  return {list, fixed, "base", "hand"};
+}
+
+/// What every output must keep, given the one before it.
+struct Promise {
+  const Chain& chain;
+  JointVector theta, velocity;
+  bool fresh = true;
+
+  void keep(const Eigen::Ref<const Eigen::VectorXd>& now, const Eigen::Ref<const Eigen::VectorXd>& speed, double rate,
+            const JointVector& acceleration) {
+    ASSERT_TRUE(now.allFinite() && speed.allFinite());
+    for (int i = 0; i < chain.size(); ++i) {
+      const double excess = std::max(chain.lower()[i] - now[i], now[i] - chain.upper()[i]);
+      const double before = fresh ? INFINITY : std::max(chain.lower()[i] - theta[i], theta[i] - chain.upper()[i]);
+      ASSERT_LE(excess, std::max(1e-9, before)) << chain.joint(i).name;
+      ASSERT_LE(std::abs(speed[i]), chain.velocity()[i] + 1e-9) << chain.joint(i).name;
+      if (fresh || acceleration.size() == 0 || before > 0) continue;
+      ASSERT_LE(std::abs(speed[i] - velocity[i]) * rate, acceleration[i] * (1 + 1e-9) + 1e-6) << chain.joint(i).name;
+    }
+    theta = now;
+    velocity = speed;
+    fresh = false;
+  }
+};
+
+void fuzz_law(uint64_t seed, int64_t calls) {
+  Wild wild(seed);
+  const Chain chain = arm(seed);
+  GuardedParameters parameters{.gamma = std::pow(10, wild.uniform(-3, 6))};
+  if (wild.chance(0.2)) parameters.gamma = 0;
+  if (wild.chance(0.5)) parameters.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
+  if (wild.chance(0.3)) parameters.body.link_radius_m = wild.uniform(0.001, 0.1) * chain.reach();
+  parameters.posture_search = {.starts = 3, .most_starts = 6};
+  GuardedLaw law(chain, parameters);
+  Promise promise{.chain = chain, .theta = {}, .velocity = {}};
+  const double rate = parameters.steps_per_second;
+  int until_call = 0;
+  for (int64_t k = 0; k < calls; ++k) {
+    if (until_call-- > 0) {
+      law.step();
+    } else {
+      until_call = wild.below(400);
+      switch (wild.below(9)) {
+        case 0:
+          promise.fresh = law.start(wild.joints(chain.size(), wild.chance(0.1) ? 10 : 2)) || promise.fresh;
+          break;
+        case 1:
+        case 2:
+          law.aim(wild.target(chain.reach()));
+          break;
+        case 3:
+          law.follow(wild.target(chain.reach()));
+          break;
+        case 4:
+          law.aim_at_posture(chain.clamped(wild.joints(chain.size(), 3)));
+          break;
+        case 5:
+          law.aim(wild.target(chain.reach()), wild.joints(chain.size(), 3));
+          break;
+        case 6:
+          law.take_up(wild.joints(chain.size(), wild.chance(0.5) ? 0 : 0.5));
+          break;
+        case 7:
+          law.set_obstacles(wild.obstacles(chain.reach()));
+          break;
+        case 8: {
+          const GuardedLaw copy = law;
+          law = copy;
+          break;
+        }
+      }
+    }
+    ASSERT_NO_FATAL_FAILURE(promise.keep(law.theta(), law.velocity() * rate, rate, parameters.acceleration))
+        << "seed " << seed << ", call " << k;
+    ASSERT_TRUE(law.x().allFinite() && law.x_target().allFinite() && std::isfinite(law.gamma()) &&
+                std::isfinite(law.residual_m()))
+        << "seed " << seed << ", call " << k;
+    ASSERT_LE(chain.limit_excess(law.theta_target()), 0) << "seed " << seed << ", call " << k;
+  }
+}
+
+void fuzz_controller(uint64_t seed, int64_t calls) {
+  Wild wild(seed);
+  const Chain chain = arm(seed);
+  GuardedParameters law;
+  if (wild.chance(0.5)) law.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
+  ReachOptions options{.law = law,
+                       .without_target = static_cast<WithoutTarget>(wild.below(3)),
+                       .feedback = static_cast<Feedback>(wild.below(2)),
+                       .aim = wild.chance(0.7) ? Aim::kPosition : static_cast<Aim>(wild.below(3))};
+  options.posture_search = {.starts = 3, .most_starts = 6};
+  ReachController controller(chain, options);
+  Promise promise{.chain = chain, .theta = {}, .velocity = {}};
+  const double rate = 1e6 / static_cast<double>(options.tick_us);
+  int64_t now = 1'000'000'000;
+  Eigen::Vector3d place = 0.5 * chain.reach() * Eigen::Vector3d::Ones();
+  for (int64_t k = 0; k < calls; ++k) {
+    const int call = wild.below(100);
+    if (call < 45) {
+      place += wild.vector(0.01, 0);
+      if (wild.chance(0.02)) place = wild.vector(chain.reach());
+      TargetObservation seen{.utime = wild.time(now), .seen = !wild.chance(0.1), .position = place};
+      if (wild.chance(0.02)) seen.position = wild.vector(1e9, 0.3);
+      if (wild.chance(0.3)) seen.velocity = wild.vector(0.3, 0.01);
+      if (wild.chance(0.3)) seen.covariance = wild.vector(1e-4, 0.05).asDiagonal();
+      if (wild.chance(0.02)) seen.covariance = wild.vector(1, 0.3) * wild.vector(1, 0.3).transpose();
+      controller.observe(seen);
+    } else if (call < 55) {
+      JointVector measured = wild.joints(chain.size(), 2);
+      if (promise.theta.size() > 0 && wild.chance(0.9)) {
+        measured = promise.theta + JointVector::Constant(chain.size(), wild.number(0.1));
+      }
+      controller.observe_robot(measured);
+    } else if (call < 56) {
+      promise.fresh = controller.start(wild.joints(chain.size(), 1)) || promise.fresh;
+    } else if (call < 58) {
+      controller.restart_grid(wild.time(now));
+    } else if (call < 59) {
+      controller.set_obstacles(wild.obstacles(chain.reach()));
+    } else if (controller.started() && controller.next_tick()) {
+      now = *controller.next_tick();
+      const ReachOutput output = controller.tick();
+      ASSERT_TRUE(output.x.allFinite() && output.x_T.allFinite() && std::isfinite(output.condition_number))
+          << "seed " << seed << ", call " << k;
+      ASSERT_NO_FATAL_FAILURE(promise.keep(output.theta, output.velocity, rate, {}))
+          << "seed " << seed << ", call " << k;
+    }
+  }
+}
+
+constexpr int64_t kCallsEach = 4000;
+
+TEST(Fuzz, NothingMakesTheGuardedLawBreakALimit) {
+  const int64_t calls = from_environment("MULTIREACH_FUZZ_CALLS", 40000) / 2;
+  const int64_t first = from_environment("MULTIREACH_FUZZ_SEED", 1);
+  for (int64_t k = 0; k * kCallsEach < calls && !HasFatalFailure(); ++k) {
+    fuzz_law(static_cast<uint64_t>(first + k), kCallsEach);
+  }
+}
+
+TEST(Fuzz, NothingMakesTheControllerBreakALimit) {
+  const int64_t calls = from_environment("MULTIREACH_FUZZ_CALLS", 40000) / 2;
+  const int64_t first = from_environment("MULTIREACH_FUZZ_SEED", 1);
+  for (int64_t k = 0; k * kCallsEach < calls && !HasFatalFailure(); ++k) {
+    fuzz_controller(static_cast<uint64_t>(first + k), kCallsEach);
+  }
+}
+
+}  // namespace
+}  // namespace multireach::controller

@@ -1,0 +1,376 @@
+#include "controller/guarded_law.hpp"
+#include "controller/proximity.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tests/allocation_count.hpp"
+#include "tests/test_arms.hpp"
+
+namespace multireach::controller {
+namespace {
+
+constexpr uint64_t kSeed = 61;
+constexpr double kStepsPerSecond = 140;
+
+struct Watched {
+  double error_m, path_m, distance_m, limit_excess, speed_excess, acceleration_excess;
+  bool finite;
+};
+
+/// Runs a law that has its target for some nominal seconds, and what must never happen.
+Watched run(GuardedLaw& law, const Eigen::Vector3d& target, double seconds, const JointVector& acceleration = {}) {
+  const Chain& chain = law.chain();
+  Watched seen{0, 0, (target - law.x()).norm(), 0, 0, 0, true};
+  Eigen::Vector3d x = law.x();
+  JointVector velocity = law.velocity();
+  for (int k = 0; k < seconds * kStepsPerSecond; ++k) {
+    law.step();
+    seen.path_m += (law.x() - x).norm();
+    x = law.x();
+    const JointVector now = law.velocity();
+    seen.finite = seen.finite && law.theta().allFinite() && now.allFinite();
+    seen.limit_excess = std::max(seen.limit_excess, chain.limit_excess(law.theta()));
+    for (int i = 0; i < chain.size(); ++i) {
+      seen.speed_excess = std::max(seen.speed_excess, std::abs(now[i]) * kStepsPerSecond - chain.velocity()[i]);
+      if (acceleration.size() == 0) continue;
+      seen.acceleration_excess =
+          std::max(seen.acceleration_excess,
+                   std::abs(now[i] - velocity[i]) * kStepsPerSecond * kStepsPerSecond - acceleration[i]);
+    }
+    velocity = now;
+  }
+  seen.error_m = (target - x).norm();
+  return seen;
+}
+
+void expect_within_limits(const Watched& seen, const std::string& what) {
+  EXPECT_TRUE(seen.finite) << what;
+  EXPECT_LE(seen.limit_excess, 1e-9) << what;
+  EXPECT_LE(seen.speed_excess, 1e-9) << what;
+  EXPECT_LE(seen.acceleration_excess, 1e-6) << what;
+}
+
+TEST(GuardedLaw, ArrivesInsideTheLimitsOnEveryArmAtEveryGamma) {
+  for (const testing::ArmFile& file : testing::all_arm_files()) {
+    const Chain chain = testing::load(file);
+    const CounterRandom random(kSeed);
+    for (const double gamma : {0.0, 100.0, 10000.0}) {
+      GuardedLaw law(chain, {.gamma = gamma});
+      for (uint64_t k = 0; k < 20; ++k) {
+        const Eigen::Vector3d target = chain.position(testing::random_posture(chain, random, 2 * k + 1));
+        ASSERT_TRUE(law.start(testing::random_posture(chain, random, 2 * k)));
+        EXPECT_EQ(law.aim({.position = target}), Aimed::kWithinReach) << file.path << ", case " << k;
+        const Watched seen = run(law, target, 20);
+        EXPECT_LT(seen.error_m, 1e-4) << file.path << ", seed " << kSeed << ", case " << k << ", gamma " << gamma;
+        expect_within_limits(seen, file.path);
+      }
+    }
+  }
+}
+
+TEST(GuardedLaw, ArrivesInsideTheLimitsOnOddArmsOfTwoToNineJoints) {
+  // tools/test.sh --full tries more of them.
+  const char* number = std::getenv("MULTIREACH_ODD_ARMS");
+  const uint64_t arms = number ? std::strtoull(number, nullptr, 10) : 24;
+  for (uint64_t arm = 0; arm < arms; ++arm) {
+    const Chain chain = testing::odd_arm(2 + static_cast<int>(arm % 8), arm);
+    const CounterRandom random(kSeed, arm);
+    GuardedLaw law(chain);
+    for (uint64_t k = 0; k < 12; ++k) {
+      const JointVector there = testing::random_posture(chain, random, 2 * k + 1);
+      const Eigen::Vector3d target = chain.position(there);
+      law.start(testing::random_posture(chain, random, 2 * k));
+      // Some targets of an odd arm are reached by a sliver of postures that a search may miss.
+      if (law.aim({.position = target}) != Aimed::kWithinReach) law.aim({.position = target}, there);
+      const Watched seen = run(law, target, 40);
+      EXPECT_LT(seen.error_m, 1e-4) << "arm " << arm << ", case " << k;
+      expect_within_limits(seen, "arm " + std::to_string(arm));
+    }
+  }
+}
+
+TEST(GuardedLaw, KeepsAccelerationsToo) {
+  const Chain chain = testing::hoap2();
+  const CounterRandom random(kSeed, 1);
+  JointVector acceleration(4);
+  acceleration << 5, 8, 10, 3;
+  GuardedLaw law(chain, {.gamma = 350, .acceleration = acceleration});
+  for (uint64_t k = 0; k < 40; ++k) {
+    const Eigen::Vector3d target = chain.position(testing::random_posture(chain, random, 2 * k + 1));
+    law.start(testing::random_posture(chain, random, 2 * k));
+    law.aim({.position = target});
+    const Watched seen = run(law, target, 25, acceleration);
+    EXPECT_LT(seen.error_m, 1e-4) << k;
+    expect_within_limits(seen, std::to_string(k));
+  }
+}
+
+TEST(GuardedLaw, ATargetThatJumpsEveryMomentBreaksNoLimit) {
+  const Chain chain = testing::hoap2();
+  const CounterRandom random(kSeed, 2);
+  JointVector acceleration = JointVector::Constant(4, 20);
+  GuardedLaw law(chain, {.gamma = 10000, .acceleration = acceleration});
+  for (uint64_t k = 0; k < 2000; ++k) {
+    law.aim({.position = chain.position(testing::random_posture(chain, random, k))});
+    expect_within_limits(run(law, Eigen::Vector3d::Zero(), 0.05, acceleration), std::to_string(k));
+  }
+}
+
+TEST(GuardedLaw, SingularPosturesAreLikeAnyOther) {
+  // Stretched down, stretched sideways, stretched forward, folded, on the axis of a joint: each to each.
+  const Chain chain = testing::hoap2();
+  std::vector<JointVector> postures;
+  for (const auto& [a, b, c, d] : {std::tuple(0.0, 0.0, 0.0, 0.0),
+                                   {0.0, -M_PI / 2, 0.0, 0.0},
+                                   {-M_PI / 2, 0.0, 0.0, 0.0},
+                                   {0.3, -M_PI / 2, 0.1, -2.007},
+                                   {0.0, -0.001, 0.0, -1e-9},
+                                   {-1.0, -1.0, 0.2, 0.0}}) {
+    postures.push_back((JointVector(4) << a, b, c, d).finished());
+  }
+  for (const JointVector& start : postures) {
+    for (const JointVector& goal : postures) {
+      GuardedLaw law(chain, {.gamma = 350});
+      law.start(start);
+      const Eigen::Vector3d target = chain.position(goal);
+      EXPECT_EQ(law.aim({.position = target}), Aimed::kWithinReach);
+      const Watched seen = run(law, target, 10);
+      EXPECT_LT(seen.error_m, 1e-4) << start.transpose() << " to " << goal.transpose();
+      expect_within_limits(seen, "singular");
+    }
+  }
+}
+
+TEST(GuardedLaw, StartedOutsideALimitItComesBackMonotonically) {
+  const Chain chain = testing::hoap2();
+  JointVector start(4);
+  start << 1.9, -3.4, 0.9, 0.3;
+  GuardedLaw law(chain);
+  ASSERT_TRUE(law.start(start));
+  law.aim({.position = {0.1, -0.12, 0.1}});
+  double excess = chain.limit_excess(law.theta());
+  for (int k = 0; k < 1400; ++k) {
+    law.step();
+    const double now = chain.limit_excess(law.theta());
+    ASSERT_LE(now, excess);
+    excess = now;
+  }
+  EXPECT_LT(excess, 1e-6);
+  EXPECT_LT((law.x() - Eigen::Vector3d(0.1, -0.12, 0.1)).norm(), 1e-4);
+}
+
+TEST(GuardedLaw, TurnsTheHandAsAsked) {
+  for (const testing::ArmFile& file : testing::shared_arm_files()) {
+    const Chain chain = testing::load(file);
+    const CounterRandom random(kSeed, 3);
+    for (const Aim aim : {Aim::kPointing, Aim::kPose}) {
+      GuardedLaw law(chain);
+      for (uint64_t k = 0; k < 10; ++k) {
+        const JointVector there = testing::random_posture(chain, random, 2 * k + 1, 0.1);
+        const Eigen::Isometry3d X = chain.pose(there);
+        const HandTarget target{
+            .position = X.translation(), .aim = aim, .direction = X.linear().col(2), .orientation = X.linear()};
+        law.start(testing::random_posture(chain, random, 2 * k));
+        EXPECT_EQ(law.aim(target), Aimed::kWithinReach) << file.path << " " << k;
+        expect_within_limits(run(law, target.position, 30), file.path);
+        const Eigen::Isometry3d reached = chain.pose(law.theta());
+        EXPECT_LT((reached.translation() - X.translation()).norm(), 1e-4) << file.path << " " << k;
+        const double angle = aim == Aim::kPose
+                                 ? Eigen::AngleAxisd(reached.linear().transpose() * X.linear()).angle()
+                                 : std::acos(std::min(1.0, reached.linear().col(2).dot(X.linear().col(2))));
+        EXPECT_LT(angle, 2e-3) << file.path << " " << k;
+      }
+    }
+  }
+}
+
+TEST(GuardedLaw, GoesToAPosture) {
+  const Chain chain = testing::hoap2();
+  JointVector posture(4);
+  posture << 0.3, -0.5, -0.3, -1;
+  GuardedLaw law(chain);
+  ASSERT_TRUE(law.aim_at_posture(posture));
+  for (int k = 0; k < 700; ++k) law.step();
+  EXPECT_LT((law.theta() - posture).norm(), 1e-5);
+  EXPECT_FALSE(law.aim_at_posture(JointVector::Constant(4, 3)));
+}
+
+TEST(GuardedLaw, RefusesWhatMakesNoSense) {
+  const Chain chain = testing::hoap2();
+  GuardedLaw law(chain);
+  const JointVector before = law.theta();
+  EXPECT_FALSE(law.start(JointVector::Zero(3)));
+  EXPECT_FALSE(law.start(JointVector::Constant(4, NAN)));
+  EXPECT_FALSE(law.start(JointVector::Constant(4, 1e6)));
+  EXPECT_EQ(law.aim({.position = {0, NAN, 0}}), Aimed::kRefused);
+  EXPECT_EQ(law.aim({.velocity = {INFINITY, 0, 0}}), Aimed::kRefused);
+  EXPECT_EQ(law.aim({.aim = Aim::kPointing, .direction = {0, 0, 2}}), Aimed::kRefused);
+  EXPECT_EQ(law.aim({.aim = Aim::kPose, .orientation = Eigen::Matrix3d::Constant(1)}), Aimed::kRefused);
+  EXPECT_EQ(law.aim({}, JointVector::Constant(4, 3)), Aimed::kRefused) << "outside the limits";
+  law.take_up(JointVector::Constant(4, NAN));
+  for (int k = 0; k < 100; ++k) law.step();
+  EXPECT_EQ(before, law.theta()) << "without a target the arm stays";
+  for (const double bad : {-1.0, 0.0, double(NAN)}) {
+    EXPECT_THROW(GuardedLaw(chain, {.steps_per_second = bad}), std::invalid_argument);
+    EXPECT_THROW(GuardedLaw(chain, {.acceleration = JointVector::Constant(4, bad)}), std::invalid_argument);
+    EXPECT_THROW(GuardedLaw(chain, {.tool = {.orientation_length_m = bad}}), std::invalid_argument);
+  }
+  EXPECT_THROW(GuardedLaw(chain, {.gamma = -1}), std::invalid_argument);
+  EXPECT_THROW(GuardedLaw(chain, {.tool = {.axis = {1, 1, 0}}}), std::invalid_argument);
+  EXPECT_THROW(GuardedLaw(chain, {.body = {.link_radius_m = -1}}), std::invalid_argument);
+}
+
+TEST(GuardedLaw, ACopyGoesOnAlone) {
+  const Chain chain = testing::hoap2();
+  GuardedLaw law(chain);
+  law.aim({.position = {0.1, -0.12, 0.1}});
+  for (int k = 0; k < 50; ++k) law.step();
+  GuardedLaw copy = law;
+  for (int k = 0; k < 50; ++k) copy.step();
+  const JointVector later = copy.theta();
+  EXPECT_NE(law.theta(), later);
+  for (int k = 0; k < 50; ++k) law.step();
+  EXPECT_EQ(law.theta(), later) << "to the bit";
+  copy = law;
+  EXPECT_EQ(copy.theta(), later);
+}
+
+std::vector<Obstacle> wall() {
+  Obstacle box{.shape = Obstacle::Shape::kBox, .size = {0.06, 0.02, 0.12}};
+  box.X_WO.translation() = Eigen::Vector3d(0.14, -0.14, 0.08);
+  Obstacle ball{.shape = Obstacle::Shape::kSphere, .size = {0.03, 0, 0}};
+  ball.X_WO.translation() = Eigen::Vector3d(0.02, -0.25, 0.05);
+  return {box, ball};
+}
+
+TEST(GuardedLaw, GoesAroundAWallAndTouchesNothing) {
+  const Chain chain = testing::hoap2();
+  const GuardedParameters parameters{.body = {.link_radius_m = 0.02}};
+  GuardedLaw law(chain, parameters);
+  JointVector start(4), there(4);
+  start << -0.9, -0.1, 0.3, -1.2;
+  there << -0.9, -1.1, -0.3, -1.1;
+  Proximity proximity(chain, parameters.body);
+  Obstacle box{.shape = Obstacle::Shape::kBox, .size = {0.10, 0.01, 0.06}};
+  box.X_WO.translation() = 0.5 * (chain.position(start) + chain.position(there));
+  proximity.set_obstacles({&box, 1});
+  ASSERT_GT(proximity.clearance(start), 0);
+  ASSERT_GT(proximity.clearance(there), 0);
+  EXPECT_EQ(law.set_obstacles({&box, 1}), 0);
+  law.start(start);
+  const Eigen::Vector3d target = chain.position(there);
+  law.aim({.position = target});
+  double least = 1;
+  for (int k = 0; k < 2800; ++k) {
+    law.step();
+    least = std::min(least, proximity.clearance(law.theta()));
+  }
+  EXPECT_GT(least, -0.5e-3) << "of the margin of 5 mm";
+  EXPECT_LT((law.x() - target).norm(), 1e-4);
+}
+
+TEST(GuardedLaw, ATargetInsideAnObstacleIsApproachedToItsSurface) {
+  const Chain chain = testing::hoap2();
+  const GuardedParameters parameters{.body = {.link_radius_m = 0.02, .margin_m = 0.004}};
+  GuardedLaw law(chain, parameters);
+  Obstacle ball{.shape = Obstacle::Shape::kSphere, .size = {0.03, 0, 0}};
+  ball.X_WO.translation() = Eigen::Vector3d(0.12, -0.15, 0.1);
+  law.set_obstacles({&ball, 1});
+  JointVector start(4);
+  start << 0.2, -0.3, -0.2, -0.9;
+  law.start(start);
+  law.aim({.position = ball.X_WO.translation() + Eigen::Vector3d(-0.01, 0, 0)});
+  for (int k = 0; k < 2000; ++k) law.step();
+  EXPECT_NEAR((law.x() - ball.X_WO.translation()).norm(), 0.03 + 0.02 + 0.004, 1e-3);
+  EXPECT_LT(law.velocity().norm() * kStepsPerSecond, 1e-2) << "calm";
+}
+
+TEST(GuardedLaw, RestsAsNearAsItCanBeToTargetsInsideBalls) {
+  const Chain chain = testing::hoap2();
+  const GuardedParameters parameters{.acceleration = JointVector::Constant(4, 60), .body = {.link_radius_m = 0.02}};
+  const CounterRandom random(kSeed, 6);
+  const JointVector start = (JointVector(4) << 0.2, -0.3, -0.2, -0.9).finished();
+  Proximity proximity(chain, parameters.body);
+  for (uint64_t k = 0; k < 25; ++k) {
+    Obstacle ball{.shape = Obstacle::Shape::kSphere, .size = {0.05, 0, 0}};
+    ball.X_WO.translation() = chain.position(testing::random_posture(chain, random, k, 0.1));
+    proximity.set_obstacles({&ball, 1});
+    if (proximity.clearance(start) < 0.005) continue;
+    // What sampling finds to be possible.
+    double nearest = 1;
+    for (uint64_t j = 0; j < 3000; ++j) {
+      const JointVector posture = testing::random_posture(chain, random, 1000 + j);
+      const double distance = (chain.position(posture) - ball.X_WO.translation()).norm();
+      if (distance < nearest && proximity.clearance(posture) >= 0) nearest = distance;
+    }
+    GuardedLaw law(chain, parameters);
+    law.start(start);
+    law.set_obstacles({&ball, 1});
+    law.aim({.position = ball.X_WO.translation()});
+    double fastest = 0;
+    for (int step = 0; step < 60 * 140; ++step) {
+      law.step();
+      if (step > 50 * 140) fastest = std::max(fastest, law.velocity().norm() * kStepsPerSecond);
+    }
+    EXPECT_LT((law.x() - ball.X_WO.translation()).norm(), nearest + 0.005) << "seed " << kSeed << ", case " << k;
+    EXPECT_LT(fastest, 1e-3) << "seed " << kSeed << ", case " << k;
+    EXPECT_FALSE(law.on_detour()) << "seed " << kSeed << ", case " << k;
+  }
+}
+
+TEST(GuardedLaw, GoesToItsTargetWhenTheObstacleAroundItIsGone) {
+  const Chain chain = testing::hoap2();
+  GuardedLaw law(chain, {.body = {.link_radius_m = 0.02}});
+  const Eigen::Vector3d target(0.12, -0.15, 0.1);
+  Obstacle ball{.shape = Obstacle::Shape::kSphere, .size = {0.03, 0, 0}};
+  ball.X_WO.translation() = target;
+  law.start((JointVector(4) << 0.2, -0.3, -0.2, -0.9).finished());
+  law.aim({.position = target});
+  law.set_obstacles({&ball, 1});  // after the target, and then away again
+  for (int k = 0; k < 2000; ++k) law.step();
+  EXPECT_GT((law.x() - target).norm(), 0.03 + 0.02);
+  law.set_obstacles({});
+  for (int k = 0; k < 2000; ++k) law.step();
+  EXPECT_LT((law.x() - target).norm(), 1e-4);
+}
+
+TEST(GuardedLaw, AChangeOfTheTaskIsNoImpulse) {
+  for (const testing::ArmFile& file : testing::shared_arm_files()) {
+    const Chain chain = testing::load(file);
+    GuardedLaw law(chain);
+    const CounterRandom random(kSeed, 5);
+    const Eigen::Isometry3d first = chain.pose(testing::random_posture(chain, random, 1, 0.2));
+    law.start(testing::random_posture(chain, random, 0, 0.2));
+    law.aim({.position = first.translation(), .aim = Aim::kPose, .orientation = first.linear()});
+    for (int k = 0; k < 40; ++k) law.step();
+    law.aim_at_posture(chain.clamped(law.theta()));
+    for (int k = 0; k < 3000; ++k) law.step();
+    const Eigen::Isometry3d here = chain.pose(law.theta());
+    law.aim({.position = here.translation(), .aim = Aim::kPose, .orientation = here.linear()}, law.theta());
+    law.step();
+    EXPECT_LT(law.velocity().norm() * kStepsPerSecond, 1e-4) << file.path;
+  }
+}
+
+TEST(GuardedLaw, StepsAllocateNothing) {
+  const Chain chain = testing::hoap2();
+  GuardedLaw law(chain, {.body = {.link_radius_m = 0.02}});
+  const std::vector<Obstacle> obstacles = wall();
+  const CounterRandom random(kSeed, 4);
+  std::vector<Eigen::Vector3d> targets;
+  for (uint64_t k = 0; k < 20; ++k) {
+    targets.push_back(chain.position(testing::random_posture(chain, random, k)));
+  }
+  law.set_obstacles(obstacles);
+  const int64_t before = testing::allocations().number;
+  for (const Eigen::Vector3d& target : targets) {
+    law.aim({.position = target});
+    for (int k = 0; k < 400; ++k) law.step();
+  }
+  EXPECT_EQ(testing::allocations().number, before);
+}
+
+}  // namespace
+}  // namespace multireach::controller

@@ -1,0 +1,89 @@
+#include "controller/target_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "kinematics/random.hpp"
+
+namespace multireach::controller {
+namespace {
+
+constexpr uint64_t kSeed = 31;
+const Eigen::Vector3d kPlace(0.1, -0.2, 0.3);
+
+double gaussian(const CounterRandom& random, uint64_t& counter) {
+  const double u = 1 - random.uniform(counter), v = random.uniform(counter + 1);
+  counter += 2;
+  return std::sqrt(-2 * std::log(u)) * std::cos(2 * M_PI * v);
+}
+
+TEST(TargetFilter, PassesExactPositionsUnchanged) {
+  TargetFilter filter({});
+  EXPECT_TRUE(filter.update({.utime = 0, .seen = true, .position = kPlace})) << "the first is a new target";
+  for (int k = 1; k < 50; ++k) {
+    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.001 * k, 0, 0);
+    EXPECT_FALSE(filter.update({.utime = 33333 * k, .seen = true, .position = place}));
+    EXPECT_EQ(filter.position_at(33333 * k), place);
+  }
+}
+
+TEST(TargetFilter, IsCarriedAlongByTheVelocity) {
+  TargetFilter filter({});
+  filter.update({.utime = 1000, .seen = true, .position = kPlace, .velocity = {1, 0, -2}});
+  EXPECT_LT((filter.position_at(501000) - (kPlace + Eigen::Vector3d(0.5, 0, -1))).norm(), 1e-15);
+}
+
+TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
+  const CounterRandom random(kSeed);
+  uint64_t counter = 0;
+  const double sigma = 0.005;
+  TargetFilter filter({.wander_m_per_root_s = 0.002});
+  double sum = 0;
+  int jumps = 0, number = 0;
+  for (int k = 0; k < 3000; ++k) {
+    Eigen::Vector3d seen = kPlace;
+    for (double& coordinate : seen) coordinate += sigma * gaussian(random, counter);
+    jumps += filter.update({.utime = 33333 * k,
+                            .seen = true,
+                            .position = seen,
+                            .covariance = sigma * sigma * Eigen::Matrix3d::Identity()});
+    if (k < 100) continue;
+    sum += (filter.position_at(33333 * k) - kPlace).squaredNorm();
+    ++number;
+  }
+  EXPECT_LT(std::sqrt(sum / number / 3), 0.4 * sigma) << "seed " << kSeed;
+  EXPECT_LE(jumps, 2) << "the first, and hardly a sighting beyond four sigma";
+}
+
+TEST(TargetFilter, ALeapIsANewTarget) {
+  TargetFilter filter({.jump_m = 0.02});
+  filter.update({.utime = 0, .seen = true, .position = kPlace});
+  EXPECT_FALSE(filter.update({.utime = 1, .seen = true, .position = kPlace + Eigen::Vector3d(0.019, 0, 0)}));
+  EXPECT_TRUE(filter.update({.utime = 2, .seen = true, .position = kPlace + Eigen::Vector3d(0.05, 0, 0)}));
+}
+
+TEST(TargetFilter, ACovarianceThatIsNoneIsNoKnowledge) {
+  for (const double bad : {double(NAN), -1.0, double(INFINITY), 1e9}) {
+    TargetFilter filter({});
+    filter.update({.utime = 0, .seen = true, .position = kPlace});
+    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.01, 0, 0);
+    filter.update({.utime = 1, .seen = true, .position = place, .covariance = bad * Eigen::Matrix3d::Identity()});
+    EXPECT_EQ(filter.position_at(1), place) << bad;
+  }
+}
+
+TEST(TargetFilter, AnIndefiniteCovarianceIsNoKnowledgeEither) {
+  Eigen::Matrix3d indefinite = Eigen::Matrix3d::Constant(0.9);
+  indefinite.diagonal().setConstant(1e-6);
+  ASSERT_GT(indefinite.determinant(), 0) << "which the determinant alone does not tell";
+  TargetFilter filter({});
+  for (int k = 0; k < 200; ++k) {
+    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.002 * (k % 3), 0, 0);
+    EXPECT_EQ(filter.update({.utime = 33333 * k, .seen = true, .position = place, .covariance = indefinite}), k == 0);
+    EXPECT_EQ(filter.position_at(33333 * k), place);
+  }
+}
+
+}  // namespace
+}  // namespace multireach::controller
