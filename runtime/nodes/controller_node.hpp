@@ -9,8 +9,9 @@ namespace multireach {
 /// The options of section `controller`; all keys have defaults. Throws InputError.
 controller::ReachOptions reach_options_from(const RobotConfig& robot);
 
-/// TARGET and ROBOT_STATE in; JOINT_SETPOINT and CONTROLLER_STATE out, once a tick. The arm's posture is taken from the
-/// newest ROBOT_STATE when the first target comes after it; from then on the controller integrates its own.
+/// TARGET, OBSTACLES and ROBOT_STATE in; JOINT_SETPOINT and CONTROLLER_STATE out, once a tick. The arm's posture is
+/// taken from the newest ROBOT_STATE when the first target comes after it; from then on the controller integrates its
+/// own, drawn after the measured one where the configuration says so.
 class ControllerNode : public Node {
  public:
   explicit ControllerNode(const RobotConfig& robot);
@@ -25,12 +26,13 @@ class ControllerNode : public Node {
 
  private:
   std::optional<int64_t> receive_target(std::span<const uint8_t> bytes);
+  void receive_obstacles(std::span<const uint8_t> bytes);
   void receive_robot_state(std::span<const uint8_t> bytes);
 
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
-  SequenceWatch targets_, robot_states_;
-  int64_t target_sequence_ = -1, robot_state_sequence_ = -1;
+  SequenceWatch targets_, obstacles_, robot_states_;
+  int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;
   controller::ReachOutput last_;
 };

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "runtime/nodes/controller_node.hpp"
 #include "runtime/nodes/robot_config.hpp"
 
 namespace multireach {
@@ -92,6 +93,36 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
   EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n")
                 .find("'contoller' is not known"),
             std::string::npos);
+}
+
+TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
+  const auto controller = [&](const std::string& section) {
+    return fault([&] {
+      write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
+                             "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\ncontroller: {" +
+                                 section + "}\n");
+      ControllerNode node(RobotConfig::load(path_));
+    });
+  };
+  EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, acceleration_rad_s2: [9, 9, 9, 9], feedback: measured, "
+                       "without_target: stay, link_radius_m: 0.02, margin_m: 0.01, self_collision: false"),
+            "");
+  EXPECT_EQ(controller("law: paper, gamma_rad2_m2: 350, drift_m: 0.02"), "");
+  const auto says = [&](const std::string& section, const std::string& words) {
+    const std::string sentence = controller(section);
+    EXPECT_NE(sentence.find(words), std::string::npos) << section << ": " << sentence;
+  };
+  says("law: papers", "law");
+  says("law: guarded, drift_m: 0.02", "'controller.drift_m' is not known");
+  says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is not known");
+  says("acceleration_rad_s2: [1, 1, 1]", "acceleration_rad_s2");
+  says("acceleration_rad_s2: [1, 1, 1, 0]", "acceleration_rad_s2");
+  says("beta_per_step: 0.03", "overshoot");
+  says("aim: pointing", "pointing_direction");
+  says("aim: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");
+  says("link_radius_m: -1", "link_radius_m");
+  says("feedback: maybe", "feedback");
+  says("rest_rad: [0, 0, 0, 2]", "right_EB");
 }
 
 TEST(WriteTextFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {

@@ -4,6 +4,7 @@
 #include <multireach/controller_state_t.hpp>
 #include <multireach/joint_command_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
+#include <multireach/obstacles_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
 #include "kinematics/random.hpp"
@@ -107,6 +108,36 @@ TEST(ControllerNode, AnotherTimeLineStartsTheGridAgain) {
     node.tick(out);
     EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).tick, 0);
   }
+}
+
+TEST(ControllerNode, KeepsAwayFromObstaclesAndRefusesWhatIsNone) {
+  ControllerNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(7), out);
+  const auto obstacle = [](int8_t shape, double size, double w) {
+    obstacle_t sent{};
+    sent.shape = shape;
+    Eigen::Map<Eigen::Vector3d>(sent.position_m) = kFront;
+    sent.orientation_wxyz[0] = w;
+    Eigen::Map<Eigen::Vector3d>(sent.size_m).setConstant(size);
+    return sent;
+  };
+  obstacles_t message{};
+  message.sequence = 3;
+  message.obstacles = {obstacle(obstacle_t::SPHERE, 0.02, 1), obstacle(obstacle_t::BOX, 0.01, 0),
+                       obstacle(obstacle_t::CAPSULE, -1, 1), obstacle(9, 0.01, 1), obstacle(obstacle_t::BOX, NAN, 1)};
+  message.num_obstacles = static_cast<int32_t>(message.obstacles.size());
+  node.receive(channel::kObstacles, *encode(message), out);
+  EXPECT_EQ(node.counters().refused, 4) << "no quaternion, a negative size, no known shape, no number";
+  for (int64_t k = 0; k < 120; ++k) {
+    node.receive(channel::kTarget, target(k, 2000 + 50000 * k, kFront), out);
+    node.tick(out);
+  }
+  EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).obstacles_sequence, 3);
+  const auto state = last_of<controller_state_t>(out, channel::kControllerState);
+  const double distance = (Eigen::Map<const Eigen::Vector3d>(state.hand_position_m) - kFront).norm();
+  EXPECT_NEAR(distance, 0.02 + 0.02 + 0.005, 2e-3)
+      << "the target is inside the sphere: its surface, the link, the margin";
 }
 
 TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
