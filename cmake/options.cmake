@@ -18,13 +18,26 @@ if(MULTIREACH_SANITIZE)
   target_link_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE})
 endif()
 
-# multireach_stage(NAME SOURCES... ) makes the library multireach::NAME from this folder and installs it with its headers.
+set(multireach_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/multireach)
+# multireach_stage(NAME SOURCES...) makes the library multireach::NAME from this folder and installs it with its headers,
+# for find_package(multireach COMPONENTS NAME).
 function(multireach_stage name)
   add_library(multireach_${name} STATIC ${ARGN})
   add_library(multireach::${name} ALIAS multireach_${name})
   set_target_properties(multireach_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(multireach_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/multireach>)
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/multireach>)
   target_link_libraries(multireach_${name} PRIVATE $<BUILD_INTERFACE:multireach_options>)
   target_compile_features(multireach_${name} PUBLIC cxx_std_20)
+  install(TARGETS multireach_${name} EXPORT multireach-${name})
+  install(EXPORT multireach-${name} NAMESPACE multireach:: DESTINATION ${multireach_package_dir})
+  install(DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/multireach/${name}
+    FILES_MATCHING PATTERN "*.hpp")
 endfunction()
+
+# The package itself: cmake/multireach-config.cmake says what each component needs.
+include(CMakePackageConfigHelpers)
+write_basic_package_version_file("${CMAKE_BINARY_DIR}/multireach-config-version.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_SOURCE_DIR}/cmake/multireach-config.cmake" "${CMAKE_BINARY_DIR}/multireach-config-version.cmake"
+  DESTINATION ${multireach_package_dir})
