@@ -2,9 +2,10 @@
 # All tests, from a clean clone: installs what is missing, builds, and runs
 #   - the format of the code,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
-#   - the stages alone, as on a machine without LCM,
+#   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
-# --full adds clang-tidy, a release build by Clang, and the thread sanitizer.
+# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, a thousand odd arms, and the studies of
+# docs/guarantees.md (an hour or two).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -12,7 +13,7 @@ full=no
 case "${1:-}" in
   "") ;;
   --full) full=yes ;;
-  --help|-h) sed -n '2,7p' "$0" | cut -c3-; exit 0 ;;
+  --help|-h) sed -n '2,9p' "$0" | cut -c3-; exit 0 ;;
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
@@ -33,6 +34,8 @@ sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
 unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
 build_and_test() { tools/setup.sh --preset "$1" --tests && unit_tests "$1"; }
+fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
+odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
 
 [ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
@@ -42,11 +45,15 @@ stage "format" format
 stage "unit tests" unit_tests release
 stage "whole processes" ctest --preset release --label-regex live
 stage "the stages alone" build_and_test core
+stage "the installed package" tests/package/run.sh build/core
 stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan
 if [ $full = yes ]; then
   stage "clang-tidy" tidy
   stage "Clang" build_and_test clang
   stage "thread sanitizer" build_and_test tsan
+  stage "10^7 fuzzed calls, with the sanitizers" fuzz
+  stage "a thousand odd arms" odd_arms
+  stage "millions of reaches" tests/full/reaches.sh build/release/bin
 fi
 
 printf '\n'

@@ -29,9 +29,9 @@ expect 1 "no posture inside the limits" $(trace --urdf "$urdf" --tip right_hand 
 expect 2 "--help" "$bin/multireach-trace" --no-such-option
 
 expect 2 "nothing.yaml: cannot be opened" "$bin/multireach-controller" --config nothing.yaml
-sed 's/gamma_rad2_m2/gama/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
+sed 's/alpha_per_step/alpa/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
 cp "$urdf" "$work"
-expect 2 "key 'controller.gama' is not known" "$bin/multireach-controller" --config "$work/robot.yaml"
+expect 2 "key 'controller.alpa' is not known" "$bin/multireach-controller" --config "$work/robot.yaml"
 sed 's/tip: right_hand/tip: hand/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
 expect 2 "no link 'hand'" "$bin/multireach-bridge" --config "$work/robot.yaml"
 sed 's/right_SFE: 0.2/right_nose: 0.2/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "controller/guarded_law.hpp"
 #include "controller/paper_law.hpp"
 #include "controller/posture_search.hpp"
 #include "runtime/files.hpp"
@@ -12,7 +13,8 @@ namespace {
 
 struct Options {
   std::string urdf, base, tip, law = "paper", start, target, target_posture, csv = "-";
-  controller::PaperParameters paper;
+  double gamma = 0, alpha = 0;
+  std::optional<double> beta;
   double rechoose_mm = 0;
   int64_t steps = 0;
 };
@@ -21,23 +23,26 @@ void add_options(CLI::App& cli, Options& options) {
   cli.add_option("--urdf", options.urdf, "URDF file")->required();
   cli.add_option("--base", options.base, "link at the start of the chain; its frame is W")->required();
   cli.add_option("--tip", options.tip, "link at the end of the chain, the hand")->required();
-  cli.add_option("--law", options.law, "control law")->check(CLI::IsMember({"paper"}))->capture_default_str();
+  cli.add_option("--law", options.law, "control law")
+      ->check(CLI::IsMember({"paper", "guarded"}))
+      ->capture_default_str();
   cli.add_option("--start", options.start, "start posture, rad (m for a prismatic joint): --start=a,b,...")->required();
   cli.add_option("--target", options.target, "hand target in W, m: --target=x,y,z")->required();
   cli.add_option("--target-posture", options.target_posture,
                  "first target posture theta_T, rad; default: the nearest posture that reaches the target");
-  cli.add_option("--gamma", options.paper.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
+  cli.add_option("--gamma", options.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
       ->required()
       ->check(finite_range(0.0, 1e12));
-  cli.add_option("--alpha", options.paper.gains.alpha, "attractor gain per step, Eq. (3)")
+  options.alpha = 0.08;
+  cli.add_option("--alpha", options.alpha, "attractor gain per step, Eq. (3)")
       ->check(finite_range(0.0, 1.0))
       ->capture_default_str();
-  cli.add_option("--beta", options.paper.gains.beta, "attractor gain per step, Eq. (3)")
-      ->check(finite_range(0.0, 1.0))
-      ->capture_default_str();
-  cli.add_option("--rechoose-mm", options.rechoose_mm,
-                 "choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
-                 "printed in the paper")
+  cli.add_option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
+      ->check(finite_range(0.0, 1.0));
+  cli.add_option(
+         "--rechoose-mm", options.rechoose_mm,
+         "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
+         "printed in the paper")
       ->check(finite_range(0.0, 1e6))
       ->capture_default_str();
   cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
@@ -58,12 +63,45 @@ void append(std::string& row, double value) {
   row += text;
 }
 
-std::string row_of(int64_t step, const controller::PaperState& state) {
+template <class Angles>
+std::string row_of(int64_t step, const Angles& theta, const Eigen::Vector3d& x, const Angles& theta_target) {
   std::string row = std::to_string(step);
-  for (const double angle : state.theta) append(row, angle);
-  for (const double coordinate : state.x) append(row, coordinate);
-  for (const double angle : state.theta_target) append(row, angle);
+  for (const double angle : theta) append(row, angle);
+  for (const double coordinate : x) append(row, coordinate);
+  for (const double angle : theta_target) append(row, angle);
   return row + "\n";
+}
+
+/// The rows of a reach under the law `paper`, as printed.
+std::string paper_rows(const Chain& chain, const Options& options, const controller::PostureSearch& search,
+                       const JointVector& start, const Eigen::Vector3d& x_T, const JointVector& theta_target) {
+  const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
+  controller::PaperState state = controller::paper_state_at_rest(chain, start, theta_target);
+  std::string rows = row_of(0, state.theta, state.x, state.theta_target);
+  for (int64_t step = 1; step <= options.steps; ++step) {
+    controller::paper_step(chain, law, x_T, Eigen::Vector3d::Zero(), state);
+    if (options.rechoose_mm > 0 && !((x_T - chain.position(state.theta_target)).norm() <= options.rechoose_mm * 1e-3)) {
+      if (const auto found = search.nearest(x_T, state.theta)) state.theta_target = *found;
+    }
+    rows += row_of(step, state.theta, state.x, state.theta_target);
+  }
+  return rows;
+}
+
+std::string guarded_rows(const Chain& chain, const Options& options, const JointVector& start,
+                         const Eigen::Vector3d& x_T, const JointVector& theta_target) {
+  controller::GuardedParameters parameters;
+  parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
+  parameters.gamma = options.gamma;
+  controller::GuardedLaw law(chain, parameters);
+  law.start(start);
+  law.aim({.position = x_T}, theta_target);
+  std::string rows = row_of(0, law.theta(), law.x(), law.theta_target());
+  for (int64_t step = 1; step <= options.steps; ++step) {
+    law.step();
+    rows += row_of(step, law.theta(), law.x(), law.theta_target());
+  }
+  return rows;
 }
 
 int trace(const Options& options) {
@@ -94,15 +132,8 @@ int trace(const Options& options) {
   csv += ",x_m,y_m,z_m";
   for (const Joint& joint : chain.joints()) csv += "," + joint.name + "_target";
   csv += "\n";
-  controller::PaperState state = controller::paper_state_at_rest(chain, start, theta_target);
-  csv += row_of(0, state);
-  for (int64_t step = 1; step <= options.steps; ++step) {
-    controller::paper_step(chain, options.paper, x_T, Eigen::Vector3d::Zero(), state);
-    if (options.rechoose_mm > 0 && !((x_T - chain.position(state.theta_target)).norm() <= options.rechoose_mm * 1e-3)) {
-      if (const auto found = search.nearest(x_T, state.theta)) state.theta_target = *found;
-    }
-    csv += row_of(step, state);
-  }
+  csv += options.law == "paper" ? paper_rows(chain, options, search, start, x_T, theta_target)
+                                : guarded_rows(chain, options, start, x_T, theta_target);
   write_text_file(options.csv, csv);
   return 0;
 }

@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# multireach-study: the same numbers with any threads and shards; a sample traced again; unusable input in one sentence.
+#   tests/live/study.sh BIN_FOLDER
+set -uo pipefail
+bin=$1
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=0
+fail() { echo "FAILED: $*"; failed=1; }
+arm=(--urdf "$root/robots/hoap2/hoap2.urdf" --base torso --tip right_hand)
+study() { "$bin/multireach-study" "${arm[@]}" --samples 600 --gamma 100,1000 "$@"; }
+# All but the shard's name and the time that it took.
+numbers() { sed -e '/ns_per_step_per_core/d' -e '/"shard"/d' "$1"; }
+same() { diff <(numbers "$1") <(numbers "$2") >"$work/diff" || { fail "$3"; head -n 5 "$work/diff"; }; }
+
+for law in guarded paper; do
+  study --law "$law" --threads 1 --json "$work/one.json" || fail "study of $law"
+  study --law "$law" --threads 3 --json "$work/three.json"
+  same "$work/one.json" "$work/three.json" "$law: one thread and three give other numbers"
+  for k in 0 1 2; do study --law "$law" --shard $k/3 --json "$work/shard$k.json"; done
+  "$bin/multireach-study" merge "$work"/shard{0,1,2}.json --json "$work/merged.json" || fail "merge"
+  same "$work/one.json" "$work/merged.json" "$law: the merged shards are not the whole"
+  study --law "$law" --seed 2 --json "$work/other.json"
+  diff -q <(numbers "$work/one.json") <(numbers "$work/other.json") >"$work/diff" && fail "the seed changes nothing"
+done
+
+# What trace-sample prints, run again, ends at the target.
+study --trace-sample 17 >"$work/commands"
+[ "$(wc -l <"$work/commands")" -eq 2 ] || fail "two values of gamma give two commands"
+while read -r command; do
+  (cd "$bin" && eval "./$command --csv $work/trace.csv") || fail "$command"
+  target=$(sed 's/.*--target=\([^ ]*\) .*/\1/' <<<"$command")
+  tail -n 1 "$work/trace.csv" | awk -F, -v t="$target" '{ split(t, p, ","); exit !(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2 < 1e-8) }' ||
+    fail "the traced reach does not arrive: $command"
+done <"$work/commands"
+
+# refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
+refuses() {
+  local sentence=$1; shift
+  "$bin/multireach-study" "$@" >"$work/out" 2>"$work/err"
+  local code=$?
+  [ $code -eq 2 ] || fail "exit code $code, expected 2: $*"
+  { grep -qF -- "$sentence" "$work/err" && [ "$(wc -l <"$work/err")" -eq 1 ]; } || fail "'$sentence' is not all of '$(cat "$work/err")'"
+}
+refuses "outside 0 to 1e12" "${arm[@]}" --gamma=100,-5
+refuses "--gamma" "${arm[@]}" --gamma=many
+refuses "expected i/n" "${arm[@]}" --shard 3/3
+refuses "nothing.urdf" --urdf nothing.urdf --base a --tip b
+refuses "--urdf is missing" --base a --tip b
+refuses "of another study" merge "$work/one.json" "$work/other.json"
+refuses "of another study" merge "$work/shard0.json" "$work/one.json"
+refuses "shard 0 once more" merge "$work/shard0.json" "$work/shard0.json"
+refuses "only 2 of the 3 shards" merge "$work/shard0.json" "$work/shard2.json"
+echo "{}" >"$work/empty.json"
+refuses "is not a result" merge "$work/empty.json"
+refuses "/dev/full" "${arm[@]}" --samples 10 --csv /dev/full --json /dev/null
+sed 's/lower="[^"]*" upper="[^"]*"/lower="0" upper="0"/' "$root/robots/hoap2/hoap2.urdf" >"$work/stiff.urdf"
+refuses "its workspace is empty" --urdf "$work/stiff.urdf" --base torso --tip right_hand
+
+# Killed in the middle it leaves no file.
+"$bin/multireach-study" "${arm[@]}" --samples 100000000 --json "$work/killed.json" &
+sleep 1
+kill $!
+wait $! 2>/dev/null
+[ -z "$(ls "$work" | grep killed)" ] || fail "a killed study leaves $(ls "$work" | grep killed)"
+exit $failed
