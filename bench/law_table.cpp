@@ -1,0 +1,147 @@
+// multireach-bench-laws: the same reaches under the paper's law, the guarded law, and Orocos KDL, as a Markdown table.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <kdl/chainiksolverpos_lma.hpp>
+#include <kdl/chainiksolvervel_wdls.hpp>
+#include <sstream>
+
+#include "bench/kdl_chain.hpp"
+#include "controller/guarded_law.hpp"
+#include "kinematics/urdf_chain.hpp"
+#include "tools/study/run_reach.hpp"
+
+namespace multireach::bench {
+namespace {
+
+using controller::ViteGains;
+
+constexpr ViteGains kGains{0.08, 0.02};
+
+/// KDL's LMA solves for the goal posture (it knows no limits); the joints' attractor with the guarded law's gains goes
+/// there.
+ReachResult run_lma(const Chain& chain, KDL::ChainIkSolverPos_LMA& solver, const ReachSample& sample) {
+  KDL::JntArray start(static_cast<unsigned>(chain.size())), goal(start);
+  start.data = sample.start;
+  const Eigen::Vector3d& p = sample.target;
+  const bool solved = solver.CartToJnt(start, KDL::Frame(KDL::Vector(p.x(), p.y(), p.z())), goal) >= 0;
+  JointVector theta = sample.start, velocity = JointVector::Zero(chain.size());
+  ReachWatch watch(chain, sample, {}, chain.position(theta));
+  do {
+    const JointVector apart = (solved ? JointVector(goal.data) : sample.start) - theta;
+    velocity += kGains.alpha * (kGains.beta * apart - velocity);
+    theta += velocity;
+  } while (watch.take(theta, velocity, chain.position(theta)));
+  return watch.result();
+}
+
+/// KDL's damped least squares turns the hand's straight way into joint velocities, step by step; `clamped`: with every
+/// joint stopped at its limits.
+ReachResult run_wdls(const Chain& chain, KDL::ChainIkSolverVel_wdls& solver, bool clamped, const ReachSample& sample) {
+  KDL::JntArray q(static_cast<unsigned>(chain.size())), v(q);
+  JointVector theta = sample.start;
+  ReachWatch watch(chain, sample, {}, chain.position(theta));
+  JointVector moved = JointVector::Zero(chain.size());
+  do {
+    const Eigen::Vector3d way = kGains.beta * (sample.target - chain.position(theta));
+    q.data = theta;
+    const bool solved = solver.CartToJnt(q, KDL::Twist(KDL::Vector(way.x(), way.y(), way.z()), KDL::Vector()), v) >= 0;
+    const JointVector before = theta;
+    if (solved) theta += v.data;
+    if (clamped) theta = chain.clamped(theta);
+    moved = theta - before;
+  } while (watch.take(theta, moved, chain.position(theta)));
+  return watch.result();
+}
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
+}
+
+void print_row(const char* name, const std::vector<ReachSample>& samples,
+               const std::function<ReachResult(const ReachSample&)>& run) {
+  int arrived = 0, beyond = 0, too_fast = 0, not_finite = 0;
+  std::vector<double> ratios, settle;
+  for (const ReachSample& sample : samples) {
+    const ReachResult result = run(sample);
+    arrived += result.arrived;
+    beyond += result.limit_excess > 1e-9;
+    too_fast += result.velocity_excess > 1e-9;
+    not_finite += !result.finite;
+    if (!result.arrived) continue;
+    if (result.distance_m > 0.01) ratios.push_back(result.path_m / result.distance_m);
+    settle.push_back(static_cast<double>(result.settled_step) / 140);
+  }
+  const double all = static_cast<double>(samples.size()) / 100;
+  std::printf("| %s | %.2f | %.2f | %.2f | %.2f | %.3f | %.2f | %.2f |\n", name, arrived / all, beyond / all,
+              too_fast / all, not_finite / all, quantile(ratios, 0.5), quantile(ratios, 0.95), quantile(settle, 0.95));
+  std::fflush(stdout);
+}
+
+int compare(const std::string& urdf, const std::string& base, const std::string& tip, int number) {
+  std::ifstream file(urdf);
+  std::stringstream text;
+  text << file.rdbuf();
+  const Chain chain = chain_from_urdf(text.str(), base, tip);
+  const ReachSampler sampler(chain, 1);
+  std::vector<ReachSample> samples;
+  for (int k = 0; k < number; ++k) samples.push_back(sampler.sample(static_cast<uint64_t>(k)));
+
+  std::printf("%s to %s, %d reaches, seed 1; per cent of all, and of those that arrived: path / distance, seconds\n\n",
+              base.c_str(), tip.c_str(), number);
+  std::printf(
+      "| law | arrived | beyond a position limit | a speed limit | not finite | path p50 | p95 | settled p95 |\n");
+  std::printf("|---|---|---|---|---|---|---|---|\n");
+  const controller::PostureSearch search(chain);
+  for (const double gamma : {100.0, 350.0, 1000.0}) {
+    const controller::PaperParameters paper{.gains = {}, .gamma = gamma};
+    print_row(("paper, γ = " + std::to_string(static_cast<int>(gamma))).c_str(), samples,
+              [&](const ReachSample& s) { return run_paper(chain, paper, search, 0.01, s, {}); });
+  }
+  for (const std::optional<double> gamma : {std::optional<double>{}, {350.0}, {10000.0}}) {
+    controller::GuardedLaw law(chain, {.gamma = gamma});
+    const std::string name =
+        "guarded, γ = " + std::to_string(static_cast<int>(law.largest_gamma())) + (gamma ? "" : " (default)");
+    print_row(name.c_str(), samples, [&](const ReachSample& s) { return run_guarded(law, s, {}); });
+  }
+  const KDL::Chain arm = kdl_chain(chain);
+  KDL::ChainIkSolverPos_LMA lma(arm, Eigen::Matrix<double, 6, 1>(1, 1, 1, 0, 0, 0));
+  print_row("KDL LMA, then the joints' attractor", samples,
+            [&](const ReachSample& s) { return run_lma(chain, lma, s); });
+  if (chain.size() >= 6) {
+    KDL::ChainIkSolverVel_wdls wdls(arm);
+    wdls.setLambda(0.05);
+    Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(6, 6);
+    weights.topLeftCorner(3, 3).setIdentity();
+    wdls.setWeightTS(weights);
+    print_row("KDL wdls", samples, [&](const ReachSample& s) { return run_wdls(chain, wdls, false, s); });
+    print_row("KDL wdls, stopped at the limits", samples,
+              [&](const ReachSample& s) { return run_wdls(chain, wdls, true, s); });
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("The same reaches under the paper's law, the guarded law, and Orocos KDL, as a Markdown table.");
+  std::string urdf = MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf", base = "torso", tip = "right_hand";
+  int samples = 10000;
+  app.add_option("--urdf", urdf, "URDF file")->capture_default_str();
+  app.add_option("--base", base, "link at the start of the chain")->capture_default_str();
+  app.add_option("--tip", tip, "link at the end of the chain")->capture_default_str();
+  app.add_option("--samples", samples, "reaches")->check(CLI::Range(1, 100000000))->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return multireach::bench::compare(urdf, base, tip, samples);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "multireach-bench-laws: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,187 @@
+// One integration step of the guarded law, beside what else one could run in its place.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <kdl/chainiksolverpos_lma.hpp>
+#include <kdl/chainiksolvervel_wdls.hpp>
+
+#include "bench/arms.hpp"
+#include "bench/kdl_chain.hpp"
+#include "bench/plain_step.hpp"
+#include "controller/guarded_law.hpp"
+#include "controller/posture_search.hpp"
+#include "controller/proximity.hpp"
+#include "kinematics/random.hpp"
+
+namespace multireach::bench {
+namespace {
+
+using controller::Aim;
+using controller::GuardedLaw;
+using controller::HandTarget;
+
+constexpr int kReaches = 64, kStepsPerReach = 300;
+
+struct Reach {
+  JointVector start, target_posture;
+  HandTarget target;
+};
+
+std::vector<Reach> reaches(const Chain& chain, Aim aim) {
+  const CounterRandom random(1);
+  const auto posture = [&](uint64_t k) {
+    JointVector theta(chain.size());
+    for (int i = 0; i < chain.size(); ++i) {
+      theta[i] =
+          random.uniform(k * kMaxJoints + static_cast<uint64_t>(i), chain.sample_lower(i), chain.sample_upper(i));
+    }
+    return theta;
+  };
+  const controller::PostureSearch search(chain);
+  std::vector<Reach> all;
+  for (uint64_t k = 0; k < kReaches; ++k) {
+    Reach reach{posture(2 * k), posture(2 * k + 1), {}};
+    const Eigen::Isometry3d X = chain.pose(reach.target_posture);
+    reach.target = {.position = X.translation(), .aim = aim, .direction = X.linear().col(2), .orientation = X.linear()};
+    reach.target_posture = search.best(reach.target, reach.start).theta;
+    all.push_back(reach);
+  }
+  return all;
+}
+
+void guarded_step(benchmark::State& state, const Chain& chain, Aim aim) {
+  const std::vector<Reach> all = reaches(chain, aim);
+  GuardedLaw law(chain);
+  int k = 0, left = 0;
+  for (auto _ : state) {
+    if (left == 0) {
+      law.start(all[k].start);
+      law.aim(all[k].target, all[k].target_posture);
+      k = (k + 1) % kReaches;
+      left = kStepsPerReach;
+    }
+    law.step();
+    --left;
+  }
+  benchmark::DoNotOptimize(law.theta().data());
+  // The slow steps, timed one by one; reading the clock is part of these times.
+  std::vector<double> times;
+  for (const Reach& reach : all) {
+    law.start(reach.start);
+    law.aim(reach.target, reach.target_posture);
+    for (int step = 0; step < kStepsPerReach; ++step) {
+      const auto begin = std::chrono::steady_clock::now();
+      law.step();
+      times.push_back(std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count());
+    }
+  }
+  std::sort(times.begin(), times.end());
+  state.counters["p99.9_ns"] = times[times.size() * 999 / 1000];
+}
+
+void plain_step(benchmark::State& state, const Chain& chain) {
+  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  PlainStep law(chain, GuardedLaw(chain).largest_gamma());
+  int k = 0, left = 0;
+  for (auto _ : state) {
+    if (left == 0) {
+      law.start(all[k].start, all[k].target_posture, all[k].target.position);
+      k = (k + 1) % kReaches;
+      left = kStepsPerReach;
+    }
+    law.step();
+    --left;
+  }
+  benchmark::DoNotOptimize(law.theta().data());
+}
+
+void kdl_wdls(benchmark::State& state, const Chain& chain) {
+  const KDL::Chain arm = kdl_chain(chain);
+  KDL::ChainIkSolverVel_wdls solver(arm);
+  solver.setLambda(0.01);
+  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  KDL::JntArray q(arm.getNrOfJoints()), v(arm.getNrOfJoints());
+  const KDL::Twist twist(KDL::Vector(0.1, 0.05, -0.1), KDL::Vector(0, 0.1, 0));
+  int k = 0;
+  for (auto _ : state) {
+    q.data = all[k].start;
+    k = (k + 1) % kReaches;
+    solver.CartToJnt(q, twist, v);
+    benchmark::DoNotOptimize(v.data.data());
+  }
+}
+
+void kdl_lma(benchmark::State& state, const Chain& chain) {
+  const KDL::Chain arm = kdl_chain(chain);
+  KDL::ChainIkSolverPos_LMA solver(arm, Eigen::Matrix<double, 6, 1>(1, 1, 1, 0, 0, 0));
+  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  KDL::JntArray q(arm.getNrOfJoints()), found(arm.getNrOfJoints());
+  int k = 0;
+  for (auto _ : state) {
+    q.data = all[k].start;
+    const Eigen::Vector3d& p = all[k].target.position;
+    k = (k + 1) % kReaches;
+    solver.CartToJnt(q, KDL::Frame(KDL::Vector(p.x(), p.y(), p.z())), found);
+    benchmark::DoNotOptimize(found.data.data());
+  }
+}
+
+/// Twenty obstacles around the arm, and its links against each other.
+void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, double link_radius_m) {
+  controller::GuardedParameters parameters;
+  parameters.body.link_radius_m = link_radius_m;
+  GuardedLaw law(chain, parameters);
+  controller::Proximity proximity(chain, parameters.body);
+  const CounterRandom random(3);
+  std::vector<controller::Obstacle> obstacles;
+  for (uint64_t k = 0; k < 20; ++k) {
+    controller::Obstacle obstacle;
+    obstacle.shape = static_cast<controller::Obstacle::Shape>(k % 3);
+    for (uint64_t axis = 0; axis < 3; ++axis) {
+      obstacle.X_WO.translation()[static_cast<Eigen::Index>(axis)] =
+          chain.reach() * random.uniform(3 * k + axis, -1.2, 1.2);
+    }
+    obstacle.X_WO.translation() += chain.fixed(0).translation();
+    obstacle.size = 0.08 * chain.reach() * Eigen::Vector3d::Ones();
+    obstacles.push_back(obstacle);
+  }
+  law.set_obstacles(obstacles);
+  proximity.set_obstacles(obstacles);
+  std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  std::erase_if(all, [&](const Reach& reach) {
+    return proximity.clearance(reach.start) < 0.01 || proximity.clearance(reach.target_posture) < 0.01;
+  });
+  if (all.empty()) {
+    state.SkipWithError("no reach is clear of obstacles");
+    return;
+  }
+  size_t k = 0;
+  int left = 0;
+  for (auto _ : state) {
+    if (left == 0) {
+      law.start(all[k].start);
+      law.aim(all[k].target, all[k].target_posture);
+      k = (k + 1) % all.size();
+      left = kStepsPerReach;
+    }
+    law.step();
+    --left;
+  }
+}
+
+BENCHMARK_CAPTURE(guarded_step, hoap2_n4_m3, hoap2(), Aim::kPosition);
+BENCHMARK_CAPTURE(plain_step, hoap2_n4_m3, hoap2());
+BENCHMARK_CAPTURE(kdl_lma, hoap2_n4_m3, hoap2());
+BENCHMARK_CAPTURE(guarded_step, n7_m3, seven_joints(), Aim::kPosition);
+BENCHMARK_CAPTURE(plain_step, n7_m3, seven_joints());
+BENCHMARK_CAPTURE(guarded_step, n7_m5, seven_joints(), Aim::kPointing);
+BENCHMARK_CAPTURE(guarded_step, n7_m6, seven_joints(), Aim::kPose);
+BENCHMARK_CAPTURE(guarded_step_among_obstacles, hoap2_n4_m3, hoap2(), 0.02);
+BENCHMARK_CAPTURE(guarded_step_among_obstacles, n7_m3, seven_joints(), 0.05);
+BENCHMARK_CAPTURE(kdl_wdls, n7_m6, seven_joints());
+
+}  // namespace
+}  // namespace multireach::bench
+
+BENCHMARK_MAIN();
