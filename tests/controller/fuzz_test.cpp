@@ -157,9 +157,11 @@ void fuzz_law(uint64_t seed, int64_t calls) {
         case 3:
           law.follow(wild.target(chain.reach()));
           break;
-        case 4:
-          law.aim_at_posture(chain.clamped(wild.joints(chain.size(), 3)));
+        case 4: {
+          const JointVector posture = wild.joints(chain.size(), 3);
+          law.aim_at_posture(posture.size() == chain.size() && wild.chance(0.8) ? chain.clamped(posture) : posture);
           break;
+        }
         case 5:
           law.aim(wild.target(chain.reach()), wild.joints(chain.size(), 3));
           break;
