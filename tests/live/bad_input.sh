@@ -51,6 +51,9 @@ expect 2 "no file matches" "$bin/multireach-camera" images --left nothing --righ
 expect 2 "neither a camera device nor a video" "$bin/multireach-camera" device --left 77 --right 78
 sed 's/noise_grey_levels/noise/; s|\.\./robots|'"$root"'/robots|' "$root/logs/reach.yaml" >"$work/scene.yaml"
 expect 2 "key 'noise' is not known" "$bin/multireach-camera" render --config "$work/scene.yaml"
+expect 2 "nothing.lcm: cannot be opened" "$bin/multireach-log" info nothing.lcm
+expect 1 "no event was chosen" "$bin/multireach-log" filter "$root/logs/reach.lcm" -o "$work/none.lcm" --channel NOTHING
+expect 2 "cannot be written over" "$bin/multireach-log" cut "$work/none.lcm" -o "$work/none.lcm"
 expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --config "$root/robots/hoap2/robot.yaml"
 
 expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm

@@ -1,44 +1,43 @@
 // multireach-log: what is in logs, and logs made from logs.
-#include <filesystem>
 #include <iostream>
-#include <memory>
+#include <limits>
 
 #include "runtime/files.hpp"
-#include "runtime/log_file.hpp"
 #include "runtime/program.hpp"
+#include "tools/log/log_edit.hpp"
+#include "tools/log/log_summary.hpp"
 #include "tools/log/run_report.hpp"
 
 namespace multireach {
 namespace {
 
-/// Writes the events of several logs into one, in the order of their times (and of the logs, for equal times).
-int merge(const std::vector<std::string>& inputs, const std::string& output) {
-  struct Source {
-    std::unique_ptr<LogReader> log;
-    std::optional<LogEvent> head;
-  };
-  std::vector<Source> sources;
-  for (const std::string& path : inputs) {
-    std::error_code error;
-    if (std::filesystem::equivalent(path, output, error)) {
-      throw InputError(output + ": is one of the logs to merge and cannot be written over");
-    }
-    auto log = std::make_unique<LogReader>(path);
-    auto head = log->next();
-    sources.push_back({std::move(log), head});
-  }
-  LogWriter writer(output);
-  while (true) {
-    Source* earliest = nullptr;
-    for (Source& source : sources) {
-      if (source.head && (!earliest || source.head->utime < earliest->head->utime)) earliest = &source;
-    }
-    if (!earliest) break;
-    writer.write(earliest->head->utime, earliest->head->channel, earliest->head->data);
-    earliest->head = earliest->log->next();
-  }
-  writer.close();
+int info(const std::string& log, const std::string& json_path) {
+  const LogSummary summary = summary_of(log);
+  if (json_path != "-") std::cout << summary.table();
+  if (!json_path.empty()) write_json_file(json_path, summary.json());
   return 0;
+}
+
+/// Prints a sentence for everything that is wrong with the log; exit code 1 when there is any.
+int check(const std::string& log) {
+  const LogSummary summary = summary_of(log);
+  const auto say = [&](const std::string& sentence) { std::cout << log << ": " << sentence << "\n"; };
+  for (const std::string& sentence : summary.damage) say(sentence);
+  if (summary.damaged_places > static_cast<int64_t>(summary.damage.size())) {
+    say("and so on: " + std::to_string(summary.damaged_places) + " damaged places");
+  }
+  if (summary.numbers_missing > 0) {
+    say(std::to_string(summary.numbers_missing) + " events are missing from the logger's own count");
+  }
+  if (summary.times_back > 0) say(std::to_string(summary.times_back) + " times the logger's clock went back");
+  for (const auto& [name, channel] : summary.channels) {
+    if (channel.malformed > 0) {
+      say(name + ": " + std::to_string(channel.malformed) + " messages are no well-formed " + channel.type);
+    }
+    if (channel.lost > 0) say(name + ": " + std::to_string(channel.lost) + " messages were lost on their way");
+  }
+  if (summary.sound()) say("sound, " + std::to_string(summary.events) + " events");
+  return summary.sound() ? 0 : 1;
 }
 
 int report(const std::string& log, const std::string& config, const std::string& json_path) {
@@ -49,27 +48,67 @@ int report(const std::string& log, const std::string& config, const std::string&
   return result.succeeded ? 0 : 1;
 }
 
+int written(int64_t events) {
+  if (events > 0) {
+    std::cerr << events << " events written\n";
+    return 0;
+  }
+  std::cerr << "multireach-log: no event was chosen; the log that was written is empty\n";
+  return 1;
+}
+
 }  // namespace
 }  // namespace multireach
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-log", "Logs of lcm-logger: merged, and reported on.");
+  Program program("multireach-log", "Logs of lcm-logger: looked at, made from one another, and reported on.");
   CLI::App& cli = program.cli();
   cli.require_subcommand(1);
+  std::vector<std::string> inputs, patterns;
+  std::string log, output, config, json;
+  double from = 0, until = std::numeric_limits<double>::infinity();
+  bool without = false;
 
-  std::vector<std::string> inputs;
-  std::string output;
+  CLI::App* informing = cli.add_subcommand("info", "channels, types, rates, gaps and losses");
+  informing->add_option("LOG", log, "log to read")->required();
+  informing->add_option("--json", json, "where to write them; - for standard output, instead of the table");
+
+  CLI::App* checking =
+      cli.add_subcommand("check", "what is damaged, cut off, malformed or lost; exit code 1 when anything is");
+  checking->add_option("LOG", log, "log to read")->required();
+
+  CLI::App* cutting = cli.add_subcommand("cut", "a part of a log");
+  cutting->add_option("LOG", log, "log to read")->required();
+  cutting->add_option("-o,--output", output, "log to write")->required();
+  cutting->add_option("--from", from, "seconds after the first event")->check(finite_range(0, 1e9));
+  cutting->add_option("--until", until, "seconds after the first event")->check(finite_range(0, 1e9));
+
+  CLI::App* filtering = cli.add_subcommand("filter", "some channels of a log");
+  filtering->add_option("LOG", log, "log to read")->required();
+  filtering->add_option("-o,--output", output, "log to write")->required();
+  filtering->add_option("--channel", patterns, "channels to keep; patterns as 'JOINT_*'")->required();
+  filtering->add_flag("--without", without, "leave these out and keep the others");
+
   CLI::App* merging = cli.add_subcommand("merge", "several logs into one, in the order of time");
   merging->add_option("LOG", inputs, "logs to merge")->required();
   merging->add_option("-o,--output", output, "log to write")->required();
 
-  std::string log, config, json;
   CLI::App* reporting = cli.add_subcommand(
       "report", "what happened in a recorded run; exit code 1 when a reachable place was not reached");
   reporting->add_option("LOG", log, "log of a run, all channels")->required();
   reporting->add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   reporting->add_option("--json", json, "where to write the report; - for standard output");
 
-  return program.run(argc, argv, [&] { return *merging ? merge(inputs, output) : report(log, config, json); });
+  return program.run(argc, argv, [&] {
+    if (*informing) return info(log, json);
+    if (*checking) return check(log);
+    if (*cutting) return written(cut_log(log, output, from, until));
+    if (*filtering) return written(filter_log(log, output, patterns, without));
+    if (*merging) {
+      merge_logs(inputs, output);
+      return 0;
+    }
+    return report(log, config, json);
+  });
 }

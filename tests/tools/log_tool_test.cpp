@@ -1,0 +1,140 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <multireach/node_status_t.hpp>
+#include <multireach/target_t.hpp>
+
+#include "kinematics/random.hpp"
+#include "runtime/files.hpp"
+#include "runtime/log_file.hpp"
+#include "runtime/message.hpp"
+#include "tools/log/log_edit.hpp"
+#include "tools/log/log_summary.hpp"
+
+namespace multireach {
+namespace {
+
+class LogTool : public ::testing::Test {
+ protected:
+  LogTool() {
+    char folder[] = "/tmp/multireach-test-XXXXXX";
+    folder_ = mkdtemp(folder);
+  }
+  ~LogTool() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+
+  static std::vector<uint8_t> target(int64_t sequence) {
+    target_t message{};
+    message.sequence = sequence;
+    return *encode(message);
+  }
+
+  /// `events` targets at 100 Hz, of which some were lost, and a channel of someone else's.
+  std::string write(const std::string& name, int64_t events, int64_t begin = 1'000'000,
+                    const std::vector<int64_t>& lost = {}) const {
+    LogWriter log(path(name));
+    const std::vector<uint8_t> foreign{1, 2, 3};
+    for (int64_t k = 0; k < events; ++k) {
+      if (std::ranges::find(lost, k) != lost.end()) continue;
+      log.write(begin + 10000 * k, "TARGET", target(k));
+      if (k % 10 == 0) log.write(begin + 10000 * k + 1, "THEIRS", foreign);
+    }
+    log.close();
+    return path(name);
+  }
+
+  std::string folder_;
+};
+
+TEST_F(LogTool, SummarisesChannels) {
+  const LogSummary summary = summary_of(write("log", 100, 1'000'000, {30, 31, 77}));
+  EXPECT_FALSE(summary.sound());
+  EXPECT_EQ(summary.events, 97 + 9) << "an event of the other channel was at a lost place";
+  const LogSummary::Channel& targets = summary.channels.at("TARGET");
+  EXPECT_EQ(targets.type, "target_t");
+  EXPECT_EQ(targets.events, 97);
+  EXPECT_EQ(targets.lost, 3);
+  EXPECT_EQ(targets.longest_gap_us, 30000);
+  EXPECT_NEAR(summary.json()["channels"]["TARGET"]["rate_hz"].get<double>(), 96 / 0.99, 1e-9);
+  EXPECT_EQ(summary.channels.at("THEIRS").type, "?");
+  EXPECT_TRUE(summary_of(write("whole", 100)).sound());
+}
+
+TEST_F(LogTool, APublisherThatWasRestartedLostNothing) {
+  write("one", 50, 1'000'000);
+  write("two", 50, 9'000'000);
+  merge_logs({path("two"), path("one")}, path("both"));
+  const LogSummary summary = summary_of(path("both"));
+  EXPECT_TRUE(summary.sound());
+  EXPECT_EQ(summary.channels.at("TARGET").restarts, 1);
+  EXPECT_EQ(summary.channels.at("TARGET").events, 100);
+}
+
+TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {
+  const std::string log = write("log", 200);
+  const auto size = std::filesystem::file_size(log);
+  {
+    std::fstream file(log, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(0);
+    file.seekp(static_cast<std::streamoff>(size / 2));
+    file << std::string(700, 'x');
+  }
+  LogSummary summary = summary_of(log);
+  EXPECT_FALSE(summary.sound());
+  EXPECT_EQ(summary.damaged_places, 1);
+  ASSERT_EQ(summary.damage.size(), 1u);
+  EXPECT_NE(summary.damage[0].find("events are missing there"), std::string::npos) << summary.damage[0];
+  EXPECT_EQ(summary.events + summary.numbers_missing, 220);
+  EXPECT_LE(summary.numbers_missing, 5) << "only the damaged ones";
+  std::filesystem::resize_file(log, size - 10);
+  summary = summary_of(log);
+  EXPECT_NE(summary.damage.back().find("cut off"), std::string::npos);
+}
+
+TEST_F(LogTool, NoDamageCrashesIt) {
+  const std::string log = write("log", 40);
+  const std::string whole = read_text_file(log);
+  const CounterRandom random(3);
+  uint64_t counter = 0;
+  for (int k = 0; k < 400; ++k) {
+    std::string bytes = whole;
+    for (int change = 0; change <= k % 7; ++change) {
+      const auto at = static_cast<size_t>(random.uniform(counter++) * static_cast<double>(bytes.size()));
+      bytes[at] = static_cast<char>(random.bits(counter++));
+    }
+    bytes.resize(bytes.size() - static_cast<size_t>(random.uniform(counter++) * 300));
+    std::ofstream(log, std::ios::binary) << bytes;
+    const LogSummary summary = summary_of(log);
+    EXPECT_LE(summary.events, 45) << "seed 3, case " << k;
+  }
+}
+
+TEST_F(LogTool, AMalformedMessageOfAKnownTypeIsCounted) {
+  LogWriter log(path("log"));
+  std::vector<uint8_t> bytes = target(0);
+  log.write(1, "TARGET", bytes);
+  bytes.pop_back();
+  log.write(2, "TARGET", bytes);
+  log.close();
+  EXPECT_EQ(summary_of(path("log")).channels.at("TARGET").malformed, 1);
+}
+
+TEST_F(LogTool, CutsAndFilters) {
+  const std::string log = write("log", 100);
+  EXPECT_EQ(cut_log(log, path("cut"), 0.2, 0.5), 33);
+  const LogSummary cut = summary_of(path("cut"));
+  EXPECT_EQ(cut.channels.at("TARGET").events, 30);
+  EXPECT_EQ(cut.first_utime, 1'000'000 + 200000);
+  EXPECT_EQ(filter_log(log, path("some"), {"TAR*"}, false), 100);
+  EXPECT_EQ(summary_of(path("some")).channels.size(), 1u);
+  EXPECT_EQ(filter_log(log, path("others"), {"TAR*"}, true), 10);
+  EXPECT_EQ(filter_log(log, path("none"), {"NOTHING"}, false), 0);
+  EXPECT_THROW(cut_log(log, log, 0, 1), InputError);
+  EXPECT_THROW(merge_logs({log}, log), InputError);
+  EXPECT_THROW(summary_of(path("nowhere")), InputError);
+}
+
+}  // namespace
+}  // namespace multireach

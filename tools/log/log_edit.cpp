@@ -1,0 +1,85 @@
+#include "tools/log/log_edit.hpp"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "runtime/files.hpp"
+#include "runtime/log_file.hpp"
+
+namespace multireach {
+namespace {
+
+void refuse_to_overwrite(const std::string& input, const std::string& output) {
+  std::error_code error;
+  if (std::filesystem::equivalent(input, output, error)) {
+    throw InputError(output + ": is a log that is read and cannot be written over");
+  }
+}
+
+template <class Keep>
+int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep) {
+  refuse_to_overwrite(input, output);
+  LogReader reader(input);
+  LogWriter writer(output);
+  int64_t written = 0;
+  while (const auto event = reader.next()) {
+    if (!keep(*event)) continue;
+    writer.write(event->utime, event->channel, event->data);
+    ++written;
+  }
+  writer.close();
+  return written;
+}
+
+}  // namespace
+
+void merge_logs(const std::vector<std::string>& inputs, const std::string& output) {
+  struct Source {
+    std::unique_ptr<LogReader> log;
+    std::optional<LogEvent> head;
+  };
+  std::vector<Source> sources;
+  for (const std::string& path : inputs) {
+    refuse_to_overwrite(path, output);
+    auto log = std::make_unique<LogReader>(path);
+    auto head = log->next();
+    sources.push_back({std::move(log), head});
+  }
+  LogWriter writer(output);
+  while (true) {
+    Source* earliest = nullptr;
+    for (Source& source : sources) {
+      if (source.head && (!earliest || source.head->utime < earliest->head->utime)) earliest = &source;
+    }
+    if (!earliest) break;
+    writer.write(earliest->head->utime, earliest->head->channel, earliest->head->data);
+    earliest->head = earliest->log->next();
+  }
+  writer.close();
+}
+
+int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s) {
+  std::optional<int64_t> first;
+  const double from = std::round(from_s * 1e6), until = std::round(until_s * 1e6);
+  return copy_if(input, output, [&](const LogEvent& event) {
+    if (!first) first = event.utime;
+    const auto after = static_cast<double>(event.utime - *first);
+    return after >= from && after < until;
+  });
+}
+
+int64_t filter_log(const std::string& input, const std::string& output, const std::vector<std::string>& patterns,
+                   bool without) {
+  return copy_if(input, output, [&](const LogEvent& event) {
+    const std::string name(event.channel);
+    const bool matches = std::ranges::any_of(
+        patterns, [&](const std::string& pattern) { return fnmatch(pattern.c_str(), name.c_str(), 0) == 0; });
+    return matches != without;
+  });
+}
+
+}  // namespace multireach

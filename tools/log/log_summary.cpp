@@ -1,0 +1,125 @@
+#include "tools/log/log_summary.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+
+#include "runtime/log_file.hpp"
+#include "tools/log/message_types.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr size_t kMostSentences = 100;
+
+void take_sequence(LogSummary::Channel& channel, int64_t sequence) {
+  if (channel.next_sequence >= 0 && sequence > channel.next_sequence) channel.lost += sequence - channel.next_sequence;
+  if (channel.next_sequence >= 0 && sequence < channel.next_sequence) ++channel.restarts;
+  channel.next_sequence = sequence + 1;
+}
+
+void take_event(LogSummary& summary, const LogEvent& event) {
+  LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
+  const MessageType* type = type_of(event.data);
+  if (channel.events++ == 0) {
+    channel.first_utime = event.utime;
+    if (type) channel.type = type->name;
+  } else {
+    channel.longest_gap_us = std::max(channel.longest_gap_us, event.utime - channel.last_utime);
+  }
+  channel.last_utime = event.utime;
+  channel.bytes += static_cast<int64_t>(event.data.size());
+  if (!type) return;
+  if (!type->well_formed(event.data)) {
+    ++channel.malformed;
+  } else if (const auto sequence = type->sequence(event.data)) {
+    take_sequence(channel, *sequence);
+  }
+}
+
+double rate_of(const LogSummary::Channel& channel) {
+  const auto span = static_cast<double>(channel.last_utime - channel.first_utime) * 1e-6;
+  return span > 0 ? static_cast<double>(channel.events - 1) / span : 0;
+}
+
+}  // namespace
+
+LogSummary summary_of(const std::string& path) {
+  LogReader log(path);
+  LogSummary summary;
+  int64_t next_number = 0;
+  for (;;) {
+    const size_t from = log.position(), damaged_before = log.damaged_bytes();
+    const auto event = log.next();
+    if (const size_t damaged = log.damaged_bytes() - damaged_before; damaged > 0) {
+      std::string sentence = "bytes " + std::to_string(from) + " to " + std::to_string(from + damaged - 1);
+      sentence += event ? " are no event" : " at the end are no whole event: the log was cut off";
+      if (event && event->number > next_number) {
+        sentence += "; " + std::to_string(event->number - next_number) + " events are missing there";
+      }
+      if (summary.damage.size() < kMostSentences) summary.damage.push_back(sentence);
+    }
+    if (!event) break;
+    if (summary.events++ == 0) {
+      summary.first_utime = event->utime;
+    } else {
+      summary.times_back += event->utime < summary.last_utime;
+    }
+    summary.numbers_missing += std::max<int64_t>(0, event->number - next_number);
+    next_number = event->number + 1;
+    summary.last_utime = event->utime;
+    take_event(summary, *event);
+  }
+  summary.damaged_places = static_cast<int64_t>(log.damaged_places());
+  summary.damaged_bytes = static_cast<int64_t>(log.damaged_bytes());
+  return summary;
+}
+
+bool LogSummary::sound() const {
+  const auto bad = [](const auto& entry) { return entry.second.malformed > 0 || entry.second.lost > 0; };
+  return damaged_bytes == 0 && times_back == 0 && numbers_missing == 0 && std::ranges::none_of(channels, bad);
+}
+
+nlohmann::json LogSummary::json() const {
+  nlohmann::json list = nlohmann::json::object();
+  for (const auto& [name, channel] : channels) {
+    list[name] = {{"type", channel.type},
+                  {"events", channel.events},
+                  {"bytes", channel.bytes},
+                  {"rate_hz", rate_of(channel)},
+                  {"longest_gap_ms", static_cast<double>(channel.longest_gap_us) * 1e-3},
+                  {"first_utime", channel.first_utime},
+                  {"last_utime", channel.last_utime},
+                  {"malformed", channel.malformed},
+                  {"lost", channel.lost},
+                  {"restarts", channel.restarts}};
+  }
+  return {{"events", events},
+          {"first_utime", first_utime},
+          {"last_utime", last_utime},
+          {"span_s", static_cast<double>(last_utime - first_utime) * 1e-6},
+          {"channels", list},
+          {"damaged_places", damaged_places},
+          {"damaged_bytes", damaged_bytes},
+          {"damage", damage},
+          {"numbers_missing", numbers_missing},
+          {"times_back", times_back},
+          {"sound", sound()}};
+}
+
+std::string LogSummary::table() const {
+  char line[256];
+  std::snprintf(line, sizeof line, "%" PRId64 " events in %.3f s, %zu channels\n%-20s %-20s %9s %9s %9s %11s %6s %9s\n",
+                events, static_cast<double>(last_utime - first_utime) * 1e-6, channels.size(), "channel", "type",
+                "events", "Hz", "gap (ms)", "bytes", "lost", "malformed");
+  std::string text = line;
+  for (const auto& [name, channel] : channels) {
+    std::snprintf(line, sizeof line, "%-20s %-20s %9" PRId64 " %9.1f %9.1f %11" PRId64 " %6" PRId64 " %9" PRId64 "\n",
+                  name.c_str(), channel.type.c_str(), channel.events, rate_of(channel),
+                  static_cast<double>(channel.longest_gap_us) * 1e-3, channel.bytes, channel.lost, channel.malformed);
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace multireach
