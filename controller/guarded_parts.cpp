@@ -236,7 +236,9 @@ void GuardedLaw::Parts::watch_obstruction() {
     if (on_detour()) end_detour();
     return;
   }
-  detour_.assign(way.begin(), way.end());
+  // An arm that is outside its limits has a way that begins there.
+  detour_.clear();
+  for (const JointVector& posture : way) detour_.push_back(chain_.clamped(posture));
   detour_next_ = 0;
   state_.posture_fixed = true;
   state_.gamma = 0;  // along the planned joint angles, not straight with the hand
