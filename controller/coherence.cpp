@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach::controller {
 
@@ -14,7 +15,9 @@ JointVector limit_weights(const Chain& chain, const JointVector& theta, double g
     if (!chain.joint(i).limited()) {
       weights[i] = gamma;
     } else if (theta[i] > lower && theta[i] < upper) {
-      weights[i] = 0.5 * gamma * (1 - std::cos(2 * std::numbers::pi * (theta[i] - lower) / (upper - lower)));
+      double sine, cosine;
+      sine_and_cosine_of(2 * std::numbers::pi * (theta[i] - lower) / (upper - lower), sine, cosine);
+      weights[i] = 0.5 * gamma * (1 - cosine);
     } else {
       weights[i] = 0;
     }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach::controller {
 
@@ -32,7 +33,7 @@ inline Vector3 rotation_vector(const Columns3& from, const Columns3& to) {
   Vector3 w{0.5 * (E[2][1] - E[1][2]), 0.5 * (E[0][2] - E[2][0]), 0.5 * (E[1][0] - E[0][1])};
   const double sine = norm(w), cosine = 0.5 * (E[0][0] + E[1][1] + E[2][2] - 1);
   if (sine > 1e-7) {
-    const double scale = std::atan2(sine, cosine) / sine;
+    const double scale = arc_tangent(sine, cosine) / sine;
     for (double& element : w) element *= scale;
   } else if (cosine < 0) {  // E = 2 a a^T - I for the unit axis a
     int k = E[1][1] > E[0][0] ? 1 : 0;
@@ -49,7 +50,7 @@ inline Vector3 pointing_vector(const Vector3& from, const Vector3& to, const Vec
   Vector3 w{from[1] * to[2] - from[2] * to[1], from[2] * to[0] - from[0] * to[2], from[0] * to[1] - from[1] * to[0]};
   const double sine = norm(w), cosine = from[0] * to[0] + from[1] * to[1] + from[2] * to[2];
   if (sine > 1e-7) {
-    const double scale = std::atan2(sine, cosine) / sine;
+    const double scale = arc_tangent(sine, cosine) / sine;
     for (double& element : w) element *= scale;
   } else if (cosine < 0) {
     for (int k = 0; k < 3; ++k) w[k] = std::numbers::pi * otherwise[k];

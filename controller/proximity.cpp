@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "kinematics/random.hpp"
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach::controller {
 namespace {
@@ -234,7 +235,7 @@ void Proximity::place_links(const Eigen::Ref<const Eigen::VectorXd>& theta) {
     if (joint.type == Joint::Type::kPrismatic) {
       X.translation() += shapes_->axis[i] * theta[i];
     } else {
-      X.linear() = X.linear() * Eigen::AngleAxisd(theta[i], joint.axis).toRotationMatrix();
+      X.linear() = X.linear() * rotation_about(joint.axis, theta[i]);
     }
     Shapes::Link& link = shapes_->links[i];
     if (link.exists) link.X_WK = X * link.X_LK;

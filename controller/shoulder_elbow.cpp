@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach::controller {
 namespace {
@@ -37,7 +38,7 @@ double angle_about(const Eigen::Vector3d& axis, const Eigen::Vector3d& from, con
   const Eigen::Vector3d a = from - axis * axis.dot(from), b = to - axis * axis.dot(to);
   const double scale = from.norm();
   if (a.norm() < 1e-9 * scale || b.norm() < 1e-9 * scale) return otherwise;
-  return std::atan2(axis.dot(a.cross(b)), a.dot(b));
+  return arc_tangent(axis.dot(a.cross(b)), a.dot(b));
 }
 
 /// The representative of `angle`, modulo whole turns, that is inside the joint's limits and nearest to `near`.
@@ -79,9 +80,8 @@ std::optional<ShoulderElbow> ShoulderElbow::from(const Chain& chain) {
 std::optional<JointVector> ShoulderElbow::posture(const Chain& chain, const Eigen::Vector3d& v,
                                                   const JointVector& theta, double third, double fourth,
                                                   int branch) const {
-  using Eigen::AngleAxisd;
-  const Eigen::Vector3d h = elbow_ + AngleAxisd(fourth, axis_[3]) * forearm_;
-  const Eigen::Vector3d w = AngleAxisd(third, axis_[2]) * h;
+  const Eigen::Vector3d h = elbow_ + rotation_about(axis_[3], fourth) * forearm_;
+  const Eigen::Vector3d w = rotation_about(axis_[2], third) * h;
   // z = R2 w = R1^-1 v lies on two cones and a sphere.
   const Eigen::Vector3d across = axis_[0].cross(axis_[1]);
   const double c = axis_[0].dot(axis_[1]), sine2 = across.squaredNorm();
@@ -113,9 +113,9 @@ std::optional<JointVector> ShoulderElbow::nearest(const Chain& chain, const Eige
   const double A = u.dot(f), B = u.dot(e.cross(f));
   const double C =
       0.5 * (v.squaredNorm() - elbow_.squaredNorm() - forearm_.squaredNorm()) - e.dot(elbow_) * e.dot(forearm_);
-  const double radius = std::hypot(A, B);
+  const double radius = std::sqrt(A * A + B * B);
   if (!(std::abs(C) <= radius + kAtBoundary * v.squaredNorm())) return std::nullopt;
-  const double middle = std::atan2(B, A), half = std::acos(std::clamp(C / radius, -1.0, 1.0));
+  const double middle = arc_tangent(B, A), half = arc_cosine(std::clamp(C / radius, -1.0, 1.0));
 
   const double lower = chain.sample_lower(2), upper = chain.sample_upper(2), step = (upper - lower) / (samples - 1);
   std::optional<JointVector> best;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach {
 namespace {
@@ -76,7 +77,7 @@ Eigen::Isometry3d walk(const Chain& chain, const JointVector& theta, Visit&& vis
     if (joint.type == Joint::Type::kPrismatic) {
       p += axis_W * theta[i];
     } else {
-      R = R * Eigen::AngleAxisd(theta[i], joint.axis).toRotationMatrix();
+      R = R * rotation_about(joint.axis, theta[i]);
     }
     const Eigen::Isometry3d& next = chain.fixed(i + 1);
     p += R * next.translation();

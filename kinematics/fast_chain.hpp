@@ -7,6 +7,7 @@
 
 #include "kinematics/chain.hpp"
 #include "kinematics/lanes.hpp"
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach {
 
@@ -81,17 +82,17 @@ FastChain<N, Lanes>::FastChain(const Chain& chain, const Eigen::Matrix3d& tool) 
     const Eigen::Matrix3d R = to_z[i].transpose() * chain.fixed(i + 1).linear() * after;
     const Eigen::Vector3d t = to_z[i].transpose() * chain.fixed(i + 1).translation();
     // R = Rz(first_turn) Rx(tilt) Rz(second_turn).
-    const double tilt_sine = std::hypot(R(0, 2), R(1, 2));
-    const double first_turn = tilt_sine > kExact ? std::atan2(R(0, 2), -R(1, 2)) : 0;
-    const double tilt = std::atan2(tilt_sine, R(2, 2));
+    const double tilt_sine = std::sqrt(R(0, 2) * R(0, 2) + R(1, 2) * R(1, 2));
+    const double first_turn = tilt_sine > kExact ? arc_tangent(R(0, 2), -R(1, 2)) : 0;
+    const double tilt = arc_tangent(tilt_sine, R(2, 2));
     const Eigen::Matrix3d rest =
-        (Eigen::AngleAxisd(first_turn, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitX()))
-            .toRotationMatrix()
+        (rotation_about(Eigen::Vector3d::UnitZ(), first_turn) * rotation_about(Eigen::Vector3d::UnitX(), tilt))
             .transpose() *
         R;
-    const double second_turn = std::atan2(rest(1, 0), rest(0, 0));
-    const Eigen::Vector3d turned = Eigen::AngleAxisd(-first_turn, Eigen::Vector3d::UnitZ()) * t;
-    const double sine = std::sin(tilt), cosine = std::cos(tilt);
+    const double second_turn = arc_tangent(rest(1, 0), rest(0, 0));
+    const Eigen::Vector3d turned = rotation_about(Eigen::Vector3d::UnitZ(), -first_turn) * t;
+    double sine, cosine;
+    sine_and_cosine_of(tilt, sine, cosine);
     Link& link = links_[i];
     link.slides = chain.joint(i).type == Joint::Type::kPrismatic;
     link.offset = all(before + first_turn);
@@ -104,8 +105,10 @@ FastChain<N, Lanes>::FastChain(const Chain& chain, const Eigen::Matrix3d& tool) 
     }
     before = second_turn;
   }
-  tip_sine_ = all(std::sin(before));
-  tip_cosine_ = all(std::cos(before));
+  double sine, cosine;
+  sine_and_cosine_of(before, sine, cosine);
+  tip_sine_ = all(sine);
+  tip_cosine_ = all(cosine);
 }
 
 template <int N, class Lanes>

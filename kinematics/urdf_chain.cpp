@@ -1,12 +1,18 @@
 #include "kinematics/urdf_chain.hpp"
 
 #include <console_bridge/console.h>
+#include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <cmath>
 #include <limits>
+#include <locale>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 #include <tuple>
+
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach {
 namespace {
@@ -24,10 +30,36 @@ class CapturedComplaints : public console_bridge::OutputHandler {
   std::string text;
 };
 
-Eigen::Isometry3d isometry(const urdf::Pose& pose) {
+/// Roll, pitch and yaw of the origins of joints, as they are written. urdfdom gives rotations that it has computed with
+/// the C library's sine, whose last bit depends on the processor.
+std::map<std::string, Eigen::Vector3d> rpy_of_joints(std::string_view urdf_xml) {
+  std::map<std::string, Eigen::Vector3d> found;
+  tinyxml2::XMLDocument document;
+  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS) return found;
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  if (!robot) return found;
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const auto* origin = joint->FirstChildElement("origin");
+    const char* name = joint->Attribute("name");
+    const char* text = origin ? origin->Attribute("rpy") : nullptr;
+    if (!name || !text) continue;
+    std::istringstream numbers(text);
+    numbers.imbue(std::locale::classic());
+    Eigen::Vector3d rpy;
+    if (numbers >> rpy.x() >> rpy.y() >> rpy.z()) found[name] = rpy;
+  }
+  return found;
+}
+
+Eigen::Isometry3d isometry(const urdf::Joint& joint, const std::map<std::string, Eigen::Vector3d>& rpy) {
+  const urdf::Pose& pose = joint.parent_to_joint_origin_transform;
   Eigen::Quaterniond rotation(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z);
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = rotation.normalized().toRotationMatrix();
+  if (const auto written = rpy.find(joint.name); written != rpy.end()) {
+    const Eigen::Matrix3d R = rotation_from_rpy(written->second);
+    if (R.isApprox(X.linear(), 1e-9)) X.linear() = R;
+  }
   X.translation() = Eigen::Vector3d(pose.position.x, pose.position.y, pose.position.z);
   return X;
 }
@@ -113,6 +145,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
     }
     throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
   }
+  const auto rpy = rpy_of_joints(urdf_xml);
   std::vector<urdf::LinkConstSharedPtr> up = ancestry(base_link), down = ancestry(tip_link);
   while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
     up.pop_back();
@@ -127,11 +160,11 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
       joints.push_back(joint_from(source, true));
       fixed.push_back(Eigen::Isometry3d::Identity());
     }
-    fixed.back() = fixed.back() * isometry(source.parent_to_joint_origin_transform).inverse();
+    fixed.back() = fixed.back() * isometry(source, rpy).inverse();
   }
   for (size_t i = down.size() - 1; i-- > 0;) {
     const urdf::Joint& source = *down[i]->parent_joint;
-    fixed.back() = fixed.back() * isometry(source.parent_to_joint_origin_transform);
+    fixed.back() = fixed.back() * isometry(source, rpy);
     if (source.type == urdf::Joint::FIXED) continue;
     joints.push_back(joint_from(source, false));
     fixed.push_back(Eigen::Isometry3d::Identity());

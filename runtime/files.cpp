@@ -1,5 +1,6 @@
 #include "runtime/files.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -41,24 +42,44 @@ void write_text_file(const std::string& path, const std::string& text) {
     if (!std::cout) throw InputError("standard output: cannot be written");
     return;
   }
+  OutputFile file(path);
+  file.write({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+  file.finish();
+}
+
+OutputFile::OutputFile(const std::string& path) : path_(path) {
   // A device or a pipe has no old content to keep.
   std::error_code error;
   const bool replace = !std::filesystem::exists(path, error) || std::filesystem::is_regular_file(path, error);
-  const std::string partial = replace ? path + ".partial." + std::to_string(getpid()) : path;
-  errno = 0;
-  std::ofstream out(partial, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) {
-    const std::string reason = errno ? std::strerror(errno) : "write failed";
-    if (replace) std::remove(partial.c_str());
-    throw InputError(path + ": cannot be written (" + reason + ")");
+  if (replace) partial_ = path + ".partial." + std::to_string(getpid());
+  file_ = open((replace ? partial_ : path).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) fail();
+}
+
+OutputFile::~OutputFile() {
+  if (file_ >= 0) ::close(file_);
+  if (!partial_.empty()) std::remove(partial_.c_str());
+}
+
+void OutputFile::fail() const {
+  throw InputError(path_ + ": cannot be written (" + std::strerror(errno) + ")");
+}
+
+void OutputFile::write(std::span<const uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail();
+    bytes = bytes.subspan(static_cast<size_t>(written));
   }
-  if (replace && std::rename(partial.c_str(), path.c_str()) != 0) {
-    const std::string reason = std::strerror(errno);
-    std::remove(partial.c_str());
-    throw InputError(path + ": cannot be written (" + reason + ")");
-  }
+}
+
+void OutputFile::finish() {
+  const int closed = ::close(file_);
+  file_ = -1;
+  if (closed != 0) fail();
+  if (!partial_.empty() && std::rename(partial_.c_str(), path_.c_str()) != 0) fail();
+  partial_.clear();
 }
 
 void write_json_file(const std::string& path, const nlohmann::json& json) {

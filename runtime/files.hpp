@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,6 +20,25 @@ class InputError : public std::runtime_error {
 /// The whole file as text or bytes. Throws InputError that names the file and what is wrong with it.
 std::string read_text_file(const std::string& path);
 std::vector<uint8_t> read_binary_file(const std::string& path);
+
+/// A file that is written piece by piece and takes the old one's place only when finished; what was begun and not
+/// finished is removed. Devices and pipes are written as they are. All throw InputError when it cannot be written.
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& path);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::span<const uint8_t> bytes);
+  void finish();
+
+ private:
+  [[noreturn]] void fail() const;
+
+  std::string path_, partial_;
+  int file_ = -1;
+};
 
 /// Writes the whole text, or leaves what was there: a new file takes the old one's place only when complete. "-" is
 /// standard output. Throws InputError when it cannot be written, as on a full disk.

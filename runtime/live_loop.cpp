@@ -12,7 +12,9 @@
 
 #include "runtime/build_id.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/digest.hpp"
 #include "runtime/files.hpp"
+#include "runtime/input_journal.hpp"
 #include "runtime/message_clock.hpp"
 
 namespace multireach {
@@ -24,6 +26,7 @@ volatile std::sig_atomic_t signal_received = 0;
 constexpr int64_t kHopeless = 2000000;  // us
 constexpr int64_t kLongestTurn = 5000;  // us
 constexpr int64_t kStatusPeriod = 1000000;
+constexpr size_t kRepeatedInputs = 32;  // of every node about a second, should a recorder stall that long
 
 /// With room for a burst in the kernel: the default drops most of a stream of raw images.
 std::string with_receive_buffer(const std::string& url) {
@@ -48,6 +51,7 @@ class LiveLoop {
         images_(with_receive_buffer(options.image_url)) {
     require_good(control_, options.control_url);
     require_good(images_, options.image_url);
+    if (const auto digest = node.replayable()) journal_.emplace(node.name(), wall_us(), *digest, kRepeatedInputs);
     for (const std::string_view channel : node.inputs()) {
       bus_of(channel).subscribe(std::string(channel), &LiveLoop::handle, this)->setQueueCapacity(1000);
     }
@@ -98,8 +102,9 @@ class LiveLoop {
     // An exception must not leave an LCM handler: the next handle() would abort.
     try {
       const std::span bytes(static_cast<const uint8_t*>(buffer->data), buffer->data_size);
-      const auto time = node_.receive(channel, bytes, outbox_);
-      if (time) clock_.observe(*time, monotonic_us());
+      const Receipt receipt = node_.receive(channel, bytes, outbox_);
+      if (receipt.utime) clock_.observe(*receipt.utime, monotonic_us());
+      if (journal_) journal_->took(receipt, channel, bytes);
     } catch (const std::exception& error) {
       spdlog::error("{}: a message on {} could not be handled: {}", node_.name(), channel, error.what());
     }
@@ -117,11 +122,16 @@ class LiveLoop {
       if (static_cast<double>(behind) * options_.speed > static_cast<double>(node_.tick_period_us()))
         node_.count_late();
       node_.tick(outbox_);
+      if (journal_) journal_->ticked();
       publish();
     }
   }
 
   void publish() {
+    // What a message depends on is said before it, so that no message is ever without.
+    if (const auto news = !outbox_.empty() && journal_ ? journal_->news() : std::nullopt) {
+      control_.publish(std::string(channel::kNodeInputs), news->data(), static_cast<unsigned>(news->size()));
+    }
     for (const OutMessage& message : outbox_) {
       bus_of(message.channel).publish(std::string(message.channel), message.bytes.data(), message.bytes.size());
     }
@@ -142,7 +152,10 @@ class LiveLoop {
     status.late = counters.late;
     status.limited = counters.limited;
     status.sent = counters.sent;
-    control_.publish(std::string(channel::kNodeStatus), &status);
+    if (auto bytes = encode(status)) {
+      seal(*bytes);
+      control_.publish(std::string(channel::kNodeStatus), bytes->data(), static_cast<unsigned>(bytes->size()));
+    }
     next_status_us_ = std::max(next_status_us_ + kStatusPeriod, monotonic_us());
   }
 
@@ -150,6 +163,7 @@ class LiveLoop {
   LiveOptions options_;
   MessageClock clock_;
   lcm::LCM control_, images_;
+  std::optional<InputJournal> journal_;
   Outbox outbox_;
   int64_t start_us_ = 0, next_status_us_ = 0;
 };

@@ -9,13 +9,12 @@
 #include <cerrno>
 #include <cstring>
 
-#include "runtime/files.hpp"
-
 namespace multireach {
 namespace {
 
 constexpr uint32_t kSync = 0xEDA1DA01;
 constexpr size_t kHeader = 28;
+constexpr size_t kBuffer = 1 << 18;
 constexpr uint32_t kLongestChannel = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
 
 template <class Integer>
@@ -26,9 +25,10 @@ Integer read_big_endian(const uint8_t* bytes) {
 }
 
 template <class Integer>
-void append_big_endian(std::string& to, Integer value) {
-  for (int shift = 8 * (sizeof(Integer) - 1); shift >= 0; shift -= 8)
-    to.push_back(static_cast<char>((value >> shift) & 0xff));
+void append_big_endian(std::vector<uint8_t>& to, Integer value) {
+  std::array<uint8_t, sizeof(Integer)> bytes;
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(value >> (8 * (bytes.size() - 1 - i)));
+  to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
 }  // namespace
@@ -99,26 +99,33 @@ std::optional<LogEvent> LogReader::next() {
   return event;
 }
 
-LogWriter::LogWriter(const std::string& path) : path_(path), out_(path, std::ios::binary) {
-  if (!out_) throw InputError(path + ": cannot be written (" + std::strerror(errno) + ")");
+LogWriter::LogWriter(const std::string& path) : file_(path) {
+  waiting_.reserve(kBuffer);
 }
 
 void LogWriter::write(int64_t utime, std::string_view channel, std::span<const uint8_t> data) {
-  std::string header;
-  append_big_endian(header, kSync);
-  append_big_endian(header, static_cast<uint64_t>(number_++));
-  append_big_endian(header, static_cast<uint64_t>(utime));
-  append_big_endian(header, static_cast<uint32_t>(channel.size()));
-  append_big_endian(header, static_cast<uint32_t>(data.size()));
-  header += channel;
-  out_.write(header.data(), static_cast<std::streamsize>(header.size()));
-  out_.write(reinterpret_cast<const char*>(data.data()), static_cast<std::streamsize>(data.size()));
-  if (!out_) throw InputError(path_ + ": cannot be written (" + std::strerror(errno) + ")");
+  append_big_endian(waiting_, kSync);
+  append_big_endian(waiting_, static_cast<uint64_t>(number_++));
+  append_big_endian(waiting_, static_cast<uint64_t>(utime));
+  append_big_endian(waiting_, static_cast<uint32_t>(channel.size()));
+  append_big_endian(waiting_, static_cast<uint32_t>(data.size()));
+  waiting_.insert(waiting_.end(), channel.begin(), channel.end());
+  if (waiting_.size() + data.size() > kBuffer) flush();
+  if (data.size() > kBuffer) {
+    file_.write(data);
+  } else {
+    waiting_.insert(waiting_.end(), data.begin(), data.end());
+  }
+}
+
+void LogWriter::flush() {
+  file_.write(waiting_);
+  waiting_.clear();
 }
 
 void LogWriter::close() {
-  out_.close();
-  if (!out_) throw InputError(path_ + ": cannot be written (" + std::strerror(errno) + ")");
+  flush();
+  file_.finish();
 }
 
 }  // namespace multireach

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "runtime/files.hpp"
 
 namespace multireach {
 
@@ -50,12 +52,14 @@ class LogWriter {
   explicit LogWriter(const std::string& path);
   /// Events are numbered from 0.
   void write(int64_t utime, std::string_view channel, std::span<const uint8_t> data);
-  /// Flushes and checks that all was written.
+  /// Makes it the file of that name; a log that was begun and not closed leaves none.
   void close();
 
  private:
-  std::string path_;
-  std::ofstream out_;
+  void flush();
+
+  OutputFile file_;
+  std::vector<uint8_t> waiting_;
   int64_t number_ = 0;
 };
 

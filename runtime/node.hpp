@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/digest.hpp"
 #include "runtime/message.hpp"
 
 namespace multireach {
@@ -28,6 +29,18 @@ struct NodeCounters {
   int64_t sent = 0;      ///< messages published
 };
 
+/// What a message was to the node that got it.
+struct Receipt {
+  enum class Effect {
+    kNone,      ///< what the node sends would have been the same without it
+    kTaken,     ///< the node's state depends on it
+    kReplaces,  ///< the same, and nothing depends any more on what came on this channel since the last tick
+  };
+  Effect effect = Effect::kNone;
+  std::optional<int64_t> utime{};  ///< the time that the node's grid of ticks follows, when the message carries it
+  int64_t sequence = -1;           ///< the message's own; -1 where it has none
+};
+
 /// A stage bound to its messages: events with their times in, messages out. Knows no LCM and no clock, so the same
 /// object runs live, in a replay and in a test.
 class Node {
@@ -36,15 +49,18 @@ class Node {
 
   virtual std::string name() const = 0;
   virtual std::vector<std::string_view> inputs() const = 0;
-  /// Takes a message of one of the inputs. Returns the time that the node's grid of ticks follows, when the message
-  /// carries it.
-  virtual std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) = 0;
+  /// Takes a message of one of the inputs. What the node sends is a function of the messages that had an effect, their
+  /// order, and which of them came before which of its ticks; so a record of those is enough to compute it again.
+  virtual Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) = 0;
   /// The nominal time of the next tick, in the time of the messages; nothing while the node does not tick.
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
   virtual void tick(Outbox&) {}
   /// Whether there is nothing left to do; a live loop then ends.
   virtual bool finished() const { return false; }
+  /// Digest of the configuration of a node whose messages shall be computed again from a log: it says on NODE_INPUTS
+  /// what it took in. Nothing for others.
+  virtual std::optional<int64_t> replayable() const { return std::nullopt; }
   /// One or two words for NODE_STATUS.
   virtual std::string state() const = 0;
 
@@ -59,6 +75,14 @@ class Node {
     if (!bytes) return;
     out.push_back({channel, std::move(*bytes)});
     ++counters_.sent;
+  }
+
+  /// The same for a message that ends in a field `check`.
+  template <class Message>
+  void send_sealed(Outbox& out, std::string_view channel, const Message& message) {
+    const size_t before = out.size();
+    send(out, channel, message);
+    if (out.size() > before) seal(out.back().bytes);
   }
 
   /// Decodes a message and counts it as received or refused.

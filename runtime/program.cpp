@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 
 #include "runtime/build_id.hpp"
@@ -57,6 +58,20 @@ int Program::run(int argc, char** argv, const std::function<int()>& body) {
     std::cerr << name_ << ": " << error.what() << "\n";
     return 1;
   }
+}
+
+std::string this_build() {
+  return kBuildId;
+}
+
+std::string default_robot_file() {
+  std::error_code error;
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const char* place : {"../share/multireach/robots/hoap2/robot.yaml", "../../../robots/hoap2/robot.yaml"}) {
+    const auto file = (folder / place).lexically_normal();
+    if (std::filesystem::exists(file, error)) return file.string();
+  }
+  throw InputError("the Hoap2's robot.yaml is not where this program is; say which robot with --config");
 }
 
 CLI::Validator finite_range(double min, double max) {

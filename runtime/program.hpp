@@ -27,6 +27,13 @@ class Program {
   LiveOptions live_;
 };
 
+/// Which source this program was built from, as NODE_STATUS and --version say it.
+std::string this_build();
+
+/// The file of the Hoap2 that comes with the project, in the source tree that this program was built in or beside where
+/// it was installed. Throws InputError when it is in neither.
+std::string default_robot_file();
+
 /// Refuses what is not a finite number from `min` to `max` (CLI::Range lets NaN pass).
 CLI::Validator finite_range(double min, double max);
 

@@ -26,7 +26,7 @@ class ColourTable {
  public:
   explicit ColourTable(const ColourClass& colours);
 
-  bool contains(uint8_t b, uint8_t g, uint8_t r) const { return table_[(b >> 3) << 10 | (g >> 3) << 5 | r >> 3] != 0; }
+  bool contains(uint8_t b, uint8_t g, uint8_t r) const { return table_[(r >> 3) << 10 | (g >> 3) << 5 | b >> 3] != 0; }
   /// 8-bit mask of a BGR image: 255 where the pixel belongs to the class, else 0. `mask` is made to fit.
   void classify(const cv::Mat& bgr, cv::Mat& mask) const;
 

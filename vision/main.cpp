@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
     cv::setNumThreads(1);  // the same bytes on every machine
     const VisionConfig config = VisionConfig::load(config_path);
     if (!pair.empty()) return answer_once(config, pair, json);
-    VisionNode node(config);
+    VisionNode node(config, 2);
     return run_live(node, live);
   });
 }

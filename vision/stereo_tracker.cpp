@@ -66,28 +66,31 @@ std::optional<Triangulation> StereoTracker::locate(const Blob& left, const Blob&
   return point;
 }
 
-Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
+View StereoTracker::look(Side side, const cv::Mat& bgr) {
+  const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
+  View view;
+  view.fits = bgr.type() == CV_8UC3 && bgr.cols == camera.width && bgr.rows == camera.height;
+  if (!view.fits) return view;
+  cv::Mat& mask = side == Side::kLeft ? left_mask_ : right_mask_;
+  table_.classify(bgr, mask);
+  view.blob = largest_blob(mask, options_.min_area_px);
+  return view;
+}
+
+Sighting StereoTracker::find(const View& left, const View& right) const {
   using Status = Sighting::Status;
   Sighting sighting;
-  const auto fits = [](const cv::Mat& image, const CameraModel& camera) {
-    return image.type() == CV_8UC3 && image.cols == camera.width && image.rows == camera.height;
-  };
   const auto failed = [&sighting](Status status) {
     sighting.status = status;
     return sighting;
   };
-  if (!fits(left_bgr, options_.rig.left) || !fits(right_bgr, options_.rig.right))
-    return failed(Status::kWrongImageSize);
-  table_.classify(left_bgr, left_mask_);
-  const auto left = largest_blob(left_mask_, options_.min_area_px);
-  if (!left) return failed(Status::kNotInLeft);
-  sighting.left_px = left->centroid;
-  table_.classify(right_bgr, right_mask_);
-  const auto right = largest_blob(right_mask_, options_.min_area_px);
-  if (!right) return failed(Status::kNotInRight);
-  sighting.right_px = right->centroid;
-  if (left->cut_off || right->cut_off) return failed(Status::kCutOff);
-  const auto point = locate(*left, *right);
+  if (!left.fits || !right.fits) return failed(Status::kWrongImageSize);
+  if (!left.blob) return failed(Status::kNotInLeft);
+  sighting.left_px = left.blob->centroid;
+  if (!right.blob) return failed(Status::kNotInRight);
+  sighting.right_px = right.blob->centroid;
+  if (left.blob->cut_off || right.blob->cut_off) return failed(Status::kCutOff);
+  const auto point = locate(*left.blob, *right.blob);
   if (!point) return failed(Status::kBehindCameras);
   sighting.point = *point;
   sighting.status = point->epipolar_error_px > options_.max_epipolar_px ? Status::kNotTheSame : Status::kSeen;

@@ -31,6 +31,14 @@ struct Sighting {
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< centroids as measured, pixels
 };
 
+enum class Side { kLeft, kRight };
+
+/// What one image of a pair shows.
+struct View {
+  bool fits = false;         ///< the image is of the size and kind that the calibration is for
+  std::optional<Blob> blob;  ///< the largest of the colour
+};
+
 /// A sentence for people.
 const char* description(Sighting::Status status);
 
@@ -42,8 +50,14 @@ class StereoTracker {
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
-  /// Both images are 8-bit BGR.
-  Sighting find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
+  /// What one 8-bit BGR image shows. Both sides may be looked at at the same time.
+  View look(Side side, const cv::Mat& bgr);
+  /// Where that is.
+  Sighting find(const View& left, const View& right) const;
+  Sighting find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
+    const View left = look(Side::kLeft, left_bgr);
+    return find(left, look(Side::kRight, right_bgr));
+  }
 
  private:
   std::optional<Triangulation> locate(const Blob& left, const Blob& right) const;

@@ -1,6 +1,5 @@
 #include "runtime/nodes/bridge_node.hpp"
 
-#include <multireach/joint_command_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
@@ -27,52 +26,53 @@ BridgeNode::BridgeNode(const RobotConfig& robot)
     : options_(bridge_options_from(robot)),
       chain_(robot.chain),
       bridge_(robot.chain, options_),
-      joint_names_(joint_names(robot.chain)) {}
+      config_digest_(robot.digest) {
+  command_.joint_name = joint_names(robot.chain);
+  command_.num_joints = chain_.size();
+}
 
 std::vector<std::string_view> BridgeNode::inputs() const {
   return {channel::kJointSetpoint, channel::kRobotState};
 }
 
-std::optional<int64_t> BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kRobotState) {
     const auto message = take<robot_state_t>(bytes);
-    if (!message) return std::nullopt;
+    if (!message) return {};
     counters_.dropped += robot_states_.missing_before(message->sequence);
     const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
     if (!theta || !bridge_.measured(*theta)) {
       ++counters_.refused;
     } else if (!bridge_.next_tick()) {
       robot_state_sequence_ = message->sequence;
+      return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
     }
-    return std::nullopt;
+    return {};
   }
   const auto message = take<joint_setpoint_t>(bytes);
-  if (!message) return std::nullopt;
+  if (!message) return {};
   counters_.dropped += setpoints_.missing_before(message->sequence);
   const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
   if (!theta || !plausible_utime(message->utime) ||
       !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
     ++counters_.refused;
-    return std::nullopt;
+    return {};
   }
-  return message->utime;
+  return {Receipt::Effect::kTaken, message->utime, message->sequence};
 }
 
 void BridgeNode::tick(Outbox& out) {
   last_ = bridge_.tick();
   if (last_.limited) ++counters_.limited;
-  joint_command_t command;
-  command.utime = last_.utime;
-  command.sequence = sequence_++;
-  command.setpoint_sequence = last_.setpoint_sequence;
-  command.robot_state_sequence = robot_state_sequence_;
-  command.holding = last_.holding;
-  command.limited = last_.limited;
-  command.num_joints = chain_.size();
-  command.joint_name = joint_names_;
-  command.angle_rad = to_field(last_.theta);
-  command.velocity_rad_s = to_field(last_.velocity);
-  send(out, channel::kJointCommand, command);
+  command_.utime = last_.utime;
+  command_.sequence = sequence_++;
+  command_.setpoint_sequence = last_.setpoint_sequence;
+  command_.robot_state_sequence = robot_state_sequence_;
+  command_.holding = last_.holding;
+  command_.limited = last_.limited;
+  command_.angle_rad.assign(last_.theta.begin(), last_.theta.end());
+  command_.velocity_rad_s.assign(last_.velocity.begin(), last_.velocity.end());
+  send(out, channel::kJointCommand, command_);
 }
 
 std::string BridgeNode::state() const {

@@ -106,36 +106,31 @@ controller::ReachController controller_from(const RobotConfig& robot) {
 }  // namespace
 
 ControllerNode::ControllerNode(const RobotConfig& robot)
-    : controller_(controller_from(robot)), joint_names_(joint_names(robot.chain)) {}
+    : controller_(controller_from(robot)), joint_names_(joint_names(robot.chain)), config_digest_(robot.digest) {}
 
 std::vector<std::string_view> ControllerNode::inputs() const {
   return {channel::kTarget, channel::kObstacles, channel::kRobotState};
 }
 
-std::optional<int64_t> ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+Receipt ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kTarget) return receive_target(bytes);
-  if (channel == channel::kObstacles) {
-    receive_obstacles(bytes);
-  } else {
-    receive_robot_state(bytes);
-  }
-  return std::nullopt;
+  return channel == channel::kObstacles ? receive_obstacles(bytes) : receive_robot_state(bytes);
 }
 
-std::optional<int64_t> ControllerNode::receive_target(std::span<const uint8_t> bytes) {
+Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   const auto message = take<target_t>(bytes);
-  if (!message) return std::nullopt;
+  if (!message) return {};
   counters_.dropped += targets_.missing_before(message->sequence);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
   const bool seen = message->status == target_t::STATUS_TRACKED;
   if (!plausible_utime(message->utime) || (seen && !(position.allFinite() && velocity.allFinite()))) {
     ++counters_.refused;
-    return std::nullopt;
+    return {};
   }
-  if (!controller_.started()) return std::nullopt;
+  if (!controller_.started()) return {};
   const auto next = controller_.next_tick();
-  if (!next && !seen) return std::nullopt;  // the grid begins with the first target that is seen
+  if (!next && !seen) return {};  // the grid begins with the first target that is seen
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
   const bool taken =
       controller_.observe({.utime = message->utime,
@@ -145,15 +140,15 @@ std::optional<int64_t> ControllerNode::receive_target(std::span<const uint8_t> b
                            .covariance = Eigen::Map<const Eigen::Matrix3d>(&message->covariance_m2[0][0])});
   if (!taken) {
     ++counters_.refused;
-    return std::nullopt;
+    return {Receipt::Effect::kTaken, std::nullopt, message->sequence};  // it may have started the grid again
   }
   target_sequence_ = message->sequence;
-  return message->utime;
+  return {Receipt::Effect::kTaken, message->utime, message->sequence};
 }
 
-void ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
+Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
   const auto message = take<obstacles_t>(bytes);
-  if (!message) return;
+  if (!message) return {};
   counters_.dropped += obstacles_.missing_before(message->sequence);
   std::vector<controller::Obstacle> obstacles;
   for (const obstacle_t& sent : message->obstacles) {
@@ -174,20 +169,22 @@ void ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
   }
   counters_.refused += controller_.set_obstacles(obstacles);
   obstacles_sequence_ = message->sequence;
+  return {Receipt::Effect::kTaken, std::nullopt, message->sequence};
 }
 
-void ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
+Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
   const auto message = take<robot_state_t>(bytes);
-  if (!message) return;
+  if (!message) return {};
   counters_.dropped += robot_states_.missing_before(message->sequence);
   const bool running = controller_.next_tick().has_value();
-  if (running && controller_.options().feedback == controller::Feedback::kOpen) return;
+  if (running && controller_.options().feedback == controller::Feedback::kOpen) return {};
   const auto theta = from_fields(controller_.chain(), message->joint_name, message->angle_rad);
   if (theta && (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
     robot_state_sequence_ = message->sequence;
-  } else {
-    ++counters_.refused;
+    return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
   }
+  ++counters_.refused;
+  return {};
 }
 
 void ControllerNode::tick(Outbox& out) {

@@ -18,19 +18,21 @@ class ControllerNode : public Node {
 
   std::string name() const override { return "controller"; }
   std::vector<std::string_view> inputs() const override;
-  std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
   std::optional<int64_t> next_tick() const override { return controller_.next_tick(); }
   int64_t tick_period_us() const override { return controller_.options().tick_us; }
   void tick(Outbox& out) override;
+  std::optional<int64_t> replayable() const override { return config_digest_; }
   std::string state() const override;
 
  private:
-  std::optional<int64_t> receive_target(std::span<const uint8_t> bytes);
-  void receive_obstacles(std::span<const uint8_t> bytes);
-  void receive_robot_state(std::span<const uint8_t> bytes);
+  Receipt receive_target(std::span<const uint8_t> bytes);
+  Receipt receive_obstacles(std::span<const uint8_t> bytes);
+  Receipt receive_robot_state(std::span<const uint8_t> bytes);
 
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
+  int64_t config_digest_;
   SequenceWatch targets_, obstacles_, robot_states_;
   int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;

@@ -12,9 +12,12 @@ struct RobotConfig {
   Config file;
   std::string urdf_path;
   Chain chain;
+  int64_t digest = 0;  ///< of both files' bytes
 
   /// Throws InputError for a missing or malformed file, key, URDF or link.
   static RobotConfig load(const std::string& path);
+  /// How often the robot of section `robot_sim` says where it is, microseconds.
+  int64_t state_period_us() const;
   /// An optional section of the file.
   std::optional<Config> section(const std::string& name) const;
 };

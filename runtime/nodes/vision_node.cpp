@@ -1,8 +1,12 @@
 #include "runtime/nodes/vision_node.hpp"
 
 #include <charconv>
+#include <future>
 
+#include "kinematics/trigonometry.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/digest.hpp"
+#include "runtime/files.hpp"
 
 namespace multireach {
 
@@ -36,10 +40,7 @@ Eigen::Isometry3d transform_from(const Config& config) {
     if (!rotation) config.fail("rotation", "a rotation matrix, row by row");
   } else {
     const std::vector<double> rpy = config.numbers("rpy_rad", 3, std::vector<double>{0, 0, 0});
-    X.linear() =
-        (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()) *
-         Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()))
-            .toRotationMatrix();
+    X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
   }
   config.finish();
   return X;
@@ -71,6 +72,7 @@ vision::ColourClass colour_class_from(const Config& config) {
 VisionConfig VisionConfig::load(const std::string& path) {
   const Config file = Config::load(path);
   VisionConfig vision;
+  vision.digest = digest_of(read_text_file(path));
   const Config cameras = file.section("cameras");
   vision.tracker.rig.left = camera_model_from(cameras.section("left"));
   vision.tracker.rig.right = camera_model_from(cameras.section("right"));
@@ -111,11 +113,7 @@ int64_t pair_sequence(const images_t& images) {
   return -1;
 }
 
-VisionNode::VisionNode(const VisionConfig& config) : config_(config), tracker_(config.tracker) {}
-
-std::vector<std::string_view> VisionNode::inputs() const {
-  return {channel::kStereoImages};
-}
+Eyes::Eyes(const VisionConfig& config, int threads) : tracker_(config.tracker), side_by_side_(threads > 1) {}
 
 namespace {
 
@@ -140,51 +138,83 @@ vision::EncodedImage encoded(const image_t& image) {
 
 }  // namespace
 
-target_t VisionNode::target_of(const images_t& images) {
+Glimpse Eyes::look(std::span<const uint8_t> message) {
+  Glimpse glimpse;
+  const auto images = decode<images_t>(message);
+  if (!images) return glimpse;
+  glimpse.decoded = true;
+  glimpse.utime = images->utime;
+  glimpse.pair_sequence = pair_sequence(*images);
+  const image_t* left = image_of_type(*images, images_t::LEFT);
+  const image_t* right = image_of_type(*images, images_t::RIGHT);
+  if (left) glimpse.left_utime = left->utime;
+  if (right) glimpse.right_utime = right->utime;
+  // Before decoding: an image of another size is of no use, whatever memory it asks for.
+  const vision::StereoRig& rig = tracker_.options().rig;
+  if (!left || !right || !fits(*left, rig.left) || !fits(*right, rig.right)) return glimpse;
+  const auto look_at = [this](vision::Side side, const image_t& image, Eye& eye, vision::View& view) {
+    if (!eye.codec.decode(encoded(image), eye.bgr)) return false;
+    view = tracker_.look(side, eye.bgr);
+    return true;
+  };
+  const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
+  auto beside =
+      std::async(policy, look_at, vision::Side::kRight, std::cref(*right), std::ref(right_), std::ref(glimpse.right));
+  const bool left_readable = look_at(vision::Side::kLeft, *left, left_, glimpse.left);
+  glimpse.readable = beside.get() && left_readable;
+  return glimpse;
+}
+
+VisionNode::VisionNode(const VisionConfig& config, int threads)
+    : config_(config), eyes_(config, threads), tracker_(config.tracker) {}
+
+std::vector<std::string_view> VisionNode::inputs() const {
+  return {channel::kStereoImages};
+}
+
+target_t VisionNode::target_of(const Glimpse& glimpse) {
   target_t target{};
   target.name = config_.target_name;
-  target.utime = images.utime;
+  target.utime = glimpse.utime;
   target.sequence = sequence_++;
-  target.pair_sequence = pair_sequence(images);
-  const image_t* left = image_of_type(images, images_t::LEFT);
-  const image_t* right = image_of_type(images, images_t::RIGHT);
-  target.left_frame_utime = left ? left->utime : -1;
-  target.right_frame_utime = right ? right->utime : -1;
+  target.pair_sequence = glimpse.pair_sequence;
+  target.left_frame_utime = glimpse.left_utime;
+  target.right_frame_utime = glimpse.right_utime;
   target.status = target_t::STATUS_LOST;
   std::copy_n(last_seen_.position_m, 3, target.position_m);
-  // Before decoding: an image of another size is of no use, whatever memory it asks for.
-  const vision::StereoRig& rig = config_.tracker.rig;
-  const bool readable = left && right && fits(*left, rig.left) && fits(*right, rig.right) &&
-                        codec_.decode(encoded(*left), left_) && codec_.decode(encoded(*right), right_);
-  if (!readable) {
+  if (!glimpse.readable) {
     ++counters_.refused;
     state_ = "unreadable image, or of another size than the calibration";
     return target;
   }
-  sighting_ = tracker_.find(left_, right_);
-  Eigen::Map<Eigen::Vector2d>(target.left_px) = sighting_.left_px;
-  Eigen::Map<Eigen::Vector2d>(target.right_px) = sighting_.right_px;
-  target.epipolar_error_px = sighting_.point.epipolar_error_px;
-  state_ = description(sighting_.status);
-  if (sighting_.status != Sighting::Status::kSeen) return target;
+  const Sighting sighting = tracker_.find(glimpse.left, glimpse.right);
+  Eigen::Map<Eigen::Vector2d>(target.left_px) = sighting.left_px;
+  Eigen::Map<Eigen::Vector2d>(target.right_px) = sighting.right_px;
+  target.epipolar_error_px = sighting.point.epipolar_error_px;
+  state_ = description(sighting.status);
+  if (sighting.status != Sighting::Status::kSeen) return target;
   target.status = target_t::STATUS_TRACKED;
-  Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting_.point.p_W;
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting_.point.covariance;
+  Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting.point.p_W;
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting.point.covariance;
   last_seen_ = target;
   return target;
 }
 
-std::optional<int64_t> VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
-  const auto images = take<images_t>(bytes);
-  if (!images) return std::nullopt;
-  if (!plausible_utime(images->utime)) {
+Receipt VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
+  return conclude(eyes_.look(bytes), out);
+}
+
+Receipt VisionNode::conclude(const Glimpse& glimpse, Outbox& out) {
+  ++(glimpse.decoded ? counters_.received : counters_.refused);
+  if (!glimpse.decoded) return {};
+  if (!plausible_utime(glimpse.utime)) {
     ++counters_.refused;
-    return std::nullopt;
+    return {};
   }
-  const target_t target = target_of(*images);
+  const target_t target = target_of(glimpse);
   if (target.pair_sequence >= 0) counters_.dropped += pairs_.missing_before(target.pair_sequence);
   send(out, channel::kTarget, target);
-  return images->utime;
+  return {Receipt::Effect::kTaken, glimpse.utime, target.pair_sequence};
 }
 
 }  // namespace multireach

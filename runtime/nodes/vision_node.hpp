@@ -14,6 +14,7 @@ namespace multireach {
 struct VisionConfig {
   vision::TrackerOptions tracker;
   std::string target_name;
+  int64_t digest = 0;  ///< of the file's bytes
 
   static VisionConfig load(const std::string& path);
 };
@@ -22,26 +23,53 @@ struct VisionConfig {
 vision::CameraModel camera_model_from(const Config& config);
 Eigen::Isometry3d transform_from(const Config& config);
 
+/// What one message of STEREO_IMAGES shows, whatever came before.
+struct Glimpse {
+  bool decoded = false;  ///< it is a message of images
+  int64_t utime = 0, pair_sequence = -1;
+  int64_t left_utime = -1, right_utime = -1;  ///< -1 for an image that is not there
+  bool readable = false;                      ///< both images can be read and are of the calibration's size
+  vision::View left, right;
+};
+
+/// Decodes images and finds blobs. Has no memory: the same message gives the same glimpse.
+class Eyes {
+ public:
+  /// With two threads or more, both images are looked at at the same time.
+  Eyes(const VisionConfig& config, int threads);
+
+  Glimpse look(std::span<const uint8_t> message);
+
+ private:
+  struct Eye {
+    vision::ImageCodec codec;
+    cv::Mat bgr;
+  };
+
+  vision::StereoTracker tracker_;
+  bool side_by_side_;
+  Eye left_, right_;
+};
+
 /// STEREO_IMAGES in, one TARGET out for every message, also when nothing is seen or an image cannot be read.
 class VisionNode : public Node {
  public:
-  explicit VisionNode(const VisionConfig& config);
+  explicit VisionNode(const VisionConfig& config, int threads = 1);
 
   std::string name() const override { return "vision"; }
   std::vector<std::string_view> inputs() const override;
-  std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  /// The same for a message that was looked at already.
+  Receipt conclude(const Glimpse& glimpse, Outbox& out);
+  std::optional<int64_t> replayable() const override { return config_.digest; }
   std::string state() const override { return state_; }
 
-  const vision::Sighting& last_sighting() const { return sighting_; }
-
  private:
-  target_t target_of(const images_t& images);
+  target_t target_of(const Glimpse& glimpse);
 
   VisionConfig config_;
+  Eyes eyes_;
   vision::StereoTracker tracker_;
-  vision::ImageCodec codec_;
-  cv::Mat left_, right_;
-  vision::Sighting sighting_;
   target_t last_seen_{};
   int64_t sequence_ = 0;
   SequenceWatch pairs_;

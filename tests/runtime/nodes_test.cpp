@@ -59,15 +59,15 @@ const Eigen::Vector3d kFront(0.10, -0.12, 0.10);
 TEST(ControllerNode, WaitsForTheRobotThenForATarget) {
   ControllerNode node(robot());
   Outbox out;
-  EXPECT_FALSE(node.receive(channel::kTarget, target(0, 1000, kFront), out));
+  EXPECT_FALSE(node.receive(channel::kTarget, target(0, 1000, kFront), out).utime);
   EXPECT_FALSE(node.next_tick());
   EXPECT_EQ(node.state(), "waiting for the robot");
   node.receive(channel::kRobotState, robot_state(7), out);
   EXPECT_FALSE(node.next_tick());
-  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1500, {NAN, 0, 0}), out));
-  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1600, kFront, target_t::STATUS_LOST), out));
+  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1500, {NAN, 0, 0}), out).utime);
+  EXPECT_FALSE(node.receive(channel::kTarget, target(1, 1600, kFront, target_t::STATUS_LOST), out).utime);
   EXPECT_FALSE(node.next_tick()) << "neither starts the grid";
-  EXPECT_EQ(node.receive(channel::kTarget, target(1, 2000, kFront), out), 2000);
+  EXPECT_EQ(node.receive(channel::kTarget, target(1, 2000, kFront), out).utime, 2000);
   EXPECT_EQ(node.next_tick(), 2000);
   node.tick(out);
   const auto setpoint = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
@@ -103,7 +103,7 @@ TEST(ControllerNode, AnotherTimeLineStartsTheGridAgain) {
   Outbox out;
   node.receive(channel::kRobotState, robot_state(0), out);
   for (const int64_t start : {int64_t{5000000}, int64_t{900000000000}, int64_t{1000}}) {
-    EXPECT_EQ(node.receive(channel::kTarget, target(0, start, kFront), out), start);
+    EXPECT_EQ(node.receive(channel::kTarget, target(0, start, kFront), out).utime, start);
     EXPECT_EQ(node.next_tick(), start);
     node.tick(out);
     EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).tick, 0);
@@ -148,7 +148,7 @@ TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
   setpoint.num_joints = 1;
   setpoint.joint_name = {"nose"};
   setpoint.angle_rad = setpoint.velocity_rad_s = {1};
-  EXPECT_FALSE(node.receive(channel::kJointSetpoint, *encode(setpoint), out));
+  EXPECT_FALSE(node.receive(channel::kJointSetpoint, *encode(setpoint), out).utime);
   EXPECT_FALSE(node.next_tick());
   EXPECT_EQ(node.counters().refused, 1);
 }
@@ -159,7 +159,7 @@ TEST(VisionNode, AnUnreadableImageGivesALostTarget) {
   Outbox images, out;
   camera.tick(images);
   images_t good = last_of<images_t>(images, channel::kStereoImages);
-  EXPECT_EQ(vision.receive(channel::kStereoImages, *encode(good), out), good.utime);
+  EXPECT_EQ(vision.receive(channel::kStereoImages, *encode(good), out).utime, good.utime);
   const auto seen = last_of<target_t>(out, channel::kTarget);
   EXPECT_EQ(seen.status, target_t::STATUS_TRACKED);
   EXPECT_EQ(seen.pair_sequence, 0);

@@ -43,7 +43,7 @@ class CameraNode : public Node {
 
   std::string name() const override { return "camera"; }
   std::vector<std::string_view> inputs() const override { return {}; }
-  std::optional<int64_t> receive(std::string_view, std::span<const uint8_t>, Outbox&) override { return std::nullopt; }
+  Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override { return {}; }
   std::optional<int64_t> next_tick() const override;
   int64_t tick_period_us() const override { return source_->period_us(); }
   void tick(Outbox& out) override;

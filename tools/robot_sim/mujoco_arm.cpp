@@ -61,8 +61,8 @@ mjModel* load(const std::string& xml) {
 struct MujocoArm::Simulation {
   mjModel* model = nullptr;
   mjData* data = nullptr;
-  int pushed_body = 0;
-  double push_until = -1;
+  int pushed_body = -1;
+  Eigen::Vector3d push_force{0, 0, 0};
 
   ~Simulation() {
     if (data) mj_deleteData(data);
@@ -84,6 +84,7 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
   }
   if (joint_names_.empty()) throw std::invalid_argument("has no joint to simulate");
   model->opt.timestep = options.step_s;
+  model->opt.disableflags |= mjDSBL_WARMSTART;
   mjData* data = simulation_->data = mj_makeData(model);
   for (const auto& [name, position] : options.start) {
     const int joint = mj_name2id(model, mjOBJ_JOINT, name.c_str());
@@ -129,29 +130,38 @@ void MujocoArm::hold() {
   std::ranges::fill(wanted_velocity_, 0.0);
 }
 
-bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n, double duration_s) {
+bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n) {
   const int body = mj_name2id(simulation_->model, mjOBJ_BODY, link.c_str());
-  if (body < 0 || !(force_n.norm() < kLargestForce) || !(duration_s >= 0)) return false;
-  mjData* data = simulation_->data;
-  mju_zero(data->xfrc_applied, 6 * simulation_->model->nbody);
-  // A force at the link's origin is the same force at its centre of mass and a torque.
-  mj_kinematics(simulation_->model, data);
-  const Eigen::Vector3d origin = Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * body);
-  const Eigen::Vector3d centre = Eigen::Map<Eigen::Vector3d>(data->xipos + 3 * body);
-  Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body) = force_n;
-  Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body + 3) = (origin - centre).cross(force_n);
-  simulation_->push_until = data->time + duration_s;
+  if (body < 0 || !(force_n.norm() < kLargestForce)) return false;
+  release();
+  simulation_->pushed_body = body;
+  simulation_->push_force = force_n;
+  return true;
+}
+
+void MujocoArm::release() {
+  simulation_->pushed_body = -1;
+  mju_zero(simulation_->data->xfrc_applied, 6 * simulation_->model->nbody);
+}
+
+bool MujocoArm::set_state(const std::vector<double>& positions, const std::vector<double>& velocities) {
+  if (positions.size() != joint_names_.size() || velocities.size() != joint_names_.size()) return false;
+  std::ranges::copy(positions, simulation_->data->qpos);
+  std::ranges::copy(velocities, simulation_->data->qvel);
   return true;
 }
 
 void MujocoArm::step() {
   mjModel* model = simulation_->model;
   mjData* data = simulation_->data;
-  if (simulation_->push_until >= 0 && data->time >= simulation_->push_until) {
-    mju_zero(data->xfrc_applied, 6 * model->nbody);
-    simulation_->push_until = -1;
-  }
   mj_step1(model, data);
+  if (const int body = simulation_->pushed_body; body >= 0) {
+    // A force at the link's origin is the same force at its centre of mass and a torque.
+    const Eigen::Vector3d origin = Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * body);
+    const Eigen::Vector3d centre = Eigen::Map<Eigen::Vector3d>(data->xipos + 3 * body);
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body) = simulation_->push_force;
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body + 3) = (origin - centre).cross(simulation_->push_force);
+  }
   const double w = options_.natural_frequency_rad_s, z = options_.damping_ratio;
   const auto n = joint_names_.size();
   std::vector<mjtNum> acceleration(n);

@@ -38,11 +38,15 @@ class MujocoArm {
   bool command(const std::string& joint, double position, double velocity);
   /// Lets all joints stay at the last commanded position.
   void hold();
-  /// A force (N, in the frame of the world) at the origin of a link for some time. Returns false for an unknown link or
-  /// a force of 10 kN or more.
-  bool push(const std::string& link, const Eigen::Vector3d& force_n, double duration_s);
-  /// Advances by one step.
+  /// A force (N, in the frame of the world) at the origin of a link, in place of any other, until `release`. Returns
+  /// false, and changes nothing, for an unknown link or a force of 10 kN or more.
+  bool push(const std::string& link, const Eigen::Vector3d& force_n);
+  void release();
+  /// Advances by one step. What follows depends on positions, velocities, commands and push alone: the solver starts
+  /// from nothing at every step.
   void step();
+  /// Puts the joints somewhere else, in the order of joint_names(). Returns false for other numbers of joints.
+  bool set_state(const std::vector<double>& positions, const std::vector<double>& velocities);
 
  private:
   struct Simulation;

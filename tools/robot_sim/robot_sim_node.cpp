@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <multireach/joint_command_t.hpp>
 #include <multireach/perturbation_t.hpp>
-#include <multireach/robot_state_t.hpp>
 
 #include "runtime/channels.hpp"
 
@@ -14,7 +12,14 @@ namespace {
 /// Without a command for this long, the joints stop where they were last told to be.
 constexpr int64_t kCommandExpires = 20000;  // us
 
-MujocoArm load_arm(const RobotConfig& robot) {
+/// Also false for NaN; no joint has such a position or speed.
+bool finite(double value) {
+  return std::abs(value) < 1e6;
+}
+
+}  // namespace
+
+MujocoArm simulated_arm(const RobotConfig& robot) {
   MujocoArmOptions options;
   if (const auto section = robot.section("robot_sim")) {
     options.natural_frequency_rad_s =
@@ -30,65 +35,103 @@ MujocoArm load_arm(const RobotConfig& robot) {
   }
 }
 
-}  // namespace
+bool sensible(const joint_command_t& command, const MujocoArm& arm) {
+  return std::ranges::all_of(command.angle_rad, finite) && std::ranges::all_of(command.velocity_rad_s, finite) &&
+         std::ranges::all_of(command.joint_name, [&](const std::string& joint) {
+           return std::ranges::find(arm.joint_names(), joint) != arm.joint_names().end();
+         });
+}
 
-RobotSimNode::RobotSimNode(const RobotConfig& robot) : arm_(load_arm(robot)) {
-  if (const auto section = robot.section("robot_sim")) {
-    state_period_us_ = 1000000 / section->integer("state_hz", 1, 1000, 200);
+void follow(const joint_command_t& command, MujocoArm& arm) {
+  for (size_t i = 0; i < command.joint_name.size(); ++i) {
+    arm.command(command.joint_name[i], command.angle_rad[i], command.velocity_rad_s[i]);
   }
 }
+
+void put_joints(const MujocoArm& arm, robot_state_t& state) {
+  state.num_joints = static_cast<int32_t>(arm.joint_names().size());
+  state.joint_name = arm.joint_names();
+  state.angle_rad = arm.positions();
+  state.velocity_rad_s = arm.velocities();
+  state.torque_n_m = arm.torques();
+}
+
+RobotSimNode::RobotSimNode(const RobotConfig& robot)
+    : arm_(simulated_arm(robot)), state_period_us_(robot.state_period_us()) {}
 
 std::vector<std::string_view> RobotSimNode::inputs() const {
   return {channel::kJointCommand, channel::kPerturbation};
 }
 
-std::optional<int64_t> RobotSimNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+Receipt RobotSimNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kJointCommand) {
     receive_command(bytes);
-  } else if (const auto push = take<perturbation_t>(bytes)) {
-    const Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(push->force_n);
-    if (!arm_.push(push->link_name, force, static_cast<double>(push->duration_us) * 1e-6)) ++counters_.refused;
+  } else {
+    receive_push(bytes);
   }
-  return std::nullopt;
+  return {Receipt::Effect::kTaken};
+}
+
+void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
+  const auto push = take<perturbation_t>(bytes);
+  if (!push) return;
+  const Push next{push->link_name, Eigen::Map<const Eigen::Vector3d>(push->force_n), push->duration_us};
+  const bool known = arm_.push(next.link, next.force_n);
+  // That was only a question.
+  arm_.release();
+  if (push_) arm_.push(push_->link, push_->force_n);
+  if (known && next.duration_us >= 0) {
+    next_push_ = next;
+  } else {
+    ++counters_.refused;
+  }
 }
 
 void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   const auto command = take<joint_command_t>(bytes);
   if (!command) return;
   counters_.dropped += commands_.missing_before(command->sequence);
-  // Also false for NaN; no joint has such a position or speed.
-  const auto finite = [](double value) { return std::abs(value) < 1e6; };
-  const bool sensible = std::ranges::all_of(command->angle_rad, finite) &&
-                        std::ranges::all_of(command->velocity_rad_s, finite) &&
-                        std::ranges::all_of(command->joint_name, [this](const std::string& joint) {
-                          return std::ranges::find(arm_.joint_names(), joint) != arm_.joint_names().end();
-                        });
-  if (!sensible) {
+  if (!sensible(*command, arm_)) {
     ++counters_.refused;
     return;
   }
-  for (size_t i = 0; i < command->joint_name.size(); ++i) {
-    arm_.command(command->joint_name[i], command->angle_rad[i], command->velocity_rad_s[i]);
-  }
+  follow(*command, arm_);
   command_sequence_ = command->sequence;
   commanded_utime_ = utime_;
 }
 
+void RobotSimNode::update_push() {
+  if (push_ && utime_ >= push_until_) {
+    push_.reset();
+    arm_.release();
+  }
+  if (!next_push_) return;
+  push_ = next_push_;
+  next_push_.reset();
+  constexpr int64_t kForEver = int64_t{1} << 60;
+  push_until_ = utime_ + std::min(push_->duration_us, kForEver);
+  arm_.push(push_->link, push_->force_n);
+}
+
 void RobotSimNode::tick(Outbox& out) {
-  if (utime_ - commanded_utime_ > kCommandExpires) arm_.hold();
+  if (steps_.empty()) update_push();
+  const bool expired = command_sequence_ < 0 || utime_ - commanded_utime_ > kCommandExpires;
+  if (expired) arm_.hold();
+  steps_.push_back(expired ? -1 : command_sequence_);
   arm_.step();
   utime_ += kStepUs;
   if (utime_ % state_period_us_ >= kStepUs) return;
-  robot_state_t state;
+  robot_state_t state{};
   state.utime = utime_;
   state.sequence = sequence_++;
   state.command_sequence = command_sequence_;
-  state.num_joints = static_cast<int32_t>(arm_.joint_names().size());
-  state.joint_name = arm_.joint_names();
-  state.angle_rad = arm_.positions();
-  state.velocity_rad_s = arm_.velocities();
-  state.torque_n_m = arm_.torques();
-  send(out, channel::kRobotState, state);
+  put_joints(arm_, state);
+  state.num_steps = static_cast<int32_t>(steps_.size());
+  state.step_command_sequence = std::move(steps_);
+  steps_.clear();
+  state.pushed_link = push_ ? push_->link : "";
+  Eigen::Map<Eigen::Vector3d>(state.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
+  send_sealed(out, channel::kRobotState, state);
 }
 
 }  // namespace multireach

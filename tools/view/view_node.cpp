@@ -17,7 +17,7 @@ std::vector<std::string_view> ViewNode::inputs() const {
           channel::kNodeStatus};
 }
 
-std::optional<int64_t> ViewNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+Receipt ViewNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   ++received_[std::string(channel)];
   if (channel == channel::kTarget) {
     if (const auto target = take<target_t>(bytes)) {
@@ -34,7 +34,7 @@ std::optional<int64_t> ViewNode::receive(std::string_view channel, std::span<con
       if (status->node == "controller") controller_state_ = status->state;
     }
   }
-  return std::nullopt;
+  return {};
 }
 
 std::set<std::string> ViewNode::missing() const {

@@ -20,7 +20,7 @@ class ViewNode : public Node {
 
   std::string name() const override { return "view"; }
   std::vector<std::string_view> inputs() const override;
-  std::optional<int64_t> receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
   std::optional<int64_t> next_tick() const override { return next_tick_us_; }
   int64_t tick_period_us() const override { return kPeriodUs; }
   void tick(Outbox& out) override;

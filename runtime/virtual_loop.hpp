@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "runtime/input_journal.hpp"
+#include "runtime/message_clock.hpp"
+#include "runtime/node.hpp"
+
+namespace multireach {
+
+/// Nodes without processes, network and waiting: the same objects that `run_live` drives, in a time of its own.
+/// Messages arrive when they are sent. What happens at one time happens in this order: inputs from outside, then the
+/// ticks of the nodes in the order in which they were added, every message being delivered at once. So the same inputs
+/// give the same outputs, on any machine and as fast as it can.
+class VirtualLoop {
+ public:
+  struct Observer {
+    virtual ~Observer() = default;
+    /// A message that a node has sent.
+    virtual void sent(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes) = 0;
+    /// The node has taken in a message.
+    virtual void took(const Node&, const ConsumedInput&) {}
+    /// The node has computed a tick.
+    virtual void ticked(const Node&) {}
+  };
+
+  explicit VirtualLoop(Observer& observer) : observer_(observer) {}
+
+  /// Adds a node. One that ticks from the start has its first tick at `first_tick_us` of the loop's time.
+  void add(Node& node, int64_t first_tick_us);
+  /// Computes all ticks before `now_us`, then delivers a message from outside. Times must not go back.
+  void deliver(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes);
+  /// Computes all ticks before `now_us`.
+  void advance(int64_t now_us);
+
+ private:
+  struct Member {
+    Node* node;
+    std::vector<std::string_view> inputs;
+    MessageClock clock;
+    std::optional<InputJournal> journal;
+  };
+
+  /// When the member's next tick is computed, in the loop's time.
+  std::optional<int64_t> due(const Member& member) const;
+  void pass_on(std::string_view channel, std::span<const uint8_t> bytes);
+  void send(Member& sender, Outbox& outbox);
+
+  Observer& observer_;
+  std::vector<std::unique_ptr<Member>> members_;
+  std::optional<int64_t> now_us_;
+};
+
+}  // namespace multireach

@@ -1,0 +1,195 @@
+// multireach-replay: recorded sessions computed again, and live runs verified.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "runtime/program.hpp"
+#include "runtime/progress.hpp"
+#include "tools/replay/run.hpp"
+#include "tools/replay/verify.hpp"
+
+namespace multireach {
+namespace {
+
+/// Which robot and which cameras, as for launch.sh.
+struct Setup {
+  std::string config, vision;
+
+  void add_to(CLI::App& app) {
+    app.add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml (default: the Hoap2's)");
+    app.add_option(
+        "--vision", vision,
+        "cameras and colour (default: LOG.vision.yaml beside LOG.lcm if there is one, else vision.yaml beside "
+        "the robot's file)");
+  }
+  std::string robot_file() const { return config.empty() ? default_robot_file() : config; }
+  std::string vision_file(const std::string& log) const {
+    if (!vision.empty()) return vision;
+    const std::string own = std::filesystem::path(log).replace_extension(".vision.yaml").string();
+    std::error_code error;
+    return std::filesystem::exists(own, error) ? own : beside(robot_file(), "vision.yaml");
+  }
+};
+
+std::string hexadecimal(int64_t digest) {
+  return fmt::format("{:016x}", static_cast<uint64_t>(digest));
+}
+
+struct RunRequest {
+  Setup setup;
+  std::string session, output, robot = "ideal", from = "auto", json;
+  double until_s = 1e9;
+  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+
+  void add_to(CLI::App& app) {
+    app.add_option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET")->required();
+    setup.add_to(app);
+    app.add_option("--robot", robot,
+                   "where ROBOT_STATE comes from: ideal (a robot that is where it was told to be), "
+                   "sim (MuJoCo), or recorded (the session's)")
+        ->check(CLI::IsMember({"ideal", "sim", "recorded"}))
+        ->capture_default_str();
+    app.add_option("--from", from, "what to begin with: images or targets; auto takes images where there are some")
+        ->check(CLI::IsMember({"auto", "images", "targets"}))
+        ->capture_default_str();
+    app.add_option("--until", until_s, "end this many seconds after the session's first input")
+        ->check(finite_range(0, 1e9));
+    app.add_option("--threads", threads, "the result is the same for any number")->check(CLI::Range(1, 1024));
+  }
+  ReplayOptions options() const {
+    const ReplayFrom what = from == "images"    ? ReplayFrom::kImages
+                            : from == "targets" ? ReplayFrom::kTargets
+                                                : what_to_replay(session);
+    ReplayOptions options{.session = session,
+                          .from = what,
+                          .robot = robot == "sim"        ? ReplayRobot::kSimulated
+                                   : robot == "recorded" ? ReplayRobot::kRecorded
+                                                         : ReplayRobot::kIdeal,
+                          .config = RobotConfig::load(setup.robot_file()),
+                          .vision = std::nullopt,
+                          .until_s = until_s,
+                          .threads = threads};
+    if (what == ReplayFrom::kImages) options.vision = VisionConfig::load(setup.vision_file(session));
+    return options;
+  }
+};
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int run(const RunRequest& request) {
+  const ReplayOptions options = request.options();
+  std::error_code error;
+  if (std::filesystem::equivalent(request.session, request.output, error)) {
+    throw InputError(request.output + ": is the session itself and cannot be written over");
+  }
+  std::unique_ptr<LogWriter> log;
+  if (!request.output.empty()) log = std::make_unique<LogWriter>(request.output);
+  const int64_t origin =
+      Session(options.session, options.from, options.robot == ReplayRobot::kRecorded).recorded_utime();
+  Progress progress;
+  const auto begin = std::chrono::steady_clock::now();
+  const ReplayResult result = replay(
+      options,
+      [&](int64_t at_us, std::string_view channel, std::span<const uint8_t> bytes, bool) {
+        if (log) log->write(origin + at_us, channel, bytes);
+      },
+      [&](double part) { progress.show(part); });
+  if (log) log->close();
+  progress.end();
+  const double took = seconds_since(begin);
+  nlohmann::ordered_json report;
+  report["session"] = std::filesystem::path(request.session).filename().string();
+  report["digest"] = hexadecimal(result.digest);
+  report["inputs"] = result.inputs;
+  report["span_s"] = result.span_s;
+  report["took_s"] = took;
+  report["times_real_time"] = result.span_s / took;
+  for (const auto& [name, channel] : result.channels) {
+    report["channels"][name] = {{"messages", channel.messages}, {"digest", hexadecimal(channel.digest)}};
+  }
+  if (request.json != "-") {
+    for (const auto& [name, channel] : result.channels) {
+      std::cout << fmt::format("{:<18}{:>9}  {}\n", name, channel.messages, hexadecimal(channel.digest));
+    }
+    std::cout << fmt::format("{:<18}{:>9}  {}\n", "all", "", hexadecimal(result.digest));
+    std::cout << fmt::format("{:.2f} s of session in {:.2f} s: {:.0f} times real time\n", result.span_s, took,
+                             result.span_s / took);
+  }
+  if (!request.json.empty()) write_text_file(request.json, report.dump(2) + "\n");
+  return 0;
+}
+
+int verify_log(const Setup& setup, const std::string& log, const std::string& json_path) {
+  NodeConfigs configs{RobotConfig::load(setup.robot_file()), std::nullopt};
+  const std::string vision = setup.vision_file(log);
+  std::error_code error;
+  if (!setup.vision.empty() || std::filesystem::exists(vision, error)) configs.vision = VisionConfig::load(vision);
+  Progress progress;
+  const Verification result = verify(log, configs, [&](double part) { progress.show(part); });
+  progress.end();
+  nlohmann::ordered_json report;
+  report["holds"] = result.holds();
+  std::string table =
+      fmt::format("{:<18}{:>10}{:>10}{:>11}{:>13}\n", "channel", "messages", "equal", "different", "not checked");
+  for (const auto& [name, channel] : result.channels) {
+    report["channels"][name] = {{"messages", channel.messages},
+                                {"equal", channel.equal},
+                                {"different", channel.different},
+                                {"unchecked", channel.unchecked}};
+    table += fmt::format("{:<18}{:>10}{:>10}{:>11}{:>13}\n", name, channel.messages, channel.equal, channel.different,
+                         channel.unchecked);
+  }
+  if (const auto& first = result.first) {
+    report["first_difference"] = {
+        {"channel", first->channel}, {"node", first->node},         {"sequence", first->sequence},
+        {"event", first->event},     {"utime", first->utime},       {"after_s", first->after_s},
+        {"field", first->field},     {"recorded", first->recorded}, {"computed", first->computed}};
+  }
+  report["notes"] = result.notes;
+  if (json_path != "-") {
+    std::cout << table;
+    for (const std::string& note : result.notes) std::cout << note << "\n";
+    if (result.first) std::cout << "first difference: " << result.first->sentence() << "\n";
+  }
+  if (!json_path.empty()) write_text_file(json_path, report.dump(2) + "\n");
+  return result.holds() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  using namespace multireach;
+  cv::setNumThreads(1);
+  Program program("multireach-replay", "Recorded sessions computed again to the same bytes, and live runs verified.");
+  CLI::App& cli = program.cli();
+  cli.require_subcommand(1);
+
+  RunRequest running;
+  CLI::App* run_command = cli.add_subcommand(
+      "run", "compute vision, controller and bridge from a session's inputs, as fast as the machine can");
+  running.add_to(*run_command);
+  run_command->add_option("-o,--output", running.output, "log to write: the inputs and everything computed");
+  run_command->add_option("--json", running.json, "where to write counts and digests; - for standard output");
+
+  Setup verifying;
+  std::string log, verify_json;
+  CLI::App* verify_command = cli.add_subcommand(
+      "verify",
+      "compute every message of a recorded run again from what its node took in, and compare; exit code 1 for a "
+      "difference");
+  verify_command->add_option("LOG", log, "log of all channels, recorded live or written by run")->required();
+  verifying.add_to(*verify_command);
+  verify_command->add_option("--json", verify_json, "where to write the counts; - for standard output");
+
+  return program.run(argc, argv, [&] {
+    if (*verify_command) return verify_log(verifying, log, verify_json);
+    return run(running);
+  });
+}

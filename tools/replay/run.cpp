@@ -1,0 +1,93 @@
+#include "tools/replay/run.hpp"
+
+#include "runtime/channels.hpp"
+#include "runtime/digest.hpp"
+#include "runtime/nodes/bridge_node.hpp"
+#include "runtime/nodes/controller_node.hpp"
+#include "tools/replay/ideal_robot_node.hpp"
+#include "tools/replay/vision_ahead.hpp"
+#include "tools/robot_sim/robot_sim_node.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kAfterwards = 500000;  // us, for what is still on its way after the last input
+
+/// Digests what the nodes send, and hands it on.
+class Recorder : public VirtualLoop::Observer {
+ public:
+  Recorder(const ReplaySink& sink, ReplayResult& result) : sink_(sink), result_(result) {}
+
+  void sent(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes) override {
+    auto at = result_.channels.find(channel);
+    if (at == result_.channels.end()) at = result_.channels.emplace(channel, ReplayResult::Channel{}).first;
+    ReplayResult::Channel& sum = at->second;
+    ++sum.messages;
+    const int64_t digest = digest_of(bytes);
+    sum.digest = chained<2>({sum.digest, digest});
+    result_.digest = chained<4>({result_.digest, now_us, digest_of(channel), digest});
+    sink_(now_us, channel, bytes, false);
+  }
+
+ private:
+  template <size_t n>
+  static int64_t chained(const std::array<int64_t, n>& numbers) {
+    std::array<uint8_t, 8 * n> bytes;
+    for (size_t i = 0; i < bytes.size(); ++i) {
+      bytes[i] = static_cast<uint8_t>(static_cast<uint64_t>(numbers[i / 8]) >> (56 - 8 * (i % 8)));
+    }
+    return digest_of(bytes);
+  }
+
+  const ReplaySink& sink_;
+  ReplayResult& result_;
+};
+
+}  // namespace
+
+std::vector<std::unique_ptr<Node>> nodes_of(const ReplayOptions& options) {
+  std::vector<std::unique_ptr<Node>> nodes;
+  if (options.from == ReplayFrom::kImages) {
+    if (options.threads > 1) {
+      nodes.push_back(std::make_unique<VisionAhead>(options));
+    } else {
+      nodes.push_back(std::make_unique<VisionNode>(*options.vision));
+    }
+  }
+  nodes.push_back(std::make_unique<ControllerNode>(options.config));
+  nodes.push_back(std::make_unique<BridgeNode>(options.config));
+  if (options.robot == ReplayRobot::kIdeal) nodes.push_back(std::make_unique<IdealRobotNode>(options.config));
+  if (options.robot == ReplayRobot::kSimulated) nodes.push_back(std::make_unique<RobotSimNode>(options.config));
+  return nodes;
+}
+
+void add_all(VirtualLoop& loop, const std::vector<std::unique_ptr<Node>>& nodes, const ReplayOptions& options) {
+  for (const auto& node : nodes) loop.add(*node, -options.config.state_period_us());
+}
+
+ReplayResult replay(const ReplayOptions& options, const ReplaySink& sink, const ReplayProgress& progress) {
+  Session session(options.session, options.from, options.robot == ReplayRobot::kRecorded);
+  ReplayResult result;
+  Recorder recorder(sink, result);
+  VirtualLoop loop(recorder);
+  const auto nodes = nodes_of(options);
+  add_all(loop, nodes, options);
+  const auto until_us = static_cast<int64_t>(options.until_s * 1e6);
+  int64_t last_us = 0;
+  while (const auto input = session.next()) {
+    if (input->at_us >= until_us) break;
+    loop.advance(input->at_us);
+    sink(input->at_us, input->channel, input->data, true);
+    loop.deliver(input->at_us, input->channel, input->data);
+    last_us = input->at_us;
+    ++result.inputs;
+    if (progress) {
+      progress(static_cast<double>(session.log().position()) / static_cast<double>(session.log().size()));
+    }
+  }
+  loop.advance(std::min(until_us, last_us + kAfterwards));
+  result.span_s = static_cast<double>(last_us) * 1e-6;
+  return result;
+}
+
+}  // namespace multireach

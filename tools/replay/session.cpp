@@ -1,0 +1,109 @@
+#include "tools/replay/session.hpp"
+
+#include <algorithm>
+
+#include "runtime/channels.hpp"
+#include "runtime/files.hpp"
+#include "runtime/node.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kOtherClock = 1000000;       // us
+constexpr int64_t kLongestPause = 3600000000;  // us
+constexpr int64_t kReadAhead = 1000000;        // us
+
+/// The first field of images_t and target_t, after the fingerprint.
+std::optional<int64_t> camera_time(const LogEvent& event) {
+  const bool timed = event.channel == channel::kStereoImages || event.channel == channel::kTarget ||
+                     event.channel == channel::kTargetTruth;
+  if (!timed) return std::nullopt;
+  if (event.data.size() < 16) return std::nullopt;
+  uint64_t value = 0;
+  for (size_t i = 8; i < 16; ++i) value = value << 8 | event.data[i];
+  const auto utime = static_cast<int64_t>(value);
+  if (!plausible_utime(utime)) return std::nullopt;
+  return utime;
+}
+
+}  // namespace
+
+Session::Session(const std::string& path, ReplayFrom from, bool with_robot_states) : log_(path) {
+  channels_ = {channel::kObstacles, channel::kPerturbation};
+  if (from == ReplayFrom::kImages) {
+    channels_.insert(channels_.end(), {channel::kStereoImages, channel::kTargetTruth});
+  } else {
+    channels_.insert(channels_.end(), {channel::kTarget, channel::kTargetTruth});
+  }
+  if (with_robot_states) channels_.push_back(channel::kRobotState);
+  while (const auto event = log_.next()) {
+    if (!wanted(event->channel)) continue;
+    recorded_utime_ = event->utime;
+    break;
+  }
+  rewind();
+}
+
+bool Session::wanted(std::string_view channel) const {
+  return std::ranges::find(channels_, channel) != channels_.end();
+}
+
+void Session::rewind() {
+  log_.rewind();
+  waiting_.clear();
+  now_us_ = 0;
+  event_utime_.reset();
+  camera_utime_.reset();
+  camera_at_.reset();
+}
+
+int64_t Session::later(const LogEvent& event) const {
+  return event_utime_ ? std::clamp<int64_t>(event.utime - *event_utime_, 0, kLongestPause) : 0;
+}
+
+int64_t Session::time_of(const LogEvent& event, int64_t camera_utime) const {
+  const bool follows = camera_utime_ && camera_utime >= *camera_utime_ && camera_utime - *camera_utime_ <= kOtherClock;
+  return follows ? std::max(now_us_, *camera_at_ + camera_utime - *camera_utime_) : now_us_ + later(event);
+}
+
+bool Session::read_ahead() {
+  while (waiting_.empty() ||
+         (!camera_time(waiting_.back()) && waiting_.back().utime - waiting_.front().utime < kReadAhead)) {
+    auto event = log_.next();
+    while (event && !wanted(event->channel)) event = log_.next();
+    if (!event) break;
+    waiting_.push_back(*event);
+  }
+  return !waiting_.empty();
+}
+
+std::optional<SessionInput> Session::next() {
+  if (!read_ahead()) return std::nullopt;
+  const LogEvent event = waiting_.front();
+  if (const auto utime = camera_time(event)) {
+    now_us_ = time_of(event, *utime);
+    camera_utime_ = utime;
+    camera_at_ = now_us_;
+  } else {
+    const int64_t at = now_us_ + later(event);
+    // The recorder's clock must not push the camera's about.
+    const auto next_image = camera_time(waiting_.back());
+    now_us_ = next_image ? std::min(at, time_of(waiting_.back(), *next_image)) : at;
+  }
+  event_utime_ = event.utime;
+  waiting_.pop_front();
+  return SessionInput{now_us_, event.channel, event.data};
+}
+
+ReplayFrom what_to_replay(const std::string& path) {
+  LogReader log(path);
+  bool targets = false;
+  while (const auto event = log.next()) {
+    if (event->channel == channel::kStereoImages) return ReplayFrom::kImages;
+    targets = targets || event->channel == channel::kTarget;
+  }
+  if (!targets) throw InputError(path + ": has neither STEREO_IMAGES nor TARGET: there is nothing to replay");
+  return ReplayFrom::kTargets;
+}
+
+}  // namespace multireach

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "runtime/log_file.hpp"
+
+namespace multireach {
+
+/// What a replay takes from a recorded session; everything else in it is computed again.
+enum class ReplayFrom { kImages, kTargets };
+
+/// An input of a replay.
+struct SessionInput {
+  int64_t at_us = 0;  ///< in the replay's time, which begins with the first input
+  std::string_view channel;
+  std::span<const uint8_t> data;
+};
+
+/// The inputs in a log, with their times. Images and targets carry the camera's time and come when it says; where that
+/// goes back or jumps by more than a second (a log that was played twice, another camera), and for all other messages,
+/// the recorder's clock says how long after the message before they come.
+class Session {
+ public:
+  /// Throws InputError when the log cannot be read.
+  Session(const std::string& path, ReplayFrom from, bool with_robot_states);
+
+  /// The next input; nothing at the end. Its views live as long as the session.
+  std::optional<SessionInput> next();
+  void rewind();
+  /// When the recorder received the first input, wall clock, microseconds; 0 where there is none.
+  int64_t recorded_utime() const { return recorded_utime_; }
+  const LogReader& log() const { return log_; }
+
+ private:
+  bool wanted(std::string_view channel) const;
+  /// Reads up to the next message with the camera's time, or a second ahead.
+  bool read_ahead();
+  int64_t later(const LogEvent& event) const;
+  int64_t time_of(const LogEvent& event, int64_t camera_utime) const;
+
+  LogReader log_;
+  std::deque<LogEvent> waiting_;
+  std::vector<std::string_view> channels_;
+  int64_t recorded_utime_ = 0;
+  int64_t now_us_ = 0;
+  std::optional<int64_t> event_utime_;               // of the input before, by the recorder
+  std::optional<int64_t> camera_utime_, camera_at_;  // of the image before, by the camera and by the replay
+};
+
+/// Whether the log holds images, or else targets. Throws InputError when it has neither.
+ReplayFrom what_to_replay(const std::string& path);
+
+}  // namespace multireach

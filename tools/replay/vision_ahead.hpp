@@ -1,0 +1,41 @@
+#pragma once
+
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "runtime/nodes/vision_node.hpp"
+#include "tools/replay/run.hpp"
+
+namespace multireach {
+
+/// Vision for a replay, whose threads look at the session's images before the loop comes to them. Sends the same as a
+/// VisionNode that gets the same images: what an image shows does not depend on those before, and what is concluded
+/// from it is concluded in their order.
+class VisionAhead : public Node {
+ public:
+  explicit VisionAhead(const ReplayOptions& options);
+  ~VisionAhead() override;
+
+  std::string name() const override { return vision_.name(); }
+  std::vector<std::string_view> inputs() const override { return vision_.inputs(); }
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> replayable() const override { return vision_.replayable(); }
+  std::string state() const override { return vision_.state(); }
+
+ private:
+  void work(const VisionConfig& config);
+
+  VisionNode vision_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  Session session_;
+  int64_t begun_ = 0, concluded_ = 0;
+  std::map<int64_t, Glimpse> glimpses_;
+  std::exception_ptr failure_;
+  bool stop_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace multireach
