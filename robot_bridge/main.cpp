@@ -8,7 +8,7 @@ int main(int argc, char** argv) {
   program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   const multireach::LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
-    multireach::BridgeNode node(multireach::RobotConfig::load(config));
-    return multireach::run_live(node, live);
+    const auto robot = multireach::RobotConfig::load(config);
+    return multireach::run_live([&] { return std::make_unique<multireach::BridgeNode>(robot); }, live);
   });
 }

@@ -14,6 +14,8 @@ inline constexpr std::string_view kJointCommand = "JOINT_COMMAND";
 inline constexpr std::string_view kRobotState = "ROBOT_STATE";
 inline constexpr std::string_view kPerturbation = "PERTURBATION";
 inline constexpr std::string_view kNodeInputs = "NODE_INPUTS";
+inline constexpr std::string_view kReplayStep = "REPLAY_STEP";
+inline constexpr std::string_view kReplayDone = "REPLAY_DONE";
 inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
 
 /// Images have a UDP group of their own: on the control group they would make the 1 kHz stream lose messages, because

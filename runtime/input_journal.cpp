@@ -11,8 +11,9 @@ namespace {
 
 /// By the constants of node_inputs_t.
 constexpr std::array kChannels{channel::kStereoImages,  channel::kTarget,       channel::kObstacles,
-                               channel::kJointSetpoint, channel::kJointCommand, channel::kRobotState};
-static_assert(kChannels[node_inputs_t::ROBOT_STATE] == channel::kRobotState);
+                               channel::kJointSetpoint, channel::kJointCommand, channel::kRobotState,
+                               channel::kPerturbation};
+static_assert(kChannels[node_inputs_t::PERTURBATION] == channel::kPerturbation);
 
 }  // namespace
 
@@ -49,7 +50,7 @@ std::optional<std::vector<uint8_t>> InputJournal::news() {
   message.num_inputs = static_cast<int32_t>(newest_.size());
   for (const ConsumedInput& input : newest_) {
     message.ticks.push_back(input.ticks);
-    message.channel.push_back(static_cast<int8_t>(std::ranges::find(kChannels, input.channel) - kChannels.begin()));
+    message.channel.push_back(number_of(input));
     message.sequence.push_back(input.sequence);
     message.digest.push_back(input.digest);
   }
@@ -58,6 +59,10 @@ std::optional<std::vector<uint8_t>> InputJournal::news() {
   auto bytes = encode(message);
   if (bytes) seal(*bytes);
   return bytes;
+}
+
+int8_t number_of(const ConsumedInput& input) {
+  return static_cast<int8_t>(std::ranges::find(kChannels, input.channel) - kChannels.begin());
 }
 
 std::optional<std::vector<ConsumedInput>> inputs_in(const node_inputs_t& message) {

@@ -44,6 +44,8 @@ class InputJournal {
   int64_t ticks_ = 0;
 };
 
+/// The number of a channel in NODE_INPUTS and REPLAY_STEP. Needs an input that a journal has given.
+int8_t number_of(const ConsumedInput& input);
 /// The inputs that a message names; nothing when it names an unknown channel.
 std::optional<std::vector<ConsumedInput>> inputs_in(const node_inputs_t& message);
 

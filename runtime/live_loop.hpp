@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "runtime/lockstep.hpp"
 #include "runtime/node.hpp"
 
 namespace multireach {
@@ -17,6 +18,9 @@ struct LiveOptions {
 /// hands it messages before ticks, wakes it for its ticks, publishes what it returns, and NODE_STATUS once a second.
 /// Returns the program's exit code. Throws InputError when LCM cannot be started.
 int run_live(Node& node, const LiveOptions& options);
+/// The same, for a node that also follows the steps of a replay in lockstep (`multireach-replay play`): it then begins
+/// afresh, and once more when the replay has ended.
+int run_live(const NodeMaker& make, const LiveOptions& options);
 
 /// Set once SIGINT or SIGTERM has been received, after `catch_signals`.
 bool interrupted();

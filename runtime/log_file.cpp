@@ -80,22 +80,53 @@ std::optional<LogEvent> LogReader::event_at(size_t position) const {
   return event;
 }
 
+size_t LogReader::next_mark(size_t from) const {
+  static constexpr std::array<uint8_t, 4> kMark{0xED, 0xA1, 0xDA, 0x01};
+  if (from >= bytes_.size()) return bytes_.size();
+  const void* found = memmem(bytes_.data() + from, bytes_.size() - from, kMark.data(), kMark.size());
+  return found ? static_cast<size_t>(static_cast<const uint8_t*>(found) - bytes_.data()) : bytes_.size();
+}
+
+size_t LogReader::end_of(size_t position, const LogEvent& event) {
+  return position + kHeader + event.channel.size() + event.data.size();
+}
+
+bool LogReader::followed(size_t end) const {
+  return end == bytes_.size() || (bytes_.size() - end >= 4 && read_big_endian<uint32_t>(bytes_.data() + end) == kSync);
+}
+
+bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
+  const size_t end = end_of(position, event);
+  const bool ends_well = followed(end);
+  if (ends_well) {
+    const auto next = event_at(end);
+    if (next && next->number == event.number + 1) return false;
+  }
+  for (size_t mark = next_mark(position + 4); mark < bytes_.size(); mark = next_mark(mark + 4)) {
+    const auto other = event_at(mark);
+    if (!other || !followed(end_of(mark, *other))) continue;
+    // It reaches over whole events, or ends before its own last bytes.
+    const bool is_next = other->number == event.number + 1;
+    return ends_well ? mark < end && is_next : mark < end || is_next;
+  }
+  return false;
+}
+
 std::optional<LogEvent> LogReader::next() {
   if (position_ >= bytes_.size()) return std::nullopt;
   auto event = event_at(position_);
+  if (event && has_wrong_length(position_, *event)) event.reset();
   if (!event) {
     const size_t from = position_;
-    static constexpr std::array<uint8_t, 4> kMark{0xED, 0xA1, 0xDA, 0x01};
     while (!event && position_ < bytes_.size()) {
-      ++position_;
-      const void* found = memmem(bytes_.data() + position_, bytes_.size() - position_, kMark.data(), kMark.size());
-      position_ = found ? static_cast<size_t>(static_cast<const uint8_t*>(found) - bytes_.data()) : bytes_.size();
+      position_ = next_mark(position_ + 1);
       event = event_at(position_);
+      if (event && has_wrong_length(position_, *event)) event.reset();
     }
     damaged_bytes_ += position_ - from;
     ++damaged_places_;
   }
-  if (event) position_ += kHeader + event->channel.size() + event->data.size();
+  if (event) position_ = end_of(position_, *event);
   return event;
 }
 

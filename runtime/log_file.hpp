@@ -40,6 +40,13 @@ class LogReader {
 
  private:
   std::optional<LogEvent> event_at(size_t position) const;
+  static size_t end_of(size_t position, const LogEvent& event);
+  /// Where the next mark of an event is; the end where there is none.
+  size_t next_mark(size_t from) const;
+  /// Whether another event, or the end of the file, is at `end`.
+  bool followed(size_t end) const;
+  /// Whether the length of an event that looks whole is damaged: told by what is where the next one should be.
+  bool has_wrong_length(size_t position, const LogEvent& event) const;
 
   std::span<const uint8_t> bytes_;
   size_t position_ = 0;

@@ -7,10 +7,10 @@
 namespace multireach {
 
 void VirtualLoop::add(Node& node, int64_t first_tick_us) {
-  auto member = std::make_unique<Member>(Member{&node, node.inputs(), MessageClock(), std::nullopt});
-  if (const auto tick = node.next_tick()) member->clock.anchor(*tick, first_tick_us);
   // Nothing is lost here, so nothing is said twice.
-  if (const auto digest = node.replayable()) member->journal.emplace(node.name(), 0, *digest, 0);
+  auto member = std::make_unique<Member>(
+      Member{&node, node.inputs(), MessageClock(), InputJournal(node.name(), 0, node.replayable().value_or(0), 0)});
+  if (const auto tick = node.next_tick()) member->clock.anchor(*tick, first_tick_us);
   members_.push_back(std::move(member));
 }
 
@@ -36,7 +36,7 @@ void VirtualLoop::advance(int64_t now_us) {
     if (!next) break;
     now_us_ = at;
     next->node->tick(outbox);
-    if (next->journal) next->journal->ticked();
+    next->journal.ticked();
     observer_.ticked(*next->node);
     send(*next, outbox);
   }
@@ -54,9 +54,7 @@ void VirtualLoop::pass_on(std::string_view channel, std::span<const uint8_t> byt
     if (std::ranges::find(member->inputs, channel) == member->inputs.end()) continue;
     const Receipt receipt = member->node->receive(channel, bytes, outbox);
     if (receipt.utime) member->clock.observe(*receipt.utime, *now_us_);
-    if (member->journal) {
-      if (const auto taken = member->journal->took(receipt, channel, bytes)) observer_.took(*member->node, *taken);
-    }
+    if (const auto taken = member->journal.took(receipt, channel, bytes)) observer_.took(*member->node, *taken);
     send(*member, outbox);
   }
 }
@@ -65,9 +63,8 @@ void VirtualLoop::send(Member& sender, Outbox& outbox) {
   if (outbox.empty()) return;
   Outbox messages;
   messages.swap(outbox);
-  if (const auto news = sender.journal ? sender.journal->news() : std::nullopt) {
-    observer_.sent(*now_us_, channel::kNodeInputs, *news);
-  }
+  const auto news = sender.journal.news();
+  if (news && sender.node->replayable()) observer_.sent(*now_us_, channel::kNodeInputs, *news);
   for (const OutMessage& message : messages) {
     observer_.sent(*now_us_, message.channel, message.bytes);
     pass_on(message.channel, message.bytes);

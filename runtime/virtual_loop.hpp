@@ -41,7 +41,7 @@ class VirtualLoop {
     Node* node;
     std::vector<std::string_view> inputs;
     MessageClock clock;
-    std::optional<InputJournal> journal;
+    InputJournal journal;
   };
 
   /// When the member's next tick is computed, in the loop's time.

@@ -73,7 +73,6 @@ int main(int argc, char** argv) {
     cv::setNumThreads(1);  // the same bytes on every machine
     const VisionConfig config = VisionConfig::load(config_path);
     if (!pair.empty()) return answer_once(config, pair, json);
-    VisionNode node(config, 2);
-    return run_live(node, live);
+    return run_live([&] { return std::make_unique<VisionNode>(config, 2); }, live);
   });
 }

@@ -113,6 +113,14 @@ int64_t pair_sequence(const images_t& images) {
   return -1;
 }
 
+vision::EncodedImage encoded(const image_t& image) {
+  return {.width = image.width,
+          .height = image.height,
+          .row_stride = image.row_stride,
+          .format = static_cast<vision::PixelFormat>(image.pixelformat),
+          .data = image.data};
+}
+
 Eyes::Eyes(const VisionConfig& config, int threads) : tracker_(config.tracker), side_by_side_(threads > 1) {}
 
 namespace {
@@ -126,14 +134,6 @@ const image_t* image_of_type(const images_t& images, int16_t type) {
 
 bool fits(const image_t& image, const CameraModel& camera) {
   return image.width == camera.width && image.height == camera.height;
-}
-
-vision::EncodedImage encoded(const image_t& image) {
-  return {.width = image.width,
-          .height = image.height,
-          .row_stride = image.row_stride,
-          .format = static_cast<vision::PixelFormat>(image.pixelformat),
-          .data = image.data};
 }
 
 }  // namespace

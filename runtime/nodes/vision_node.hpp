@@ -76,6 +76,8 @@ class VisionNode : public Node {
   std::string state_ = "waiting";
 };
 
+/// An image of a message, for the codec; its data stay in the message.
+vision::EncodedImage encoded(const image_t& image);
 /// The decimal number under the image metadata "sequence", or -1.
 int64_t pair_sequence(const images_t& images);
 

@@ -70,6 +70,38 @@ TEST_F(LogFile, DamageLosesOnlyTheDamagedEvents) {
   EXPECT_EQ(reader.damaged_places(), 1U);
 }
 
+/// Of an event that is damaged in its header, at most that event is lost, and no other is made up.
+TEST_F(LogFile, AByteInAHeaderLosesAtMostOneEvent) {
+  std::vector<size_t> begins;
+  for (size_t position = 0, k = 0; k < kEvents; ++k) {
+    begins.push_back(position);
+    position += 28 + (k % 2 ? 3 : 4) + payload(static_cast<int64_t>(k)).size();
+  }
+  constexpr uint64_t kSeed = 8;
+  const CounterRandom random(kSeed);
+  for (uint64_t k = 0; k < 3000; ++k) {
+    std::vector<uint8_t> damaged = bytes_;
+    const size_t event = random.bits(3 * k) % kEvents, offset = random.bits(3 * k + 1) % 28;
+    damaged[begins[event] + offset] ^= static_cast<uint8_t>(1 + random.bits(3 * k + 2) % 255);
+    write(damaged);
+    LogReader reader(path_);
+    int64_t sound = 0, others = 0;
+    while (const auto read = reader.next()) {
+      const int64_t number = read->number;
+      const bool known = number >= 0 && number < kEvents;
+      const bool right =
+          known && read->channel == (number % 2 ? "ODD" : "EVEN") && std::ranges::equal(read->data, payload(number));
+      ++(right ? sound : others);
+    }
+    EXPECT_GE(sound, kEvents - 1) << "seed " << kSeed << ", case " << k << ", event " << event << ", byte " << offset;
+    EXPECT_LE(others, 1) << "seed " << kSeed << ", case " << k << ", event " << event << ", byte " << offset;
+    const bool in_lengths = offset >= 20;
+    if (in_lengths && event + 1 < kEvents) {
+      EXPECT_EQ(others, 0) << "a wrong length is seen";
+    }
+  }
+}
+
 TEST_F(LogFile, NoDamageCrashesIt) {
   constexpr uint64_t kSeed = 7;
   const CounterRandom random(kSeed);

@@ -10,6 +10,7 @@
 #include "kinematics/random.hpp"
 #include "runtime/channels.hpp"
 #include "tools/log/log_edit.hpp"
+#include "tools/replay/bisect.hpp"
 #include "tools/replay/message_difference.hpp"
 #include "tools/replay/run.hpp"
 #include "tools/replay/verify.hpp"
@@ -292,6 +293,49 @@ TEST_F(Replay, GoesThroughALogThatWasPlayedTwice) {
   EXPECT_NEAR(static_cast<double>(result.channels.at("JOINT_COMMAND").messages), 6500, 60);
   const Verification verification = verified(path("log"));
   EXPECT_TRUE(verification.holds()) << verification.first->sentence();
+}
+
+TEST_F(Replay, BisectNamesTheStageThatParted) {
+  ReplayOptions options = options_for(kSession, 2);
+  run(options, "old");
+  run(options, "same");
+  const auto none = [](double) {};
+  EXPECT_FALSE(bisect(path("old"), path("same"), false, none).first);
+
+  // Another gain in the controller's file.
+  std::filesystem::copy(kSource + "/robots/hoap2", path("robot"));
+  std::string yaml = read_text_file(path("robot") + "/robot.yaml");
+  const std::string gain = "alpha_per_step: 0.08 ";
+  ASSERT_NE(yaml.find(gain), std::string::npos);
+  yaml.replace(yaml.find(gain), gain.size(), "alpha_per_step: 0.0801 ");
+  write_text_file(path("robot") + "/robot.yaml", yaml);
+  options.config = RobotConfig::load(path("robot") + "/robot.yaml");
+  run(options, "gain");
+  Comparison comparison = bisect(path("old"), path("gain"), false, none);
+  ASSERT_TRUE(comparison.first);
+  EXPECT_EQ(comparison.first->node, "controller");
+  EXPECT_EQ(comparison.first->sequence, 0);
+  EXPECT_EQ(comparison.first->cause, "it had taken in the same messages; its configuration differs");
+  EXPECT_EQ(comparison.channels.at("TARGET").different, 0);
+
+  // Another image: the session itself.
+  LogReader reader(path("old"));
+  LogWriter writer(path("image"));
+  while (const auto event = reader.next()) {
+    std::vector<uint8_t> bytes(event->data.begin(), event->data.end());
+    if (event->channel == channel::kStereoImages) bytes[bytes.size() / 2] ^= 1;
+    writer.write(event->utime, event->channel, bytes);
+  }
+  writer.close();
+  comparison = bisect(path("old"), path("image"), false, none);
+  EXPECT_EQ(comparison.first->channel, "STEREO_IMAGES");
+  EXPECT_EQ(comparison.first->node, "");
+
+  // What a recorder lost.
+  filter_log(path("old"), path("part"), {"JOINT_COMMAND"}, true);
+  EXPECT_FALSE(bisect(path("old"), path("part"), true, none).first);
+  EXPECT_EQ(bisect(path("old"), path("part"), false, none).first->channel, "JOINT_COMMAND");
+  EXPECT_TRUE(bisect(path("part"), path("old"), false, none).first);
 }
 
 TEST(MessageDifference, NamesTheField) {

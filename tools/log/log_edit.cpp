@@ -9,6 +9,7 @@
 
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
+#include "runtime/progress.hpp"
 
 namespace multireach {
 namespace {
@@ -26,7 +27,9 @@ int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep
   LogReader reader(input);
   LogWriter writer(output);
   int64_t written = 0;
+  Progress progress;
   while (const auto event = reader.next()) {
+    progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
     if (!keep(*event)) continue;
     writer.write(event->utime, event->channel, event->data);
     ++written;

@@ -5,7 +5,8 @@
 #include <cstdio>
 
 #include "runtime/log_file.hpp"
-#include "tools/log/message_types.hpp"
+#include "runtime/message_schema.hpp"
+#include "runtime/progress.hpp"
 
 namespace multireach {
 namespace {
@@ -20,7 +21,7 @@ void take_sequence(LogSummary::Channel& channel, int64_t sequence) {
 
 void take_event(LogSummary& summary, const LogEvent& event) {
   LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
-  const MessageType* type = type_of(event.data);
+  const MessageSchema* type = MessageSchemas::project().of(event.data);
   if (channel.events++ == 0) {
     channel.first_utime = event.utime;
     if (type) channel.type = type->name;
@@ -30,9 +31,9 @@ void take_event(LogSummary& summary, const LogEvent& event) {
   channel.last_utime = event.utime;
   channel.bytes += static_cast<int64_t>(event.data.size());
   if (!type) return;
-  if (!type->well_formed(event.data)) {
+  if (!well_formed(*type, event.data)) {
     ++channel.malformed;
-  } else if (const auto sequence = type->sequence(event.data)) {
+  } else if (const auto sequence = sequence_of(*type, event.data)) {
     take_sequence(channel, *sequence);
   }
 }
@@ -48,7 +49,9 @@ LogSummary summary_of(const std::string& path) {
   LogReader log(path);
   LogSummary summary;
   int64_t next_number = 0;
+  Progress progress;
   for (;;) {
+    progress.show(static_cast<double>(log.position()) / static_cast<double>(log.size()));
     const size_t from = log.position(), damaged_before = log.damaged_bytes();
     const auto event = log.next();
     if (const size_t damaged = log.damaged_bytes() - damaged_before; damaged > 0) {

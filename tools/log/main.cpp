@@ -4,6 +4,7 @@
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
+#include "tools/log/export.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/log/log_summary.hpp"
 #include "tools/log/run_report.hpp"
@@ -57,6 +58,21 @@ int written(int64_t events) {
   return 1;
 }
 
+int64_t exported(const std::string& format, const std::string& log, const std::string& output,
+                 const ChannelPatterns& patterns) {
+  if (format == "csv") return export_csv(log, output, patterns);
+  if (format == "mcap") return export_mcap(log, output, patterns);
+  return export_mat(log, output, patterns);
+}
+
+int images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns) {
+  std::vector<std::string> complaints;
+  const int64_t count = export_images(log, folder, patterns, complaints);
+  for (const std::string& complaint : complaints) std::cerr << "multireach-log: " << complaint << "\n";
+  std::cerr << count << " images written\n";
+  return count > 0 && complaints.empty() ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -100,7 +116,27 @@ int main(int argc, char** argv) {
   reporting->add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
   reporting->add_option("--json", json, "where to write the report; - for standard output");
 
+  std::string format;
+  CLI::App* exporting = cli.add_subcommand("export", "a log in the formats of other tools");
+  exporting
+      ->add_option(
+          "FORMAT", format,
+          "csv (a table per channel, in a folder), mcap (JSON with schemas, for Foxglove and Lichtblick), or mat "
+          "(a struct per channel)")
+      ->required()
+      ->check(CLI::IsMember({"csv", "mcap", "mat"}));
+  exporting->add_option("LOG", log, "log to read")->required();
+  exporting->add_option("-o,--output", output, "file to write; for csv a folder")->required();
+  exporting->add_option("--channel", patterns, "channels; patterns as 'JOINT_*' (default: all)");
+
+  CLI::App* picturing = cli.add_subcommand("images", "the images of a log as PNG files");
+  picturing->add_option("LOG", log, "log to read")->required();
+  picturing->add_option("-o,--output", output, "folder to write to")->required();
+  picturing->add_option("--channel", patterns, "channels; patterns (default: all)");
+
   return program.run(argc, argv, [&] {
+    if (*exporting) return written(exported(format, log, output, patterns));
+    if (*picturing) return images(log, output, patterns);
     if (*informing) return info(log, json);
     if (*checking) return check(log);
     if (*cutting) return written(cut_log(log, output, from, until));

@@ -7,8 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "runtime/channels.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
+#include "tools/replay/bisect.hpp"
+#include "tools/replay/play.hpp"
 #include "tools/replay/run.hpp"
 #include "tools/replay/verify.hpp"
 
@@ -125,6 +128,26 @@ int run(const RunRequest& request) {
   return 0;
 }
 
+int play_session(const RunRequest& request, const LiveOptions& live, double speed, bool lockstep) {
+  if (!lockstep) {
+    throw InputError("play: say --lockstep; by the clock, lcm-logplayer plays a session to the nodes");
+  }
+  Progress progress;
+  const PlayResult result =
+      play({.replay = request.options(), .control_url = live.control_url, .image_url = live.image_url, .speed = speed},
+           [&](double part) { progress.show(part); });
+  progress.end();
+  if (!result.failure.empty()) {
+    std::cerr << "multireach-replay: " << result.failure << "\n";
+    return 1;
+  }
+  std::cout << fmt::format(
+      "{} frames, {:.2f} s of session in {:.2f} s: {:.1f} times real time; every node sent the bytes that run gives; "
+      "{} messages sent again\n",
+      result.frames, result.span_s, result.took_s, result.span_s / result.took_s, result.again);
+  return interrupted() ? 1 : 0;
+}
+
 int verify_log(const Setup& setup, const std::string& log, const std::string& json_path) {
   NodeConfigs configs{RobotConfig::load(setup.robot_file()), std::nullopt};
   const std::string vision = setup.vision_file(log);
@@ -161,6 +184,35 @@ int verify_log(const Setup& setup, const std::string& log, const std::string& js
   return result.holds() ? 0 : 1;
 }
 
+int bisect_logs(const std::string& old_log, const std::string& new_log, bool common, const std::string& json_path) {
+  Progress progress;
+  const Comparison result = bisect(old_log, new_log, common, [&](double part) { progress.show(part); });
+  progress.end();
+  nlohmann::ordered_json report;
+  std::string table =
+      fmt::format("{:<18}{:>10}{:>11}{:>10}{:>10}\n", "channel", "equal", "different", "only old", "only new");
+  report["equal"] = !result.first;
+  for (const auto& [name, channel] : result.channels) {
+    report["channels"][name] = {{"equal", channel.equal},
+                                {"different", channel.different},
+                                {"only_old", channel.only_old},
+                                {"only_new", channel.only_new}};
+    table += fmt::format("{:<18}{:>10}{:>11}{:>10}{:>10}\n", name, channel.equal, channel.different, channel.only_old,
+                         channel.only_new);
+  }
+  if (const auto& first = result.first) {
+    report["first_difference"] = {{"channel", first->channel}, {"sequence", first->sequence}, {"field", first->field},
+                                  {"old", first->old_value},   {"new", first->new_value},     {"stage", first->node},
+                                  {"cause", first->cause}};
+    table += fmt::format("first difference: {} {}: {} is {} in the old log and {} in the new\n", first->channel,
+                         first->sequence, first->field, first->old_value, first->new_value);
+    table += fmt::format("stage: {}: {}\n", first->node.empty() ? "none" : first->node, first->cause);
+  }
+  if (json_path != "-") std::cout << table;
+  if (!json_path.empty()) write_text_file(json_path, report.dump(2) + "\n");
+  return result.first ? 1 : 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -178,6 +230,20 @@ int main(int argc, char** argv) {
   run_command->add_option("-o,--output", running.output, "log to write: the inputs and everything computed");
   run_command->add_option("--json", running.json, "where to write counts and digests; - for standard output");
 
+  RunRequest playing;
+  double speed = 0;
+  bool lockstep = false;
+  CLI::App* play_command = cli.add_subcommand(
+      "play", "drive live processes through a session without loss: the next frame when all have answered");
+  playing.add_to(*play_command);
+  play_command->add_flag("--lockstep", lockstep, "the nodes follow the session, not the clock; they begin afresh");
+  play_command->add_option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
+      ->check(finite_range(0, 1e6))
+      ->capture_default_str();
+  LiveOptions urls{.control_url = std::string(channel::kControlUrl), .image_url = std::string(channel::kImageUrl)};
+  play_command->add_option("--lcm-url", urls.control_url, "LCM group of everything but images")->capture_default_str();
+  play_command->add_option("--image-url", urls.image_url, "LCM group of the images")->capture_default_str();
+
   Setup verifying;
   std::string log, verify_json;
   CLI::App* verify_command = cli.add_subcommand(
@@ -188,7 +254,20 @@ int main(int argc, char** argv) {
   verifying.add_to(*verify_command);
   verify_command->add_option("--json", verify_json, "where to write the counts; - for standard output");
 
+  std::string old_log, new_log, bisect_json;
+  bool common = false;
+  CLI::App* bisect_command = cli.add_subcommand(
+      "bisect",
+      "the first message and field in which the logs of two builds or configurations differ, and the stage that made "
+      "it; exit code 1 when they do");
+  bisect_command->add_option("OLD", old_log, "log written by run, or recorded")->required();
+  bisect_command->add_option("NEW", new_log, "another of the same session")->required();
+  bisect_command->add_flag("--common", common, "let be what only one of them has, as a recorder loses messages");
+  bisect_command->add_option("--json", bisect_json, "where to write it; - for standard output");
+
   return program.run(argc, argv, [&] {
+    if (*bisect_command) return bisect_logs(old_log, new_log, common, bisect_json);
+    if (*play_command) return play_session(playing, urls, speed, lockstep);
     if (*verify_command) return verify_log(verifying, log, verify_json);
     return run(running);
   });

@@ -37,7 +37,7 @@ struct ReplayResult {
     int64_t digest = 0;  ///< of all its messages in their order
   };
   std::map<std::string, Channel, std::less<>> channels;  ///< computed ones
-  int64_t digest = 0;                                    ///< of all computed messages, with their channels and times
+  int64_t digest = 0;  ///< of all computed messages but NODE_INPUTS, with their channels and times
   int64_t inputs = 0;
   double span_s = 0;  ///< of the session
 };

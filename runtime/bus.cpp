@@ -1,0 +1,72 @@
+#include "runtime/bus.hpp"
+
+#include <poll.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/channels.hpp"
+#include "runtime/files.hpp"
+
+namespace multireach {
+namespace {
+
+/// With room for a burst in the kernel: the default drops most of a stream of raw images.
+std::string with_receive_buffer(const std::string& url) {
+  if (!url.starts_with("udpm://") || url.find("recv_buf_size") != std::string::npos) return url;
+  return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";
+}
+
+void require_good(lcm::LCM& bus, const std::string& url) {
+  if (bus.good()) return;
+  throw InputError(
+      "LCM cannot be started on '" + url +
+      "'; without a network, multicast needs a route:  ip link set lo up; ip route add 224.0.0.0/4 dev lo");
+}
+
+}  // namespace
+
+Bus::Bus(const std::string& control_url, const std::string& image_url)
+    : control_(with_receive_buffer(control_url)), images_(with_receive_buffer(image_url)) {
+  require_good(control_, control_url);
+  require_good(images_, image_url);
+}
+
+lcm::LCM& Bus::bus_of(std::string_view channel) {
+  return channel::on_image_group(channel) ? images_ : control_;
+}
+
+void Bus::Subscription::handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  // An exception must not leave an LCM handler: the next handle() would abort.
+  try {
+    handler(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
+  } catch (const std::exception& error) {
+    spdlog::error("{}: a message on {} could not be handled: {}", name, channel, error.what());
+  }
+}
+
+void Bus::subscribe(std::string_view channel, const std::string& name, Handler handler) {
+  subscriptions_.push_back({name, std::move(handler)});
+  bus_of(channel)
+      .subscribe(std::string(channel), &Subscription::handle, &subscriptions_.back())
+      ->setQueueCapacity(1000);
+}
+
+void Bus::publish(std::string_view channel, std::span<const uint8_t> bytes) {
+  bus_of(channel).publish(std::string(channel), bytes.data(), static_cast<unsigned>(bytes.size()));
+}
+
+void Bus::handle_messages(int64_t timeout_us, const std::function<bool()>& enough) {
+  std::array<pollfd, 2> fds{{{control_.getFileno(), POLLIN, 0}, {images_.getFileno(), POLLIN, 0}}};
+  timeout_us = std::max<int64_t>(timeout_us, 0);
+  timespec timeout{timeout_us / 1000000, timeout_us % 1000000 * 1000};
+  while (ppoll(fds.data(), fds.size(), &timeout, nullptr) > 0) {
+    if (fds[0].revents) control_.handle();
+    if (fds[1].revents) images_.handle();
+    timeout = {0, 0};
+    if (enough()) break;
+  }
+}
+
+}  // namespace multireach

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <lcm/lcm-cpp.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace multireach {
+
+/// Both of LCM's groups, that of the images and that of everything else, as one. Nothing it calls may throw into LCM.
+class Bus {
+ public:
+  using Handler = std::function<void(std::string_view channel, std::span<const uint8_t> bytes)>;
+
+  /// Throws InputError when LCM cannot be started on one of the URLs.
+  Bus(const std::string& control_url, const std::string& image_url);
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+
+  /// What a handler throws is logged under `name`.
+  void subscribe(std::string_view channel, const std::string& name, Handler handler);
+  void publish(std::string_view channel, std::span<const uint8_t> bytes);
+  /// Waits for messages up to `timeout_us`, then handles what is there; after each, asks whether that is enough.
+  void handle_messages(int64_t timeout_us, const std::function<bool()>& enough);
+
+ private:
+  struct Subscription {
+    std::string name;
+    Handler handler;
+    void handle(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  };
+
+  lcm::LCM& bus_of(std::string_view channel);
+
+  lcm::LCM control_, images_;
+  std::deque<Subscription> subscriptions_;
+};
+
+}  // namespace multireach

@@ -1,0 +1,122 @@
+#include "runtime/lockstep.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/channels.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr size_t kMostWaiting = 5000;  // messages of a channel
+constexpr int64_t kBeginnings = 2;     // steps, at the second of which all nodes have left their clocks
+
+InputJournal journal_of(const Node& node) {
+  return {node.name(), 0, node.replayable().value_or(0), 0};
+}
+
+}  // namespace
+
+int64_t digest_with(int64_t before, std::string_view channel, std::span<const uint8_t> bytes) {
+  std::array<uint8_t, 24> numbers{};
+  const std::array<int64_t, 3> values{before, digest_of(channel), digest_of(bytes)};
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    numbers[i] = static_cast<uint8_t>(static_cast<uint64_t>(values[i / 8]) >> (56 - 8 * (i % 8)));
+  }
+  return digest_of(numbers);
+}
+
+Lockstep::Lockstep(NodeMaker make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_)) {}
+
+void Lockstep::start_afresh() {
+  node_ = make_();
+  journal_ = journal_of(*node_);
+  waiting_.clear();
+  sent_ = digest_ = 0;
+}
+
+void Lockstep::receive(std::string_view channel, std::span<const uint8_t> bytes) {
+  std::deque<Waiting>& waiting = waiting_[std::string(channel)];
+  waiting.push_back({digest_of(bytes), {bytes.begin(), bytes.end()}});
+  if (waiting.size() > kMostWaiting) waiting.pop_front();
+}
+
+bool Lockstep::begin(const replay_step_t& step) {
+  const bool same_replay = step_ && step_->replay == step.replay;
+  if (same_replay && step.step <= step_->step) return false;
+  step_ = step;
+  node_inputs_t named{};
+  named.ticks = step.before_tick;
+  named.channel = step.channel;
+  named.sequence.assign(step.digest.size(), -1);
+  named.digest = step.digest;
+  inputs_ = inputs_in(named).value_or(std::vector<ConsumedInput>());
+  next_input_ = 0;
+  if (!same_replay || step.step < kBeginnings) start_afresh();
+  return true;
+}
+
+std::optional<std::vector<uint8_t>> Lockstep::taken(const ConsumedInput& input) {
+  std::deque<Waiting>& waiting = waiting_[std::string(input.channel)];
+  const auto found = std::ranges::find(waiting, input.digest, &Waiting::digest);
+  if (found == waiting.end()) return std::nullopt;
+  std::vector<uint8_t> bytes = std::move(found->bytes);
+  waiting.erase(found);
+  return bytes;
+}
+
+void Lockstep::hand_on(Outbox& sent, Outbox& out) {
+  if (sent.empty()) return;
+  if (node_->replayable()) {
+    if (auto news = journal_.news()) out.push_back({channel::kNodeInputs, std::move(*news)});
+  }
+  for (OutMessage& message : sent) {
+    ++sent_;
+    digest_ = digest_with(digest_, message.channel, message.bytes);
+    out.push_back(std::move(message));
+  }
+  sent.clear();
+}
+
+void Lockstep::advance(Outbox& out) {
+  if (!step_) return;
+  Outbox sent;
+  const auto tick_until = [&](int64_t ticks) {
+    while (journal_.ticks() < ticks && node_->next_tick()) {
+      node_->tick(sent);
+      journal_.ticked();
+      hand_on(sent, out);
+    }
+  };
+  for (; next_input_ < inputs_.size(); ++next_input_) {
+    const ConsumedInput& input = inputs_[next_input_];
+    tick_until(input.ticks);
+    const auto bytes = taken(input);
+    if (!bytes) return;
+    const Receipt receipt = node_->receive(input.channel, *bytes, sent);
+    journal_.took(receipt, input.channel, *bytes);
+    hand_on(sent, out);
+  }
+  tick_until(step_->ticks);
+}
+
+replay_done_t Lockstep::report() const {
+  replay_done_t report{};
+  report.node = node_->name();
+  if (!step_) return report;
+  report.replay = step_->replay;
+  report.step = step_->step;
+  report.done = done();
+  report.sent = sent_;
+  report.digest = digest_;
+  for (size_t i = next_input_; i < inputs_.size(); ++i) {
+    const auto waiting = waiting_.find(inputs_[i].channel);
+    const bool here = waiting != waiting_.end() &&
+                      std::ranges::find(waiting->second, inputs_[i].digest, &Waiting::digest) != waiting->second.end();
+    if (!here) report.missing.push_back(inputs_[i].digest);
+  }
+  report.num_missing = static_cast<int32_t>(report.missing.size());
+  return report;
+}
+
+}  // namespace multireach

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <multireach/images_t.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "runtime/log_file.hpp"
+#include "runtime/message.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "runtime/progress.hpp"
+#include "tools/log/export.hpp"
+#include "vision/image_codec.hpp"
+
+namespace multireach {
+
+int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,
+                      std::vector<std::string>& complaints) {
+  LogReader reader(log);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  vision::ImageCodec codec;
+  cv::Mat bgr;
+  int64_t written = 0, messages = 0;
+  Progress progress;
+  while (const auto event = reader.next()) {
+    progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
+    const auto images = chosen(patterns, event->channel) ? decode<images_t>(event->data) : std::nullopt;
+    if (!images) continue;
+    const int64_t sequence = pair_sequence(*images), number = sequence >= 0 ? sequence : messages;
+    ++messages;
+    for (size_t i = 0; i < images->images.size(); ++i) {
+      const image_t& image = images->images[i];
+      const std::string side = images->image_types[i] == images_t::LEFT    ? "left"
+                               : images->image_types[i] == images_t::RIGHT ? "right"
+                                                                           : std::to_string(images->image_types[i]);
+      const std::string path = fmt::format("{}/{:06}_{}.png", folder, number, side);
+      if (!codec.decode(encoded(image), bgr)) {
+        complaints.push_back(fmt::format("event {}: the {} image cannot be decoded", event->number, side));
+        continue;
+      }
+      if (!cv::imwrite(path, bgr)) throw InputError(path + ": cannot be written");
+      ++written;
+    }
+  }
+  return written;
+}
+
+}  // namespace multireach

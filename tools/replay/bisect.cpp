@@ -1,0 +1,163 @@
+#include "tools/replay/bisect.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/channels.hpp"
+#include "tools/replay/message_difference.hpp"
+#include "tools/replay/recorded_log.hpp"
+
+namespace multireach {
+namespace {
+
+struct Compared {
+  std::string_view channel, node;
+};
+/// In the order in which messages depend on one another.
+constexpr std::array kCompared{Compared{channel::kStereoImages, ""},
+                               Compared{channel::kTarget, "vision"},
+                               Compared{channel::kObstacles, ""},
+                               Compared{channel::kJointSetpoint, "controller"},
+                               Compared{channel::kControllerState, "controller"},
+                               Compared{channel::kJointCommand, "bridge"},
+                               Compared{channel::kRobotState, "robot"}};
+
+/// A message by what it is called: the publisher's run, counted by its sequence going back, and the sequence in it.
+using Name = std::pair<int64_t, int64_t>;
+
+std::vector<std::pair<Name, const RecordedMessage*>> named(const std::vector<RecordedMessage>& messages) {
+  std::vector<std::pair<Name, const RecordedMessage*>> names;
+  int64_t run = 0, before = -1, counted = 0;
+  for (const RecordedMessage& message : messages) {
+    const int64_t sequence = message.sequence >= 0 ? message.sequence : counted++;
+    if (sequence < before) ++run;
+    before = sequence;
+    names.emplace_back(Name{run, sequence}, &message);
+  }
+  std::ranges::sort(names, {}, [](const auto& entry) { return entry.first; });
+  return names;
+}
+
+/// What the newest run of a node that was told of by then took in, and with what.
+const RecordedRun* run_at(const RecordedLog& log, std::string_view node, int64_t event) {
+  const RecordedRun* found = nullptr;
+  for (const RecordedRun* run : log.runs(node)) {
+    if (run->first_event <= event || !found) found = run;
+  }
+  return found;
+}
+
+std::string told(const std::optional<ConsumedInput>& input) {
+  if (!input) return "an unknown message";
+  return fmt::format("{} {} after {} ticks", input->channel, input->sequence, input->ticks);
+}
+
+/// Why a node has sent something else.
+std::string cause_of(const RecordedLog& old_log, const RecordedLog& new_log, std::string_view node,
+                     const RecordedMessage& old_message, const RecordedMessage* new_message) {
+  if (node.empty()) return "the sessions differ: this is an input";
+  if (node == "robot") return "the robot answered otherwise to the same commands";
+  const RecordedRun* a = run_at(old_log, node, old_message.event);
+  const RecordedRun* b = run_at(new_log, node, new_message ? new_message->event : INT64_MAX);
+  if (!a || !b) return "one of the logs does not say what it took in (NODE_INPUTS)";
+  for (size_t i = 0; i < std::min(a->inputs.size(), b->inputs.size()); ++i) {
+    const auto &one = a->inputs[i], &other = b->inputs[i];
+    // What was taken in after this message does not explain it.
+    const bool later = one && other && std::min(one->ticks, other->ticks) > std::max<int64_t>(old_message.sequence, 0);
+    if (later) break;
+    if (one == other) continue;
+    return fmt::format(
+        "it had taken in other messages, or at other ticks: its input {} is {} in the old log and {} in the new", i,
+        told(one), told(other));
+  }
+  const auto build = [&](const RecordedLog& log) {
+    const auto found = log.builds().find(std::string(node));
+    return found == log.builds().end() ? std::string() : found->second;
+  };
+  std::string cause = "it had taken in the same messages";
+  if (a->config_digest != b->config_digest) cause += "; its configuration differs";
+  if (build(old_log) != build(new_log)) {
+    cause += fmt::format("; it was build {} and is build {}", build(old_log), build(new_log));
+  }
+  if (a->config_digest == b->config_digest && build(old_log) == build(new_log)) cause += ": its computation differs";
+  return cause;
+}
+
+class Bisector {
+ public:
+  Bisector(const RecordedLog& old_log, const RecordedLog& new_log, bool common_only)
+      : old_(old_log), new_(new_log), common_only_(common_only) {}
+
+  Comparison compare() {
+    for (const Compared& compared : kCompared) compare(compared);
+    return std::move(result_);
+  }
+
+ private:
+  void compare(const Compared& compared) {
+    const auto ours = named(old_.messages(compared.channel)), theirs = named(new_.messages(compared.channel));
+    if (ours.empty() && theirs.empty()) return;
+    Comparison::Channel& sum = result_.channels[std::string(compared.channel)];
+    size_t j = 0;
+    for (const auto& [name, message] : ours) {
+      while (j < theirs.size() && theirs[j].first < name) {
+        ++j;
+        ++sum.only_new;
+      }
+      if (j == theirs.size() || theirs[j].first != name) {
+        ++sum.only_old;
+        if (!common_only_) parts(compared, *message, nullptr);
+        continue;
+      }
+      const RecordedMessage& other = *theirs[j++].second;
+      if (message->digest == other.digest) {
+        ++sum.equal;
+      } else {
+        ++sum.different;
+        parts(compared, *message, &other);
+      }
+    }
+    sum.only_new += static_cast<int64_t>(theirs.size() - j);
+    if (sum.only_new > 0 && !common_only_ && !result_.first) {
+      result_.first = {.channel = std::string(compared.channel),
+                       .field = "all of it",
+                       .old_value = "missing",
+                       .new_value = fmt::format("{} messages more", sum.only_new),
+                       .sequence = -1,
+                       .node = std::string(compared.node),
+                       .cause = "the new log has more messages"};
+    }
+  }
+
+  void parts(const Compared& compared, const RecordedMessage& message, const RecordedMessage* other) {
+    if (result_.first && message.event >= first_event_) return;
+    first_event_ = message.event;
+    const MessageDifference place =
+        other ? difference_of(message.bytes, other->bytes) : MessageDifference{"all of it", "there", "missing"};
+    result_.first = {.channel = std::string(compared.channel),
+                     .field = place.field,
+                     .old_value = place.first,
+                     .new_value = place.second,
+                     .sequence = message.sequence,
+                     .node = std::string(compared.node),
+                     .cause = cause_of(old_, new_, compared.node, message, other)};
+  }
+
+  const RecordedLog &old_, &new_;
+  bool common_only_;
+  int64_t first_event_ = INT64_MAX;
+  Comparison result_;
+};
+
+}  // namespace
+
+Comparison bisect(const std::string& old_path, const std::string& new_path, bool common_only,
+                  const std::function<void(double)>& progress) {
+  const RecordedLog old_log(old_path, [&](double part) { progress(0.5 * part); });
+  const RecordedLog new_log(new_path, [&](double part) { progress(0.5 + 0.5 * part); });
+  return Bisector(old_log, new_log, common_only).compare();
+}
+
+}  // namespace multireach

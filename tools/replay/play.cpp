@@ -1,0 +1,256 @@
+#include "tools/replay/play.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "runtime/bus.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/digest.hpp"
+#include "runtime/message_clock.hpp"
+#include "runtime/message_schema.hpp"
+#include "tools/replay/message_difference.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kAskAgain = 30000;     // us
+constexpr int64_t kGiveUp = 10000000;    // us
+constexpr int64_t kAfterwards = 500000;  // us, as in `replay`
+
+/// The node that sends on a channel; empty for NODE_INPUTS.
+std::string_view sender_of(std::string_view channel) {
+  if (channel == channel::kTarget) return "vision";
+  if (channel == channel::kJointSetpoint || channel == channel::kControllerState) return "controller";
+  if (channel == channel::kJointCommand) return "bridge";
+  if (channel == channel::kRobotState) return "robot_sim";
+  return "";
+}
+
+/// What a live process has to do, and what it has answered.
+struct Process {
+  replay_step_t step{};
+  int64_t sent = 0, digest = 0;  // that it should have said by the end of the step
+  bool done = false;
+};
+
+class Player : public VirtualLoop::Observer {
+ public:
+  Player(const PlayOptions& options, const std::vector<std::unique_ptr<Node>>& nodes)
+      : options_(options), bus_(options.control_url, options.image_url), loop_(*this) {
+    add_all(loop_, nodes, options.replay);
+    const int64_t replay = wall_us();
+    for (const auto& node : nodes) {
+      if (node->name() == "ideal_robot") continue;
+      Process& process = processes_[node->name()];
+      process.step.replay = replay;
+      process.step.node = node->name();
+      for (const OutputChannel& output : outputs_of(node->name())) {
+        bus_.subscribe(output, "play",
+                       [this](std::string_view channel, std::span<const uint8_t> bytes) { compare(channel, bytes); });
+      }
+    }
+    bus_.subscribe(channel::kReplayDone, "play",
+                   [this](std::string_view, std::span<const uint8_t> bytes) { take_report(bytes); });
+  }
+
+  PlayResult play(Session& session, const ReplayProgress& progress) {
+    const int64_t begin = monotonic_us();
+    for (int k = 0; k < 2 && ok(); ++k) finish_step();  // all leave their clocks, then begin afresh
+    const auto until_us = static_cast<int64_t>(options_.replay.until_s * 1e6);
+    int64_t last_us = 0;
+    const int64_t started = monotonic_us();
+    for (auto input = session.next(); input && input->at_us < until_us && ok(); input = session.next()) {
+      loop_.advance(input->at_us);
+      const bool frame = input->channel == channel::kStereoImages || input->channel == channel::kTarget;
+      if (frame) {
+        finish_step();
+        ++result_.frames;
+        wait_until(started, input->at_us);
+      }
+      publish(input->channel, input->data);
+      loop_.deliver(input->at_us, input->channel, input->data);
+      last_us = input->at_us;
+      progress(static_cast<double>(session.log().position()) / static_cast<double>(session.log().size()));
+    }
+    loop_.advance(std::min(until_us, last_us + kAfterwards));
+    if (ok()) finish_step();
+    if (ok()) let_go();
+    result_.span_s = static_cast<double>(last_us) * 1e-6;
+    result_.took_s = static_cast<double>(monotonic_us() - begin) * 1e-6;
+    return result_;
+  }
+
+  void sent(int64_t, std::string_view channel, std::span<const uint8_t> bytes) override {
+    if (channel == channel::kNodeInputs) return;
+    const auto process = processes_.find(sender_of(channel));
+    if (process == processes_.end()) {
+      publish(channel, bytes);  // of the ideal robot, which is here
+      return;
+    }
+    ++process->second.sent;
+    process->second.digest = digest_with(process->second.digest, channel, bytes);
+    keep(channel, bytes);
+  }
+
+  void took(const Node& node, const ConsumedInput& input) override {
+    const auto process = processes_.find(node.name());
+    if (process == processes_.end()) return;
+    replay_step_t& step = process->second.step;
+    step.before_tick.push_back(input.ticks);
+    step.channel.push_back(number_of(input));
+    step.digest.push_back(input.digest);
+  }
+
+  void ticked(const Node& node) override {
+    const auto process = processes_.find(node.name());
+    if (process != processes_.end()) ++process->second.step.ticks;
+  }
+
+ private:
+  using OutputChannel = std::string_view;
+  static std::vector<OutputChannel> outputs_of(std::string_view node) {
+    std::vector<OutputChannel> channels;
+    for (const std::string_view channel : {channel::kTarget, channel::kJointSetpoint, channel::kControllerState,
+                                           channel::kJointCommand, channel::kRobotState}) {
+      if (sender_of(channel) == node) channels.push_back(channel);
+    }
+    return channels;
+  }
+
+  bool ok() const { return result_.failure.empty() && !interrupted(); }
+
+  /// Messages of this step, for those who do not get them at once.
+  void keep(std::string_view channel, std::span<const uint8_t> bytes) {
+    kept_[digest_of(bytes)] = {channel, {bytes.begin(), bytes.end()}};
+  }
+  void publish(std::string_view channel, std::span<const uint8_t> bytes) {
+    keep(channel, bytes);
+    bus_.publish(channel, bytes);
+  }
+
+  void wait_until(int64_t started, int64_t at_us) {
+    if (options_.speed <= 0) return;
+    const int64_t when = started + static_cast<int64_t>(static_cast<double>(at_us) / options_.speed);
+    while (ok() && monotonic_us() < when) bus_.handle_messages(when - monotonic_us(), [this] { return !ok(); });
+  }
+
+  void ask(Process& process) {
+    process.step.num_inputs = static_cast<int32_t>(process.step.digest.size());
+    if (const auto bytes = encode(process.step)) bus_.publish(channel::kReplayStep, *bytes);
+  }
+
+  /// Asks all processes for what has been computed here, and waits until they have done it.
+  void finish_step() {
+    for (auto& [name, process] : processes_) {
+      process.done = false;
+      ask(process);
+    }
+    const int64_t begin = monotonic_us();
+    int64_t asked = begin;
+    const auto finished = [this] {
+      return !ok() || std::ranges::all_of(processes_, [](const auto& entry) { return entry.second.done; });
+    };
+    while (!finished()) {
+      bus_.handle_messages(asked + kAskAgain - monotonic_us(), finished);
+      const int64_t now = monotonic_us();
+      if (now - begin > kGiveUp) return give_up();
+      if (now < asked + kAskAgain) continue;
+      for (auto& [name, process] : processes_) {
+        if (!process.done) ask(process);
+      }
+      asked = now;
+    }
+    for (auto& [name, process] : processes_) {
+      ++process.step.step;
+      process.step.before_tick.clear();
+      process.step.channel.clear();
+      process.step.digest.clear();
+    }
+    kept_.clear();
+  }
+
+  void let_go() {
+    for (auto& [name, process] : processes_) process.step.last = true;
+    finish_step();
+  }
+
+  void give_up() {
+    for (const auto& [name, process] : processes_) {
+      if (process.done) continue;
+      result_.failure =
+          fmt::format("{} did not answer for {} s: is it running, with the same LCM URLs and the same configuration?",
+                      name, kGiveUp / 1000000);
+      return;
+    }
+  }
+
+  void take_report(std::span<const uint8_t> bytes) {
+    const auto report = decode<replay_done_t>(bytes);
+    const auto found = report ? processes_.find(report->node) : processes_.end();
+    if (found == processes_.end()) return;
+    Process& process = found->second;
+    if (report->replay != process.step.replay || report->step != process.step.step) return;
+    for (const int64_t digest : report->missing) {
+      const auto kept = kept_.find(digest);
+      // What a process was to send, it sends when its own turn comes; then, if it was lost, it is sent again here.
+      if (kept == kept_.end() || (report->done || !sender_is_done(kept->second.channel))) continue;
+      bus_.publish(kept->second.channel, kept->second.bytes);
+      ++result_.again;
+    }
+    if (!report->done) return;
+    process.done = true;
+    if (report->sent == process.sent && report->digest == process.digest) return;
+    if (result_.failure.empty()) {
+      result_.failure =
+          fmt::format("{} sent other bytes than are computed here: it is another build, or has another configuration",
+                      report->node);
+    }
+  }
+
+  bool sender_is_done(std::string_view channel) const {
+    const auto process = processes_.find(sender_of(channel));
+    return process == processes_.end() || process->second.done;
+  }
+
+  /// Looks at what a process sends while it is being waited for; says the first field that is not as computed here.
+  void compare(std::string_view channel, std::span<const uint8_t> bytes) {
+    if (kept_.contains(digest_of(bytes))) return;
+    const MessageSchema* schema = MessageSchemas::project().of(bytes);
+    const int64_t sequence = schema ? sequence_of(*schema, bytes).value_or(-1) : -1;
+    if (sequence < 0) return;
+    for (const auto& [digest, kept] : kept_) {
+      if (kept.channel != channel || sequence_of(*schema, kept.bytes).value_or(-1) != sequence) continue;
+      const MessageDifference difference = difference_of(bytes, kept.bytes);
+      result_.failure = fmt::format("{} {}: {} is {} from {}, and {} when computed here", channel, sequence,
+                                    difference.field, difference.first, sender_of(channel), difference.second);
+      return;
+    }
+  }
+
+  struct Kept {
+    std::string_view channel;
+    std::vector<uint8_t> bytes;
+  };
+
+  const PlayOptions& options_;
+  Bus bus_;
+  VirtualLoop loop_;
+  std::map<std::string, Process, std::less<>> processes_;
+  std::map<int64_t, Kept> kept_;
+  PlayResult result_;
+};
+
+}  // namespace
+
+PlayResult play(const PlayOptions& options, const ReplayProgress& progress) {
+  Session session(options.replay.session, options.replay.from, options.replay.robot == ReplayRobot::kRecorded);
+  const auto nodes = nodes_of(options.replay);
+  Player player(options, nodes);
+  catch_signals();
+  return player.play(session, progress);
+}
+
+}  // namespace multireach
