@@ -6,12 +6,15 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
 packages=(g++ cmake ninja-build git iproute2 util-linux
   liblcm-dev liblcm-bin libglib2.0-dev libopencv-dev libeigen3-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev
-  libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libgtest-dev libbenchmark-dev libfcl-dev libxxhash-dev libmatio-dev
+  libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libgtest-dev libbenchmark-dev libfcl-dev
+  libxxhash-dev libmatio-dev liblodepng-dev
   liborocos-kdl-dev liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless)
 while [ $# -gt 0 ]; do
   case "$1" in
     --preset) preset=$2; shift 2 ;;
-    --tests) packages+=(clang clang-format clang-tidy libclang-rt-14-dev opencv-doc gnuplot-nox); shift ;;
+    --tests) packages+=(clang clang-format clang-tidy libclang-rt-14-dev opencv-doc gnuplot-nox)
+      command -v npm >/dev/null || packages+=(nodejs npm)
+      shift ;;
     *) echo "setup.sh: unknown option '$1'" >&2; exit 2 ;;
   esac
 done

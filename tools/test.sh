@@ -4,8 +4,8 @@
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
-# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, a thousand odd arms, and the studies of
-# docs/guarantees.md (an hour or two).
+# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, a thousand odd arms, a thousand changed
+# bytes, and the studies of docs/guarantees.md (two hours or three).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -36,6 +36,7 @@ unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
 build_and_test() { tools/setup.sh --preset "$1" --tests && unit_tests "$1"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
+changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
 tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
 
 [ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
@@ -53,6 +54,7 @@ if [ $full = yes ]; then
   stage "thread sanitizer" build_and_test tsan
   stage "10^7 fuzzed calls, with the sanitizers" fuzz
   stage "a thousand odd arms" odd_arms
+  stage "a thousand changed bytes" changed_bytes
   stage "millions of reaches" tests/full/reaches.sh build/release/bin
 fi
 

@@ -1,10 +1,14 @@
 // The bundled session is what its recipe says.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <sstream>
 
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
 #include "tools/camera/camera_node.hpp"
 #include "tools/camera/render_source.hpp"
+#include "tools/replay/run.hpp"
 
 namespace multireach {
 namespace {
@@ -28,6 +32,28 @@ TEST(ReachSession, IsTheRenderingOfItsScene) {
   EXPECT_TRUE(camera.finished()) << "the scene has more frames than the log";
   EXPECT_EQ(events, 2 * truths);
   EXPECT_EQ(log.damaged_bytes(), 0U);
+}
+
+/// logs/REPLAY_DIGESTS: what `multireach-replay run` gives for each session, with any compiler, optimisation, sanitizer
+/// and number of threads.
+TEST(Sessions, ReplayToTheirDigests) {
+  std::istringstream lines(read_text_file(MULTIREACH_SOURCE_DIR "/logs/REPLAY_DIGESTS"));
+  std::string digest, name;
+  int sessions = 0;
+  while (lines >> digest >> name) {
+    const ReplayOptions options{
+        .session = MULTIREACH_SOURCE_DIR "/logs/" + name,
+        .from = ReplayFrom::kImages,
+        .robot = ReplayRobot::kIdeal,
+        .config = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"),
+        .vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"),
+        .until_s = 1e9,
+        .threads = 2};
+    const ReplayResult result = replay(options, [](int64_t, std::string_view, std::span<const uint8_t>, bool) {}, nullptr);
+    EXPECT_EQ(fmt::format("{:016x}", static_cast<uint64_t>(result.digest)), digest) << name;
+    ++sessions;
+  }
+  EXPECT_EQ(sessions, 3);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ struct LogSummary {
   };
   std::map<std::string, Channel> channels;
   int64_t events = 0, first_utime = 0, last_utime = 0;
-  int64_t times_back = 0;       ///< events that the logger dated before the one before
+  int64_t times_back = 0;       ///< events that the logger dated before the one before, as it does under load
   int64_t numbers_missing = 0;  ///< of the logger's own count of events
   /// Sentences about what is damaged, in the order of the file; the first hundred.
   std::vector<std::string> damage;

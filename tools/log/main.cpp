@@ -30,7 +30,6 @@ int check(const std::string& log) {
   if (summary.numbers_missing > 0) {
     say(std::to_string(summary.numbers_missing) + " events are missing from the logger's own count");
   }
-  if (summary.times_back > 0) say(std::to_string(summary.times_back) + " times the logger's clock went back");
   for (const auto& [name, channel] : summary.channels) {
     if (channel.malformed > 0) {
       say(name + ": " + std::to_string(channel.malformed) + " messages are no well-formed " + channel.type);

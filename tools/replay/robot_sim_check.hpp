@@ -1,6 +1,5 @@
 #pragma once
 
-#include <map>
 #include <multireach/robot_state_t.hpp>
 #include <optional>
 #include <vector>
@@ -15,11 +14,19 @@ class ComputedCommands {
  public:
   /// A run's commands come in order. `first_event`: where the log first tells of the run.
   void add(int64_t first_event, int64_t sequence, int64_t digest);
-  /// The digest of the command that a message at `event` of the log means; nothing where there was none.
-  std::optional<int64_t> find(int64_t event, int64_t sequence) const;
+  /// How many runs there are.
+  size_t runs() const { return runs_.size(); }
+  /// The newest run that the log has told of at an event.
+  size_t run_at(int64_t event) const;
+  /// The digest of a run's command; nothing where there was none.
+  std::optional<int64_t> find(size_t run, int64_t sequence) const;
 
  private:
-  std::map<int64_t, std::vector<int64_t>> runs_;
+  struct Run {
+    int64_t first_event;
+    std::vector<int64_t> digests;
+  };
+  std::vector<Run> runs_;
 };
 
 /// Computes each state of the simulated robot again from the state before it and the commands that it says to have
@@ -38,8 +45,9 @@ class RobotSimCheck {
   Outcome next(const RecordedMessage& message);
 
  private:
-  std::optional<std::vector<uint8_t>> compute(const robot_state_t& state, int64_t event);
-  bool follow_command(int64_t event, int64_t sequence);
+  /// As if the last command before the state had been one of this run of the bridge.
+  std::optional<std::vector<uint8_t>> compute(const robot_state_t& state, size_t run);
+  bool follow_command(size_t run, int64_t sequence);
 
   const ComputedCommands& commands_;
   FindMessage find_;

@@ -60,7 +60,7 @@ class Verifier {
                .utime = message.utime});
     }
     for (const auto& [node, build] : log_.builds()) {
-      if (build != this_build()) note(fmt::format("{} was build {}; this is build {}", node, build, this_build()));
+      if (build != this_build()) note(fmt::format("recorded by build {}; this is build {}", build, this_build()));
     }
     return std::move(result_);
   }
@@ -123,12 +123,13 @@ class Verifier {
         ticks = std::max(ticks, ticks_of(*runs[i], next, channel));
       }
       played.push_back({runs[i], next, ticks, {}});
-      play(played.back(), static_cast<int64_t>(i), computed);
+      play(played.back(), static_cast<int64_t>(i), publisher.channels, computed);
     }
     for (const std::string_view channel : publisher.channels) compare(publisher, channel, played, computed[channel]);
   }
 
-  void play(Played& played, int64_t number, std::map<std::string_view, Digests>& computed) {
+  void play(Played& played, int64_t number, const std::vector<std::string_view>& channels,
+            std::map<std::string_view, Digests>& computed) {
     const RecordedRun& run = *played.run;
     std::map<std::string_view, int64_t> sent;
     const Recomputed result = recompute(
@@ -144,6 +145,8 @@ class Verifier {
           if (message.channel == channel::kJointCommand) commands_.add(run.first_event, sequence, digest);
         });
     if (result.missing > 0) {
+      // What it sent beyond what can be computed is as uncertain.
+      for (const std::string_view channel : channels) played.certain_until.try_emplace(channel, sent[channel]);
       note(
           fmt::format("{}: {} of {} messages that it took in are not in the log; what it sent afterwards cannot all be "
                       "checked",

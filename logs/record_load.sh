@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Records logs/load.lcm anew, and logs/damaged.lcm from it: the whole loop as live processes on a machine that is busy with
+# something else, while the recorder stops twice and controller and bridge are killed and started again.
+#   logs/record_load.sh [FOLDER]        where to write; default: this folder
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+folder=$(cd "${1:-$root/logs}" && pwd)
+bin="$root/build/release/bin"
+if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
+  user=()
+  [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
+  export MULTIREACH_ISOLATED=1
+  exec unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' "$0" "$folder"
+fi
+work=$(mktemp -d)
+declare -A pids
+trap 'kill "${pids[@]}" 2>/dev/null; rm -rf "$work"' EXIT
+robot="$root/robots/hoap2/robot.yaml"
+run() { "$bin/multireach-$1" --config "$2" 2>/dev/null & pids[$1]=$!; }
+restart() { kill -KILL "${pids[$1]}"; wait "${pids[$1]}" 2>/dev/null || true; run "$1" "$robot"; }
+pause() { kill -STOP "${pids[$1]}"; sleep "$2"; kill -CONT "${pids[$1]}"; }
+lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & pids[control_log]=$!
+lcm-logger --lcm-url='udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304' --force --quiet "$work/images.lcm" & pids[image_log]=$!
+run vision "$root/robots/hoap2/vision.yaml"
+for node in controller bridge robot-sim; do run $node "$robot"; done
+"$bin/multireach-view" --config "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null
+for k in 1 2 3 4; do sh -c 'while :; do :; done' & pids[load$k]=$!; done
+"$bin/multireach-camera" render --config "$root/logs/load.yaml" 2>/dev/null & camera=$!
+sleep 1.5; pause control_log 0.15
+sleep 0.8; restart controller
+sleep 1; pause vision 0.2
+sleep 1; restart bridge
+sleep 0.7; pause control_log 0.15
+wait $camera
+sleep 0.5
+for name in vision controller bridge robot-sim; do kill "${pids[$name]}"; wait "${pids[$name]}" || true; done
+kill -INT "${pids[control_log]}" "${pids[image_log]}"
+wait "${pids[control_log]}" "${pids[image_log]}" || true
+"$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$folder/load.lcm"
+
+# Two seconds of it, damaged: a byte of a header, a run of zeros over several events, a byte of an image, and no end.
+"$bin/multireach-log" cut "$folder/load.lcm" --from 2 --until 4 -o "$work/cut.lcm"
+size=$(stat -c %s "$work/cut.lcm")
+at() { printf "$2" | dd of="$work/cut.lcm" bs=1 seek="$1" conv=notrunc status=none; }
+nth() { LC_ALL=C grep -obUaP '\xed\xa1\xda\x01' "$work/cut.lcm" | sed -n "$1p" | cut -d: -f1; }
+at $(($(nth 100) + 24)) '\x7f'
+dd if=/dev/zero of="$work/cut.lcm" bs=1 seek=$(($(nth 500) + 10)) count=2000 conv=notrunc status=none
+at $((size / 2)) '\x00\x00\x00\x00'
+truncate -s $((size - 77)) "$work/cut.lcm"
+mv "$work/cut.lcm" "$folder/damaged.lcm"
+(cd "$folder" && sha256sum load.lcm damaged.lcm)
