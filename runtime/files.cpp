@@ -83,7 +83,7 @@ void OutputFile::finish() {
 }
 
 void write_json_file(const std::string& path, const nlohmann::json& json) {
-  write_text_file(path, json.dump(2) + "\n");
+  write_text_file(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip) {

@@ -25,12 +25,11 @@ std::optional<ConsumedInput> InputJournal::took(const Receipt& receipt, std::str
   const auto known = std::ranges::find(kChannels, channel);
   if (receipt.effect == Receipt::Effect::kNone || known == kChannels.end()) return std::nullopt;
   if (receipt.effect == Receipt::Effect::kReplaces) {
-    const auto unsaid = newest_.end() - static_cast<std::ptrdiff_t>(taken_ - said_);
-    const auto replaced = std::find_if(unsaid, newest_.end(), [&](const ConsumedInput& input) {
-      return input.ticks == ticks_ && input.channel == channel;
-    });
-    if (replaced != newest_.end()) {
-      newest_.erase(replaced);
+    const auto unsaid = newest_.rbegin() + static_cast<std::ptrdiff_t>(taken_ - said_);
+    const auto replaced =
+        std::find_if(newest_.rbegin(), unsaid, [&](const ConsumedInput& input) { return input.channel == channel; });
+    if (replaced != unsaid && replaced->ticks == ticks_) {
+      newest_.erase(std::next(replaced).base());
       --taken_;
     }
   }

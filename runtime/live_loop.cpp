@@ -95,8 +95,14 @@ class LiveLoop {
 
   void take_step(std::span<const uint8_t> bytes) {
     const auto step = decode<replay_step_t>(bytes);
-    if (!step || step->node != node_->name()) return;
+    if (!step || !sealed(bytes) || step->node != node_->name()) return;
+    if (left_ && step->replay == left_->replay) {  // it did not hear that it is over
+      left_->step = step->step;
+      if (const auto report = encode(*left_)) bus_.publish(channel::kReplayDone, *report);
+      return;
+    }
     if (!lockstep_) {
+      if (step->step != 0) return;
       lockstep_.emplace(make_);
       spdlog::info("{} follows a replay in lockstep", node_->name());
     }
@@ -108,7 +114,7 @@ class LiveLoop {
 
   /// Computes what the step asks for and says when it is done; says what is missing every now and then until then.
   void follow_steps() {
-    lockstep_->advance(outbox_);
+    while (lockstep_->advance(outbox_) && !interrupted()) publish();
     publish();
     const int64_t now = monotonic_us();
     const bool done = lockstep_->done();
@@ -121,6 +127,7 @@ class LiveLoop {
   }
 
   void leave_lockstep() {
+    left_ = lockstep_->report();
     lockstep_.reset();
     own_ = make_();
     node_ = own_.get();
@@ -186,6 +193,7 @@ class LiveLoop {
   std::optional<Lockstep> lockstep_;
   int64_t stepped_us_ = 0, next_report_us_ = 0;
   bool reported_done_ = false;
+  std::optional<replay_done_t> left_;  // what it said last of the replay before
   LiveOptions options_;
   MessageClock clock_;
   Bus bus_;

@@ -8,11 +8,12 @@
 namespace multireach {
 namespace {
 
-constexpr size_t kMostWaiting = 5000;  // messages of a channel
-constexpr int64_t kBeginnings = 2;     // steps, at the second of which all nodes have left their clocks
+constexpr size_t kMostWaiting = 5000;            // messages of a channel
+constexpr size_t kMostBytesWaiting = 256 << 20;  // of all
+constexpr int64_t kBeginnings = 2;               // steps, at the second of which all nodes have left their clocks
 
-InputJournal journal_of(const Node& node) {
-  return {node.name(), 0, node.replayable().value_or(0), 0};
+InputJournal journal_of(const Node& node, int64_t replay) {
+  return {node.name(), replay, node.replayable().value_or(0), 0};
 }
 
 }  // namespace
@@ -26,19 +27,24 @@ int64_t digest_with(int64_t before, std::string_view channel, std::span<const ui
   return digest_of(numbers);
 }
 
-Lockstep::Lockstep(NodeMaker make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_)) {}
+Lockstep::Lockstep(NodeMaker make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_, 0)) {}
 
 void Lockstep::start_afresh() {
   node_ = make_();
-  journal_ = journal_of(*node_);
+  journal_ = journal_of(*node_, step_->replay);
   waiting_.clear();
+  waiting_bytes_ = 0;
   sent_ = digest_ = 0;
 }
 
 void Lockstep::receive(std::string_view channel, std::span<const uint8_t> bytes) {
   std::deque<Waiting>& waiting = waiting_[std::string(channel)];
   waiting.push_back({digest_of(bytes), {bytes.begin(), bytes.end()}});
-  if (waiting.size() > kMostWaiting) waiting.pop_front();
+  waiting_bytes_ += bytes.size();
+  while (!waiting.empty() && (waiting.size() > kMostWaiting || waiting_bytes_ > kMostBytesWaiting)) {
+    waiting_bytes_ -= waiting.front().bytes.size();
+    waiting.pop_front();
+  }
 }
 
 bool Lockstep::begin(const replay_step_t& step) {
@@ -61,6 +67,7 @@ std::optional<std::vector<uint8_t>> Lockstep::taken(const ConsumedInput& input) 
   const auto found = std::ranges::find(waiting, input.digest, &Waiting::digest);
   if (found == waiting.end()) return std::nullopt;
   std::vector<uint8_t> bytes = std::move(found->bytes);
+  waiting_bytes_ -= bytes.size();
   waiting.erase(found);
   return bytes;
 }
@@ -78,26 +85,29 @@ void Lockstep::hand_on(Outbox& sent, Outbox& out) {
   sent.clear();
 }
 
-void Lockstep::advance(Outbox& out) {
-  if (!step_) return;
+bool Lockstep::advance(Outbox& out) {
+  if (!step_) return false;
   Outbox sent;
+  int turn = 0;
   const auto tick_until = [&](int64_t ticks) {
-    while (journal_.ticks() < ticks && node_->next_tick()) {
+    for (; journal_.ticks() < ticks && node_->next_tick(); ++turn) {
+      if (turn == kTicksAtOnce) return false;
       node_->tick(sent);
       journal_.ticked();
       hand_on(sent, out);
     }
+    return true;
   };
   for (; next_input_ < inputs_.size(); ++next_input_) {
     const ConsumedInput& input = inputs_[next_input_];
-    tick_until(input.ticks);
+    if (!tick_until(input.ticks)) return true;
     const auto bytes = taken(input);
-    if (!bytes) return;
+    if (!bytes) return false;
     const Receipt receipt = node_->receive(input.channel, *bytes, sent);
     journal_.took(receipt, input.channel, *bytes);
     hand_on(sent, out);
   }
-  tick_until(step_->ticks);
+  return !tick_until(step_->ticks);
 }
 
 replay_done_t Lockstep::report() const {
@@ -109,11 +119,15 @@ replay_done_t Lockstep::report() const {
   report.done = done();
   report.sent = sent_;
   report.digest = digest_;
-  for (size_t i = next_input_; i < inputs_.size(); ++i) {
-    const auto waiting = waiting_.find(inputs_[i].channel);
-    const bool here = waiting != waiting_.end() &&
-                      std::ranges::find(waiting->second, inputs_[i].digest, &Waiting::digest) != waiting->second.end();
-    if (!here) report.missing.push_back(inputs_[i].digest);
+  std::map<int64_t, int64_t> needed;
+  for (size_t i = next_input_; i < inputs_.size(); ++i) ++needed[inputs_[i].digest];
+  for (const auto& [channel, waiting] : waiting_) {
+    for (const Waiting& message : waiting) {
+      if (const auto need = needed.find(message.digest); need != needed.end()) --need->second;
+    }
+  }
+  for (const auto& [digest, count] : needed) {
+    if (count > 0) report.missing.push_back(digest);
   }
   report.num_missing = static_cast<int32_t>(report.missing.size());
   return report;

@@ -19,6 +19,9 @@ using NodeMaker = std::function<std::unique_ptr<Node>()>;
 /// any order, twice or late; the node takes them as the step says, and so sends the same bytes as in the player.
 class Lockstep {
  public:
+  /// Enough for one turn: a node that computes a long step still listens.
+  static constexpr int kTicksAtOnce = 500;
+
   explicit Lockstep(NodeMaker make);
 
   const Node& node() const { return *node_; }
@@ -26,10 +29,12 @@ class Lockstep {
   void receive(std::string_view channel, std::span<const uint8_t> bytes);
   /// Takes a step. Returns false, and does nothing, for one that is under way, done or older.
   bool begin(const replay_step_t& step);
-  /// Does what can be done. What the node sends is appended to `out`, with what it says about its inputs.
-  void advance(Outbox& out);
+  /// Does what can be done, kTicksAtOnce at most. What the node sends is appended to `out`, with what it says about its
+  /// inputs. Returns whether there is more that can be done at once.
+  bool advance(Outbox& out);
   bool done() const { return step_ && next_input_ == inputs_.size() && journal_.ticks() >= step_->ticks; }
   bool last() const { return step_ && step_->last; }
+  int64_t replay() const { return step_ ? step_->replay : -1; }
   replay_done_t report() const;
 
  private:
@@ -48,6 +53,7 @@ class Lockstep {
     std::vector<uint8_t> bytes;
   };
   std::map<std::string, std::deque<Waiting>, std::less<>> waiting_;
+  size_t waiting_bytes_ = 0;
   int64_t sent_ = 0, digest_ = 0;
 };
 

@@ -15,6 +15,7 @@ namespace {
 constexpr uint32_t kSync = 0xEDA1DA01;
 constexpr size_t kHeader = 28;
 constexpr size_t kBuffer = 1 << 18;
+constexpr int kMostMarks = 64;            // that are looked at to tell a damaged event from the next one
 constexpr uint32_t kLongestChannel = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
 
 template <class Integer>
@@ -102,7 +103,9 @@ bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
     const auto next = event_at(end);
     if (next && next->number == event.number + 1) return false;
   }
-  for (size_t mark = next_mark(position + 4); mark < bytes_.size(); mark = next_mark(mark + 4)) {
+  int marks = 0;
+  for (size_t mark = next_mark(position + 4); mark < bytes_.size() && marks < kMostMarks; mark = next_mark(mark + 4)) {
+    ++marks;
     const auto other = event_at(mark);
     if (!other || !followed(end_of(mark, *other))) continue;
     // It reaches over whole events, or ends before its own last bytes.

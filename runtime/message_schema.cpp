@@ -242,7 +242,8 @@ std::string MessageLeaf::text() const {
   if (kind == Kind::kDouble) return fmt::format("{}", std::bit_cast<double>(big_endian<uint64_t>(bytes)));
   if (kind == Kind::kFloat) return fmt::format("{}", std::bit_cast<float>(big_endian<uint32_t>(bytes)));
   const json value = value_of(kind, bytes);
-  return value.is_string() ? "'" + value.get<std::string>() + "'" : value.dump();
+  // Quoted, and what is no letter escaped.
+  return value.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 
 std::string base64(std::span<const uint8_t> bytes) {

@@ -34,7 +34,8 @@ struct Receipt {
   enum class Effect {
     kNone,      ///< what the node sends would have been the same without it
     kTaken,     ///< the node's state depends on it
-    kReplaces,  ///< the same, and nothing depends any more on what came on this channel since the last tick
+    kReplaces,  ///< the same, and nothing depends any more on the last one of this channel, if it came since the last
+                ///< tick
   };
   Effect effect = Effect::kNone;
   std::optional<int64_t> utime{};  ///< the time that the node's grid of ticks follows, when the message carries it
@@ -61,6 +62,11 @@ class Node {
   /// Digest of the configuration of a node whose messages shall be computed again from a log: it says on NODE_INPUTS
   /// what it took in. Nothing for others.
   virtual std::optional<int64_t> replayable() const { return std::nullopt; }
+  /// So many messages that it had taken in cannot be had again: counts them, where what it sends is counted by them.
+  virtual void skip(int64_t) {}
+  /// A message that it had taken in cannot be had again, but this is what it sent for it: remembers what it would then.
+  /// Returns false where that is not enough.
+  virtual bool adopt(std::span<const uint8_t>) { return false; }
   /// One or two words for NODE_STATUS.
   virtual std::string state() const = 0;
 

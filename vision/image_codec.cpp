@@ -51,16 +51,14 @@ std::optional<Layout> layout_of(const EncodedImage& image) {
 }  // namespace
 
 struct ImageCodec::Handles {
-  tjhandle decompress = tjInitDecompress();
   tjhandle compress = tjInitCompress();
   ~Handles() {
-    if (decompress) tjDestroy(decompress);
     if (compress) tjDestroy(compress);
   }
 };
 
 ImageCodec::ImageCodec() : handles_(std::make_unique<Handles>()) {
-  if (!handles_->decompress || !handles_->compress) throw std::runtime_error("the JPEG library cannot be started");
+  if (!handles_->compress) throw std::runtime_error("the JPEG library cannot be started");
 }
 
 ImageCodec::~ImageCodec() = default;
@@ -69,16 +67,19 @@ bool ImageCodec::decode(const EncodedImage& image, cv::Mat& bgr) {
   constexpr int kLargest = 16384;  // pixels on a side
   if (image.width < 2 || image.height < 2 || image.width > kLargest || image.height > kLargest) return false;
   if (image.format == PixelFormat::kMjpeg) {
+    // A new decompressor for each image: one that was used keeps tables of the images before, and after a damaged
+    // header it refuses all that follow.
+    const std::unique_ptr<void, int (*)(tjhandle)> decompressor(tjInitDecompress(), &tjDestroy);
+    if (!decompressor) return false;
     int width = 0, height = 0, subsampling = 0, colours = 0;
     const auto size = static_cast<unsigned long>(image.data.size());
-    if (tjDecompressHeader3(handles_->decompress, image.data.data(), size, &width, &height, &subsampling, &colours) !=
-        0)
+    if (tjDecompressHeader3(decompressor.get(), image.data.data(), size, &width, &height, &subsampling, &colours) != 0)
       return false;
     if (width != image.width || height != image.height) return false;
     bgr.create(height, width, CV_8UC3);
     // The exact transforms, so that the same JPEG gives the same pixels with and without SIMD; a warning is damaged
     // data.
-    return tjDecompress2(handles_->decompress, image.data.data(), size, bgr.data, width, static_cast<int>(bgr.step),
+    return tjDecompress2(decompressor.get(), image.data.data(), size, bgr.data, width, static_cast<int>(bgr.step),
                          height, TJPF_BGR, TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING) == 0;
   }
   const auto layout = layout_of(image);

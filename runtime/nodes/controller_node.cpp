@@ -167,9 +167,9 @@ Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
     obstacle.size = known ? Eigen::Map<const Eigen::Vector3d>(sent.size_m).eval() : Eigen::Vector3d::Zero().eval();
     obstacles.push_back(obstacle);
   }
-  counters_.refused += controller_.set_obstacles(obstacles);
+  new_obstacles_ = std::move(obstacles);
   obstacles_sequence_ = message->sequence;
-  return {Receipt::Effect::kTaken, std::nullopt, message->sequence};
+  return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
 }
 
 Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
@@ -181,13 +181,20 @@ Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
   const auto theta = from_fields(controller_.chain(), message->joint_name, message->angle_rad);
   if (theta && (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
     robot_state_sequence_ = message->sequence;
-    return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+    // The first one that is measured must not take the place of the one that the arm started from.
+    const bool first = running && !measured_;
+    measured_ = running;
+    return {first ? Receipt::Effect::kTaken : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
   }
   ++counters_.refused;
   return {};
 }
 
 void ControllerNode::tick(Outbox& out) {
+  if (new_obstacles_) {
+    counters_.refused += controller_.set_obstacles(*new_obstacles_);
+    new_obstacles_.reset();
+  }
   last_ = controller_.tick();
   joint_setpoint_t setpoint;
   setpoint.utime = last_.utime;

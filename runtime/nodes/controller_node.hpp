@@ -33,6 +33,8 @@ class ControllerNode : public Node {
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
   int64_t config_digest_;
+  std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // since the last tick
+  bool measured_ = false;                                           // whether a state was taken since the grid began
   SequenceWatch targets_, obstacles_, robot_states_;
   int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;

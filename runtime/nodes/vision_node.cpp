@@ -200,6 +200,14 @@ target_t VisionNode::target_of(const Glimpse& glimpse) {
   return target;
 }
 
+bool VisionNode::adopt(std::span<const uint8_t> sent) {
+  const auto target = decode<target_t>(sent);
+  if (!target || target->sequence != sequence_) return false;
+  ++sequence_;
+  if (target->status == target_t::STATUS_TRACKED) last_seen_ = *target;
+  return true;
+}
+
 Receipt VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
   return conclude(eyes_.look(bytes), out);
 }

@@ -62,6 +62,8 @@ class VisionNode : public Node {
   /// The same for a message that was looked at already.
   Receipt conclude(const Glimpse& glimpse, Outbox& out);
   std::optional<int64_t> replayable() const override { return config_.digest; }
+  void skip(int64_t messages) override { sequence_ += messages; }
+  bool adopt(std::span<const uint8_t> sent) override;
   std::string state() const override { return state_; }
 
  private:

@@ -196,7 +196,7 @@ TEST(Fingerprints, AreThoseOfTheWireAsItWasFixed) {
   EXPECT_EQ(fingerprint<joint_setpoint_t>(), 0x7c911a46d2091bfeU);
   EXPECT_EQ(fingerprint<controller_state_t>(), 0xe986357bf8b9f5b9U);
   EXPECT_EQ(fingerprint<joint_command_t>(), 0x673bb772e319ad9fU);
-  EXPECT_EQ(fingerprint<robot_state_t>(), 0x83383ab57b8f5848U);
+  EXPECT_EQ(fingerprint<robot_state_t>(), 0x415b55983e86a48eU);
   EXPECT_EQ(fingerprint<perturbation_t>(), 0x33043e86c34bd651U);
   EXPECT_EQ(fingerprint<node_status_t>(), 0x9fa807e962267c60U);
 }

@@ -128,11 +128,11 @@ TEST(ControllerNode, KeepsAwayFromObstaclesAndRefusesWhatIsNone) {
                        obstacle(obstacle_t::CAPSULE, -1, 1), obstacle(9, 0.01, 1), obstacle(obstacle_t::BOX, NAN, 1)};
   message.num_obstacles = static_cast<int32_t>(message.obstacles.size());
   node.receive(channel::kObstacles, *encode(message), out);
-  EXPECT_EQ(node.counters().refused, 4) << "no quaternion, a negative size, no known shape, no number";
   for (int64_t k = 0; k < 120; ++k) {
     node.receive(channel::kTarget, target(k, 2000 + 50000 * k, kFront), out);
     node.tick(out);
   }
+  EXPECT_EQ(node.counters().refused, 4) << "no quaternion, a negative size, no known shape, no number";
   EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).obstacles_sequence, 3);
   const auto state = last_of<controller_state_t>(out, channel::kControllerState);
   const double distance = (Eigen::Map<const Eigen::Vector3d>(state.hand_position_m) - kFront).norm();

@@ -41,15 +41,15 @@ TEST(Sessions, ReplayToTheirDigests) {
   std::string digest, name;
   int sessions = 0;
   while (lines >> digest >> name) {
-    const ReplayOptions options{
-        .session = MULTIREACH_SOURCE_DIR "/logs/" + name,
-        .from = ReplayFrom::kImages,
-        .robot = ReplayRobot::kIdeal,
-        .config = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"),
-        .vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"),
-        .until_s = 1e9,
-        .threads = 2};
-    const ReplayResult result = replay(options, [](int64_t, std::string_view, std::span<const uint8_t>, bool) {}, nullptr);
+    const ReplayOptions options{.session = MULTIREACH_SOURCE_DIR "/logs/" + name,
+                                .from = ReplayFrom::kImages,
+                                .robot = ReplayRobot::kIdeal,
+                                .config = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"),
+                                .vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"),
+                                .until_s = 1e9,
+                                .threads = 2};
+    const ReplayResult result = replay(
+        options, [](int64_t, std::string_view, std::span<const uint8_t>, bool) {}, nullptr);
     EXPECT_EQ(fmt::format("{:016x}", static_cast<uint64_t>(result.digest)), digest) << name;
     ++sessions;
   }

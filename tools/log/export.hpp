@@ -12,6 +12,8 @@ namespace multireach {
 /// Which channels: shell patterns, as "JOINT_*"; all where there is none.
 using ChannelPatterns = std::vector<std::string>;
 bool chosen(const ChannelPatterns& patterns, std::string_view channel);
+/// A channel's name as a file or a variable may be called: what is no letter, digit, '-' or '_' becomes '_'.
+std::string harmless(std::string_view name);
 
 /// A folder with a table for every channel, CHANNEL.csv: a row for each message, a column for each number or string.
 /// Arrays have a column for each element; byte arrays are left out.
@@ -22,8 +24,8 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
 /// An MCAP file with JSON messages and their schemas; images as foxglove.CompressedImage or foxglove.RawImage on
 /// CHANNEL/left and CHANNEL/right.
 int64_t export_mcap(const std::string& log, const std::string& file, const ChannelPatterns& patterns);
-/// A folder with the images as PNG files, SEQUENCE_left.png and SEQUENCE_right.png. Those that cannot be decoded are
-/// said in `complaints`.
+/// A folder with the images as PNG files, NUMBER_left.png and NUMBER_right.png, numbered from 0. Those that cannot be
+/// decoded are said in `complaints`.
 int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,
                       std::vector<std::string>& complaints);
 

@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 #include <unordered_map>
 
 #include "runtime/log_file.hpp"
 #include "runtime/message_schema.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/log_edit.hpp"
 
 namespace multireach {
 
@@ -19,6 +21,16 @@ bool chosen(const ChannelPatterns& patterns, std::string_view channel) {
   return patterns.empty() || std::ranges::any_of(patterns, [&](const std::string& pattern) {
            return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
          });
+}
+
+std::string harmless(std::string_view name) {
+  std::string result(name);
+  for (char& c : result) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    if (!plain) c = '_';
+  }
+  return result;
 }
 
 namespace {
@@ -100,13 +112,19 @@ int64_t export_csv(const std::string& log, const std::string& folder, const Chan
   });
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  for (auto& [channel, table] : tables) table.open(folder + "/" + channel + ".csv");
+  std::set<std::string> names;
+  for (auto& [channel, table] : tables) {
+    std::string name = harmless(channel);
+    while (!names.insert(name).second) name += '_';
+    table.open(folder + "/" + name + ".csv");
+  }
   int64_t written = 0;
   each(0.5, [&](const LogEvent& event, const std::vector<MessageLeaf>& leaves) {
     tables.find(event.channel)->second.write(event.utime, leaves);
     ++written;
   });
   for (auto& [channel, table] : tables) table.close();
+  say_damage(log, reader);
   return written;
 }
 

@@ -10,6 +10,7 @@
 #include "runtime/nodes/vision_node.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/log_edit.hpp"
 #include "vision/image_codec.hpp"
 
 namespace multireach {
@@ -27,8 +28,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
     progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
     const auto images = chosen(patterns, event->channel) ? decode<images_t>(event->data) : std::nullopt;
     if (!images) continue;
-    const int64_t sequence = pair_sequence(*images), number = sequence >= 0 ? sequence : messages;
-    ++messages;
+    const int64_t number = messages++;
     for (size_t i = 0; i < images->images.size(); ++i) {
       const image_t& image = images->images[i];
       const std::string side = images->image_types[i] == images_t::LEFT    ? "left"
@@ -40,12 +40,13 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
         continue;
       }
       cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-      const unsigned error_code = lodepng::encode(path, rgb.data, static_cast<unsigned>(rgb.cols),
-                                                  static_cast<unsigned>(rgb.rows), LCT_RGB);
+      const unsigned error_code =
+          lodepng::encode(path, rgb.data, static_cast<unsigned>(rgb.cols), static_cast<unsigned>(rgb.rows), LCT_RGB);
       if (error_code != 0) throw InputError(path + ": cannot be written (" + lodepng_error_text(error_code) + ")");
       ++written;
     }
   }
+  say_damage(log, reader);
   return written;
 }
 

@@ -1,17 +1,21 @@
 #include <matio.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "runtime/log_file.hpp"
 #include "runtime/message_schema.hpp"
 #include "runtime/message_walk.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/log_edit.hpp"
 
 namespace multireach {
 namespace {
@@ -70,9 +74,9 @@ class Columns {
     }
   }
 
-  Matrix structure(const std::string& channel) {
+  Matrix structure(const std::string& variable) {
     size_t dimensions[2] = {1, 1};
-    Matrix result(Mat_VarCreateStruct(identifier(channel).c_str(), 2, dimensions, nullptr, 0), &Mat_VarFree);
+    Matrix result(Mat_VarCreateStruct(variable.c_str(), 2, dimensions, nullptr, 0), &Mat_VarFree);
     add(*result, "log_utime", {utime_});
     for (const auto& [name, columns] : fields_) add(*result, name, columns);
     for (auto& [name, text] : strings_) {
@@ -125,15 +129,20 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
     if (!known || !chosen(patterns, event->channel)) continue;
     if (std::ranges::find(channels, event->channel) == channels.end()) channels.emplace_back(event->channel);
   }
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
+    throw InputError(file + ": is no file that can be written over");
+  }
   // The library writes by name only; what is begun and not finished must not stay.
-  const std::string partial = file + ".partial";
+  const std::string partial = file + ".partial." + std::to_string(getpid());
   struct Remover {
     const std::string& path;
     ~Remover() { std::remove(path.c_str()); }
   } const remover{partial};
   mat_t* mat = Mat_CreateVer(partial.c_str(), nullptr, MAT_FT_MAT5);
   if (!mat) throw InputError(file + ": cannot be written");
-  const std::unique_ptr<mat_t, decltype(&Mat_Close)> closer(mat, &Mat_Close);
+  std::unique_ptr<mat_t, decltype(&Mat_Close)> closer(mat, &Mat_Close);
+  std::set<std::string> names;
   int64_t written = 0;
   Progress progress;
   for (size_t i = 0; i < channels.size(); ++i) {
@@ -150,11 +159,16 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
       columns.take(event->utime, *leaves);
       ++written;
     }
-    if (Mat_VarWrite(mat, columns.structure(channels[i]).get(), MAT_COMPRESSION_NONE) != 0) {
+    std::string name = identifier("c" + channels[i]).substr(1);
+    if (name.empty() || !std::isalpha(static_cast<unsigned char>(name[0]))) name = "channel_" + name;
+    while (!names.insert(name).second) name += "_";
+    if (Mat_VarWrite(mat, columns.structure(name).get(), MAT_COMPRESSION_NONE) != 0) {
       throw InputError(file + ": cannot be written");
     }
   }
+  if (Mat_Close(closer.release()) != 0) throw InputError(file + ": cannot be written");
   if (std::rename(partial.c_str(), file.c_str()) != 0) throw InputError(file + ": cannot be written");
+  say_damage(log, reader);
   return written;
 }
 

@@ -7,6 +7,7 @@
 #include "runtime/message_schema.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/log_edit.hpp"
 #include "tools/log/mcap_writer.hpp"
 
 namespace multireach {
@@ -147,6 +148,7 @@ int64_t export_mcap(const std::string& log, const std::string& file, const Chann
     progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
     if (chosen(patterns, event->channel)) exporter.take(*event);
   }
+  say_damage(log, reader);
   return exporter.close();
 }
 

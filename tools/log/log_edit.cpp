@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 
 #include "runtime/files.hpp"
@@ -35,10 +36,30 @@ int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep
     ++written;
   }
   writer.close();
+  say_damage(input, reader);
   return written;
 }
 
+/// The time of the first events, of which one may be damaged: the earliest within a minute of the middle one.
+int64_t begin_of(const std::string& input) {
+  LogReader reader(input);
+  std::vector<int64_t> times;
+  constexpr size_t kFirst = 15;
+  for (auto event = reader.next(); event && times.size() < kFirst; event = reader.next()) times.push_back(event->utime);
+  std::ranges::sort(times);
+  constexpr double kMinute = 60e6;
+  const int64_t middle = times[times.size() / 2];
+  return *std::ranges::find_if(
+      times, [&](int64_t time) { return static_cast<double>(middle) - static_cast<double>(time) < kMinute; });
+}
+
 }  // namespace
+
+void say_damage(const std::string& path, const LogReader& reader) {
+  if (reader.damaged_places() == 0) return;
+  std::cerr << "multireach-log: " << path << ": " << reader.damaged_bytes() << " damaged bytes in "
+            << reader.damaged_places() << " places were left out; check says where\n";
+}
 
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output) {
   struct Source {
@@ -63,14 +84,14 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
     earliest->head = earliest->log->next();
   }
   writer.close();
+  for (size_t i = 0; i < inputs.size(); ++i) say_damage(inputs[i], *sources[i].log);
 }
 
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s) {
-  std::optional<int64_t> first;
+  const auto first = static_cast<double>(begin_of(input));
   const double from = std::round(from_s * 1e6), until = std::round(until_s * 1e6);
   return copy_if(input, output, [&](const LogEvent& event) {
-    if (!first) first = event.utime;
-    const auto after = static_cast<double>(event.utime - *first);
+    const double after = static_cast<double>(event.utime) - first;
     return after >= from && after < until;
   });
 }

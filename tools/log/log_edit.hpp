@@ -4,10 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "runtime/log_file.hpp"
+
 namespace multireach {
 
 /// Logs made from logs, event by event in constant memory; events are numbered anew. All throw InputError when a log
 /// cannot be read or written, or when the output is one of the inputs.
+
+/// Says on standard error what a reader that has come to the end has left out as damaged, if anything.
+void say_damage(const std::string& path, const LogReader& reader);
 
 /// The events of several logs in the order of their times (and of the logs, for equal times).
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output);

@@ -42,6 +42,11 @@ std::string hexadecimal(int64_t digest) {
   return fmt::format("{:016x}", static_cast<uint64_t>(digest));
 }
 
+/// Messages may hold text that is no Unicode.
+void write_report(const std::string& path, const nlohmann::ordered_json& report) {
+  write_text_file(path, report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+}
+
 struct RunRequest {
   Setup setup;
   std::string session, output, robot = "ideal", from = "auto", json;
@@ -124,7 +129,7 @@ int run(const RunRequest& request) {
     std::cout << fmt::format("{:.2f} s of session in {:.2f} s: {:.0f} times real time\n", result.span_s, took,
                              result.span_s / took);
   }
-  if (!request.json.empty()) write_text_file(request.json, report.dump(2) + "\n");
+  if (!request.json.empty()) write_report(request.json, report);
   return 0;
 }
 
@@ -180,7 +185,11 @@ int verify_log(const Setup& setup, const std::string& log, const std::string& js
     for (const std::string& note : result.notes) std::cout << note << "\n";
     if (result.first) std::cout << "first difference: " << result.first->sentence() << "\n";
   }
-  if (!json_path.empty()) write_text_file(json_path, report.dump(2) + "\n");
+  if (!json_path.empty()) write_report(json_path, report);
+  if (result.nothing_checked()) {
+    std::cerr << "multireach-replay: nothing in " << log << " could be checked\n";
+    return 1;
+  }
   return result.holds() ? 0 : 1;
 }
 
@@ -209,7 +218,7 @@ int bisect_logs(const std::string& old_log, const std::string& new_log, bool com
     table += fmt::format("stage: {}: {}\n", first->node.empty() ? "none" : first->node, first->cause);
   }
   if (json_path != "-") std::cout << table;
-  if (!json_path.empty()) write_text_file(json_path, report.dump(2) + "\n");
+  if (!json_path.empty()) write_report(json_path, report);
   return result.first ? 1 : 0;
 }
 

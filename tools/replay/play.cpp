@@ -139,7 +139,10 @@ class Player : public VirtualLoop::Observer {
 
   void ask(Process& process) {
     process.step.num_inputs = static_cast<int32_t>(process.step.digest.size());
-    if (const auto bytes = encode(process.step)) bus_.publish(channel::kReplayStep, *bytes);
+    if (auto bytes = encode(process.step)) {
+      seal(*bytes);
+      bus_.publish(channel::kReplayStep, *bytes);
+    }
   }
 
   /// Asks all processes for what has been computed here, and waits until they have done it.

@@ -6,6 +6,12 @@
 #include "tools/replay/ideal_robot_node.hpp"
 
 namespace multireach {
+namespace {
+
+/// So long may what a node sent be missing in a log, before it is taken to have ended.
+constexpr int64_t kLongestLoss = 5000000;  // us
+
+}  // namespace
 
 std::unique_ptr<Node> make_node(const std::string& name, const NodeConfigs& configs) {
   if (name == "vision") {
@@ -18,35 +24,45 @@ std::unique_ptr<Node> make_node(const std::string& name, const NodeConfigs& conf
   return nullptr;
 }
 
-Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, int64_t ticks, const FindMessage& find,
-                     const ComputedSink& sink) {
+Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const Recomputation& io) {
   Recomputed result;
   const std::unique_ptr<Node> node = make_node(run.node, configs);
   if (!node) return result;
   Outbox out;
-  int64_t ticked = 0;
+  int64_t ticked = 0, sent = 0;
   const auto hand_on = [&] {
-    for (const OutMessage& message : out) sink(message, result.missing == 0);
+    bool known = false;
+    for (const OutMessage& message : out) known = io.sent(message, result.missing == 0) || known;
+    sent += static_cast<int64_t>(out.size());
     out.clear();
+    return known;
   };
-  const auto tick_until = [&](int64_t until) {
-    for (; ticked < until && node->next_tick(); ++ticked) {
-      node->tick(out);
-      hand_on();
-    }
+  const auto tick = [&] {
+    node->tick(out);
+    ++ticked;
+    return hand_on();
   };
+  // What it took in before the log tells of it.
+  result.inputs = result.missing = run.untold;
+  node->skip(run.untold);
+  sent += run.untold;
   for (const auto& input : run.inputs) {
     ++result.inputs;
-    const std::span<const uint8_t> bytes = input ? find(input->digest) : std::span<const uint8_t>();
-    if (input) tick_until(input->ticks);
-    if (bytes.empty()) {
+    while (input && ticked < input->ticks && node->next_tick()) tick();
+    const std::span<const uint8_t> bytes = input ? io.find(input->digest) : std::span<const uint8_t>();
+    if (!bytes.empty()) {
+      node->receive(input->channel, bytes, out);
+      hand_on();
+    } else if (node->adopt(io.recorded(sent))) {
+      ++result.adopted;
+      ++sent;
+    } else {
       ++result.missing;
-      continue;
+      node->skip(1);
     }
-    node->receive(input->channel, bytes, out);
-    hand_on();
   }
-  tick_until(ticks);
+  const int64_t period = node->tick_period_us();
+  for (int64_t unknown = 0; unknown < kLongestLoss && node->next_tick();) unknown = tick() ? 0 : unknown + period;
   return result;
 }
 

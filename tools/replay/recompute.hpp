@@ -21,18 +21,25 @@ struct NodeConfigs {
 /// it needs a vision file and there is none.
 std::unique_ptr<Node> make_node(const std::string& name, const NodeConfigs& configs);
 
-/// What a node sends, as it is computed. `certain` is false once an input was missing.
-using ComputedSink = std::function<void(const OutMessage& message, bool certain)>;
 /// The bytes of the message with this digest; empty where nobody has them.
 using FindMessage = std::function<std::span<const uint8_t>(int64_t digest)>;
+
+/// What a recomputation needs to know of the log, and whom it tells.
+struct Recomputation {
+  FindMessage find;
+  /// The message that the node is recorded to have sent with this sequence number; empty where it is not.
+  std::function<std::span<const uint8_t>(int64_t sequence)> recorded;
+  /// A message, as the node sends it; `certain` is false once an input was missing. Returns whether it is in the log.
+  std::function<bool(const OutMessage& message, bool certain)> sent;
+};
 
 struct Recomputed {
   int64_t inputs = 0;
   int64_t missing = 0;  ///< inputs that are not in the log, or whose telling was lost
+  int64_t adopted = 0;  ///< inputs that are not in the log, in whose place what was sent for them was taken
 };
 
-/// Computes a run again from what it took in, and goes on to tick until it has ticked `ticks` times.
-Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, int64_t ticks, const FindMessage& find,
-                     const ComputedSink& sink);
+/// Computes a run again from what it took in, and goes on to tick for as long as the log knows what it sends.
+Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const Recomputation& io);
 
 }  // namespace multireach

@@ -15,8 +15,8 @@ constexpr std::array kIndexed{channel::kStereoImages,    channel::kTarget,      
                               channel::kJointSetpoint,   channel::kJointCommand, channel::kRobotState,
                               channel::kControllerState, channel::kNodeInputs,   channel::kNodeStatus};
 
-/// Of messages that a node of ours could not have counted, the recorder's loss may be as large as it likes.
-constexpr int64_t kMostInputs = 1 << 24;
+/// A recorder that lost the telling of so many messages in one place is a damaged number.
+constexpr int64_t kLongestSilence = 1 << 22;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ void RecordedLog::take_status(const RecordedMessage& message) {
 void RecordedLog::take_inputs(const RecordedMessage& message) {
   const auto said = decode<node_inputs_t>(message.bytes);
   const auto inputs = said && sealed(message.bytes) ? inputs_in(*said) : std::nullopt;
-  if (!inputs || said->first < 0 || said->first > kMostInputs) {
+  if (!inputs || said->first < 0) {
     broken_.emplace_back(channel::kNodeInputs, message);
     return;
   }
@@ -60,8 +60,18 @@ void RecordedLog::take_inputs(const RecordedMessage& message) {
     run.run = said->run;
     run.config_digest = said->config_digest;
     run.first_event = message.event;
+    run.untold = said->first;
   }
-  const auto first = static_cast<size_t>(said->first);
+  if (said->first < run.untold && run.untold - said->first < kLongestSilence) {  // they came in another order
+    run.inputs.insert(run.inputs.begin(), static_cast<size_t>(run.untold - said->first), std::nullopt);
+    run.untold = said->first;
+  }
+  const int64_t after = said->first - run.untold;
+  if (after < 0 || after > static_cast<int64_t>(run.inputs.size()) + kLongestSilence) {
+    broken_.emplace_back(channel::kNodeInputs, message);
+    return;
+  }
+  const auto first = static_cast<size_t>(after);
   if (run.inputs.size() < first + inputs->size()) run.inputs.resize(first + inputs->size());
   bool agrees = run.config_digest == said->config_digest;
   for (size_t i = 0; i < inputs->size(); ++i) {

@@ -24,7 +24,9 @@ struct RecordedRun {
   std::string node;
   int64_t run = 0, config_digest = 0;
   int64_t first_event = 0;  ///< where the log first tells of it
-  /// What it took in, in order; nothing where the recorder lost the telling.
+  /// How many messages it had taken in before those that the log tells of.
+  int64_t untold = 0;
+  /// What it took in then, in order; nothing where the recorder lost the telling.
   std::vector<std::optional<ConsumedInput>> inputs;
 };
 

@@ -6,62 +6,41 @@
 
 namespace multireach {
 
-void ComputedCommands::add(int64_t first_event, int64_t sequence, int64_t digest) {
-  if (runs_.empty() || runs_.back().first_event != first_event) runs_.push_back({first_event, {}});
-  std::vector<int64_t>& digests = runs_.back().digests;
-  if (sequence == static_cast<int64_t>(digests.size())) digests.push_back(digest);
-}
+RobotSimCheck::RobotSimCheck(const RobotConfig& robot, FindMessage find)
+    : find_(std::move(find)), arm_(simulated_arm(robot)), start_(arm_.positions()) {}
 
-size_t ComputedCommands::run_at(int64_t event) const {
-  size_t run = 0;
-  while (run + 1 < runs_.size() && runs_[run + 1].first_event <= event) ++run;
-  return run;
-}
-
-std::optional<int64_t> ComputedCommands::find(size_t run, int64_t sequence) const {
-  if (run >= runs_.size() || sequence < 0) return std::nullopt;
-  const std::vector<int64_t>& digests = runs_[run].digests;
-  if (sequence >= static_cast<int64_t>(digests.size())) return std::nullopt;
-  return digests[static_cast<size_t>(sequence)];
-}
-
-RobotSimCheck::RobotSimCheck(const RobotConfig& robot, const ComputedCommands& commands, FindMessage find)
-    : commands_(commands), find_(std::move(find)), arm_(simulated_arm(robot)), start_(arm_.positions()) {}
-
-bool RobotSimCheck::follow_command(size_t run, int64_t sequence) {
-  const auto digest = commands_.find(run, sequence);
-  const auto bytes = digest ? find_(*digest) : std::span<const uint8_t>();
-  const auto command = decode<joint_command_t>(bytes);
-  if (!command || !sensible(*command, arm_)) return false;
+std::optional<int64_t> RobotSimCheck::follow_command(int64_t digest) {
+  const auto command = decode<joint_command_t>(find_(digest));
+  if (!command || !sensible(*command, arm_)) return std::nullopt;
   follow(*command, arm_);
-  return true;
+  return command->sequence;
 }
 
-std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const robot_state_t& state, size_t run) {
+std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const robot_state_t& state) {
   robot_state_t expected = state;
-  const std::vector<double> rest(start_.size(), 0.0);
   for (size_t i = 0; i < start_.size(); ++i) arm_.command(arm_.joint_names()[i], start_[i], 0);
-  if (state.sequence == 0) {
-    arm_.set_state(start_, rest);
-    expected.utime = 0;
+  if (state.before_digest == 0) {
+    arm_.set_state(start_, std::vector<double>(start_.size(), 0.0));
+    expected.utime = expected.sequence = expected.command_digest = 0;
     expected.command_sequence = -1;
   } else {
-    if (!before_ || before_->sequence + 1 != state.sequence) return std::nullopt;
-    if (!arm_.set_state(before_->angle_rad, before_->velocity_rad_s)) return std::nullopt;
-    expected.utime = before_->utime;
-    expected.command_sequence = before_->command_sequence;
-    if (before_->command_sequence >= 0 && !follow_command(run, before_->command_sequence)) return std::nullopt;
+    const auto before = decode<robot_state_t>(find_(state.before_digest));
+    if (!before || !arm_.set_state(before->angle_rad, before->velocity_rad_s)) return std::nullopt;
+    if (before->command_digest != 0 && !follow_command(before->command_digest)) return std::nullopt;
+    expected.utime = before->utime;
+    expected.sequence = before->sequence + 1;
+    expected.command_sequence = before->command_sequence;
+    expected.command_digest = before->command_digest;
   }
   arm_.release();
   const Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(state.push_force_n);
   if (!state.pushed_link.empty() && !arm_.push(state.pushed_link, force)) return std::nullopt;
-  for (const int64_t sequence : state.step_command_sequence) {
-    // A bridge that was started again counts from 0.
-    if (sequence >= 0 && sequence < expected.command_sequence) ++run;
-    if (sequence < 0) {
+  for (const int64_t digest : state.step_command_digest) {
+    if (digest == 0) {
       arm_.hold();
-    } else if (follow_command(run, sequence)) {
-      expected.command_sequence = sequence;
+    } else if (const auto sequence = follow_command(digest)) {
+      expected.command_sequence = *sequence;
+      expected.command_digest = digest;
     } else {
       return std::nullopt;
     }
@@ -74,28 +53,14 @@ std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const robot_state_t& 
   return bytes;
 }
 
-RobotSimCheck::Outcome RobotSimCheck::next(const RecordedMessage& message) {
+RobotSimCheck::Outcome RobotSimCheck::check(const RecordedMessage& message) {
   Outcome outcome;
-  auto state = decode<robot_state_t>(message.bytes);
-  if (state && state->num_steps == 0) {
-    before_.reset();
-    return outcome;
-  }
+  const auto state = decode<robot_state_t>(message.bytes);
+  if (state && state->num_steps == 0) return outcome;
   outcome.simulated = true;
-  // Which run of the bridge it was is told by the log's order, but for what the recorder lost: then one that fits.
-  const auto equals = [&] { return outcome.expected && std::ranges::equal(*outcome.expected, message.bytes); };
-  if (state) outcome.expected = compute(*state, commands_.run_at(message.event));
-  for (size_t run = 0; state && run < commands_.runs() && !equals(); ++run) {
-    if (auto other = compute(*state, run)) {
-      const bool fits = std::ranges::equal(*other, message.bytes);
-      if (fits || !outcome.expected) outcome.expected = std::move(other);
-    }
-  }
-  outcome.equal = equals();
+  if (state) outcome.expected = compute(*state);
+  outcome.equal = outcome.expected && std::ranges::equal(*outcome.expected, message.bytes);
   outcome.broken = !sealed(message.bytes);
-  // The next is computed from what this one should be.
-  if (outcome.broken && outcome.expected) state = decode<robot_state_t>(*outcome.expected);
-  before_ = outcome.broken && !outcome.expected ? std::nullopt : std::move(state);
   return outcome;
 }
 

@@ -58,7 +58,10 @@ void Session::rewind() {
 }
 
 int64_t Session::later(const LogEvent& event) const {
-  return event_utime_ ? std::clamp<int64_t>(event.utime - *event_utime_, 0, kLongestPause) : 0;
+  // A damaged time may be anything.
+  if (!event_utime_ || event.utime <= *event_utime_) return 0;
+  const uint64_t pause = static_cast<uint64_t>(event.utime) - static_cast<uint64_t>(*event_utime_);
+  return static_cast<int64_t>(std::min<uint64_t>(pause, kLongestPause));
 }
 
 int64_t Session::time_of(const LogEvent& event, int64_t camera_utime) const {

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
 #include <multireach/node_inputs_t.hpp>
+#include <set>
 #include <unordered_map>
 
 #include "runtime/channels.hpp"
 #include "runtime/digest.hpp"
+#include "runtime/message_schema.hpp"
 #include "runtime/program.hpp"
 #include "tools/replay/message_difference.hpp"
 #include "tools/replay/robot_sim_check.hpp"
@@ -28,9 +29,6 @@ const std::vector<Publisher>& publishers() {
                                                   {"ideal_robot", {channel::kRobotState}}};
   return kPublishers;
 }
-
-/// A recorder may have lost so many messages in one place and no more: a larger number is a damaged one.
-constexpr int64_t kLongestLoss = 200000;
 
 class Verifier {
  public:
@@ -66,7 +64,7 @@ class Verifier {
   }
 
  private:
-  using Digests = std::unordered_map<int64_t, int64_t>;  // of computed messages, to the run's number
+  using Digests = std::unordered_map<int64_t, size_t>;  // of computed messages, to the run's number
 
   Verification::Channel& sum_of(std::string_view channel) { return result_.channels[std::string(channel)]; }
 
@@ -85,78 +83,98 @@ class Verifier {
     return again == recomputed_.end() ? std::span<const uint8_t>() : std::span<const uint8_t>(again->second);
   }
 
-  /// How often a run ticked, by the messages that the log has between its first words and those of the next run.
-  int64_t ticks_of(const RecordedRun& run, const RecordedRun* next, std::string_view channel) const {
-    std::vector<int64_t> sequences;
-    for (const RecordedMessage& message : log_.messages(channel)) {
-      if (message.event >= run.first_event && (!next || message.event < next->first_event)) {
-        sequences.push_back(message.sequence);
-      }
-    }
-    std::ranges::sort(sequences);
-    int64_t ticks = 0;
-    for (const auto& input : run.inputs) {
-      if (input) ticks = std::max(ticks, input->ticks);
-    }
-    for (const int64_t sequence : sequences) {
-      if (sequence - ticks > kLongestLoss) break;
-      ticks = std::max(ticks, sequence + 1);
-    }
-    return ticks;
-  }
-
   struct Played {
     const RecordedRun* run;
-    const RecordedRun* next;
-    int64_t ticks;
-    std::map<std::string_view, int64_t> certain_until;  // sequence from which on an input was missing
+    std::map<std::string_view, int64_t> uncertain_from;  // sequence, where an input was missing
   };
+
+  static int64_t sequence_in(std::span<const uint8_t> bytes) {
+    const MessageSchema* schema = MessageSchemas::project().of(bytes);
+    return schema ? sequence_of(*schema, bytes).value_or(-1) : -1;
+  }
 
   void verify_node(const Publisher& publisher) {
     const auto runs = log_.runs(publisher.node);
     std::map<std::string_view, Digests> computed;
     std::vector<Played> played;
-    for (size_t i = 0; i < runs.size(); ++i) {
-      const RecordedRun* next = i + 1 < runs.size() ? runs[i + 1] : nullptr;
-      int64_t ticks = 0;
-      for (const std::string_view channel : publisher.channels) {
-        ticks = std::max(ticks, ticks_of(*runs[i], next, channel));
-      }
-      played.push_back({runs[i], next, ticks, {}});
-      play(played.back(), static_cast<int64_t>(i), publisher.channels, computed);
+    for (const RecordedRun* run : runs) {
+      played.push_back({run, {}});
+      play(publisher, played.back(), played.size() - 1, computed);
     }
     for (const std::string_view channel : publisher.channels) compare(publisher, channel, played, computed[channel]);
   }
 
-  void play(Played& played, int64_t number, const std::vector<std::string_view>& channels,
-            std::map<std::string_view, Digests>& computed) {
+  /// What a run is recorded to have sent, by sequence number; of a node that sends on one channel.
+  std::map<int64_t, const RecordedMessage*> recorded_by(const Publisher& publisher, const RecordedRun& run) const {
+    std::map<int64_t, const RecordedMessage*> found;
+    for (const RecordedMessage& message : log_.messages(publisher.channels.front())) {
+      if (message.event > run.first_event) found.emplace(message.sequence, &message);
+    }
+    return found;
+  }
+
+  void play(const Publisher& publisher, Played& played, size_t number, std::map<std::string_view, Digests>& computed) {
     const RecordedRun& run = *played.run;
-    std::map<std::string_view, int64_t> sent;
-    const Recomputed result = recompute(
-        run, configs_, played.ticks, [this](int64_t digest) { return find(digest); },
-        [&](const OutMessage& message, bool certain) {
-          const int64_t digest = digest_of(message.bytes);
-          computed[message.channel].emplace(digest, number);
-          const int64_t sequence = sent[message.channel]++;
-          if (!certain) played.certain_until.try_emplace(message.channel, sequence);
-          const bool input = message.channel == channel::kTarget || message.channel == channel::kJointSetpoint;
-          const bool kept = input || message.channel == channel::kJointCommand;
-          if (kept && log_.bytes_of(digest).empty()) recomputed_.emplace(digest, message.bytes);
-          if (message.channel == channel::kJointCommand) commands_.add(run.first_event, sequence, digest);
-        });
+    std::map<std::string_view, int64_t> next;  // sequence
+    std::optional<std::map<int64_t, const RecordedMessage*>> recorded;
+    const Recomputation io{.find = [this](int64_t digest) { return find(digest); },
+                           .recorded = [&](int64_t sequence) -> std::span<const uint8_t> {
+                             if (publisher.channels.size() > 1) return {};
+                             if (!recorded) recorded = recorded_by(publisher, run);
+                             const auto found = recorded->find(sequence);
+                             if (found == recorded->end()) return {};
+                             adopted_.insert(found->second->event);
+                             return found->second->bytes;
+                           },
+                           .sent =
+                               [&](const OutMessage& message, bool certain) {
+                                 const int64_t digest = digest_of(message.bytes);
+                                 computed[message.channel].emplace(digest, number);
+                                 const int64_t sequence = sequence_in(message.bytes);
+                                 if (!certain) played.uncertain_from.try_emplace(message.channel, sequence);
+                                 next[message.channel] = sequence + 1;
+                                 const bool known = !log_.bytes_of(digest).empty();
+                                 // Others took it in, and the recorder lost it.
+                                 const bool lost = certain && !known && message.channel != channel::kControllerState;
+                                 if (lost) recomputed_.emplace(digest, message.bytes);
+                                 return known;
+                               }};
+    const Recomputed result = recompute(run, configs_, io);
     if (result.missing > 0) {
       // What it sent beyond what can be computed is as uncertain.
-      for (const std::string_view channel : channels) played.certain_until.try_emplace(channel, sent[channel]);
+      for (const std::string_view channel : publisher.channels) {
+        played.uncertain_from.try_emplace(channel, next[channel]);
+      }
       note(
           fmt::format("{}: {} of {} messages that it took in are not in the log; what it sent afterwards cannot all be "
                       "checked",
                       run.node, result.missing, result.inputs));
+    }
+    if (result.adopted > 0) {
+      note(fmt::format(
+          "{}: {} of {} messages that it took in are not in the log; what it sent for them cannot be checked", run.node,
+          result.adopted, result.inputs));
     }
     const int64_t config = run.node == "vision" && configs_.vision ? configs_.vision->digest : configs_.robot.digest;
     if (config != run.config_digest) {
       note(fmt::format("{} ran with another configuration than the one given here, or its file has changed since",
                        run.node));
     }
+  }
+
+  /// For each run, where the log has its last message that was computed without anything missing.
+  static std::vector<int64_t> last_certain(std::string_view channel, const std::vector<RecordedMessage>& messages,
+                                           const std::vector<Played>& played, const Digests& computed) {
+    std::vector<int64_t> last(played.size(), -1);
+    for (const RecordedMessage& message : messages) {
+      const auto found = computed.find(message.digest);
+      if (found == computed.end()) continue;
+      const auto uncertain = played[found->second].uncertain_from.find(channel);
+      const bool certain =
+          uncertain == played[found->second].uncertain_from.end() || message.sequence < uncertain->second;
+      if (certain) last[found->second] = message.event;
+    }
+    return last;
   }
 
   void compare(const Publisher& publisher, std::string_view channel, const std::vector<Played>& played,
@@ -166,6 +184,7 @@ class Verifier {
     Verification::Channel& sum = sum_of(channel);
     sum.messages = static_cast<int64_t>(messages.size());
     sum.computed = !played.empty();
+    const std::vector<int64_t> certain_until = last_certain(channel, messages, played, computed);
     int64_t expected = 0;
     for (const RecordedMessage& message : messages) {
       if (computed.contains(message.digest)) {
@@ -173,21 +192,25 @@ class Verifier {
         expected = message.sequence + 1;
         continue;
       }
-      if (played.empty()) {
+      if (played.empty() || adopted_.contains(message.event)) {
         ++sum.unchecked;
         continue;
       }
-      const Played* of = &played.front();
-      for (const Played& one : played) {
-        if (one.run->first_event <= message.event) of = &one;
+      size_t of = 0;
+      for (size_t i = 0; i < played.size(); ++i) {
+        if (played[i].run->first_event <= message.event) of = i;
       }
-      const auto uncertain = of->certain_until.find(channel);
-      if (uncertain != of->certain_until.end() && std::max(message.sequence, expected) >= uncertain->second) {
+      // Told by its place in the log, and by what it says itself only at the edge.
+      const auto uncertain = played[of].uncertain_from.find(channel);
+      if (uncertain != played[of].uncertain_from.end() && message.event > certain_until[of] &&
+          (message.sequence < 0 || message.sequence >= uncertain->second)) {
         ++sum.unchecked;
         continue;
       }
       ++sum.different;
-      if (!result_.first || message.event < result_.first->event) report(publisher, channel, *of, message, expected);
+      if (!result_.first || message.event < result_.first->event) {
+        report(publisher, channel, *played[of].run, message, expected);
+      }
     }
     if (played.empty()) {
       note(fmt::format("{}: no {} in this log says that it made them; they are taken as they are", channel,
@@ -196,24 +219,27 @@ class Verifier {
   }
 
   /// Computes the run once more to find what the message should have been.
-  void report(const Publisher& publisher, std::string_view channel, const Played& played,
+  void report(const Publisher& publisher, std::string_view channel, const RecordedRun& run,
               const RecordedMessage& message, int64_t expected) {
     std::vector<uint8_t> nearest;
     size_t fewest = SIZE_MAX;
-    int64_t sequence = 0;
-    recompute(
-        *played.run, configs_, played.ticks, [this](int64_t digest) { return find(digest); },
-        [&](const OutMessage& computed, bool) {
-          if (computed.channel != channel) return;
-          const int64_t own = sequence++;
-          if (own != message.sequence && own != expected) return;
-          const size_t common = std::min(computed.bytes.size(), message.bytes.size());
-          size_t different = std::max(computed.bytes.size(), message.bytes.size()) - common;
-          for (size_t i = 0; i < common; ++i) different += computed.bytes[i] != message.bytes[i];
-          if (different >= fewest) return;
-          fewest = different;
-          nearest = computed.bytes;
-        });
+    const Recomputation io{.find = [this](int64_t digest) { return find(digest); },
+                           .recorded = [](int64_t) { return std::span<const uint8_t>(); },
+                           .sent =
+                               [&](const OutMessage& computed, bool) {
+                                 const bool known = !log_.bytes_of(digest_of(computed.bytes)).empty();
+                                 const int64_t own = sequence_in(computed.bytes);
+                                 if (computed.channel != channel || (own != message.sequence && own != expected))
+                                   return known;
+                                 const size_t common = std::min(computed.bytes.size(), message.bytes.size());
+                                 size_t different = std::max(computed.bytes.size(), message.bytes.size()) - common;
+                                 for (size_t i = 0; i < common; ++i) different += computed.bytes[i] != message.bytes[i];
+                                 if (different >= fewest) return known;
+                                 fewest = different;
+                                 nearest = computed.bytes;
+                                 return known;
+                               }};
+    recompute(run, configs_, io);
     const MessageDifference place =
         nearest.empty() ? MessageDifference{"all of it", "a message", "none: the node sent no such message"}
                         : difference_of(message.bytes, nearest);
@@ -229,11 +255,11 @@ class Verifier {
 
   void verify_simulated_robot() {
     if (!log_.runs("ideal_robot").empty() || log_.messages(channel::kRobotState).empty()) return;
-    RobotSimCheck check(configs_.robot, commands_, [this](int64_t digest) { return find(digest); });
+    RobotSimCheck check(configs_.robot, [this](int64_t digest) { return find(digest); });
     Verification::Channel& sum = sum_of(channel::kRobotState);
     sum.messages = static_cast<int64_t>(log_.messages(channel::kRobotState).size());
     for (const RecordedMessage& message : log_.messages(channel::kRobotState)) {
-      const auto outcome = check.next(message);
+      const auto outcome = check.check(message);
       sum.computed = sum.computed || outcome.simulated;
       if (outcome.equal) {
         ++sum.equal;
@@ -261,10 +287,17 @@ class Verifier {
   const NodeConfigs& configs_;
   Verification result_;
   std::unordered_map<int64_t, std::vector<uint8_t>> recomputed_;  // that the recorder lost
-  ComputedCommands commands_;
+  std::set<int64_t> adopted_;                                     // events that were taken as they are
 };
 
 }  // namespace
+
+bool Verification::nothing_checked() const {
+  return std::ranges::none_of(channels, [](const auto& entry) {
+    const bool says = entry.first == channel::kNodeInputs || entry.first == channel::kNodeStatus;
+    return !says && entry.second.equal + entry.second.different > 0;
+  });
+}
 
 std::string Verification::Difference::sentence() const {
   const std::string what =

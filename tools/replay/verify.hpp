@@ -31,6 +31,8 @@ struct Verification {
   std::vector<std::string> notes;   ///< sentences about what was missing
 
   bool holds() const { return !first; }
+  /// Whether not one message of a node could be computed again.
+  bool nothing_checked() const;
 };
 
 /// Takes the log of a run and computes every message of vision, controller, bridge and simulated robot again, each from

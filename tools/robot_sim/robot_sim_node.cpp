@@ -97,6 +97,7 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   }
   follow(*command, arm_);
   command_sequence_ = command->sequence;
+  command_digest_ = digest_of(bytes);
   commanded_utime_ = utime_;
 }
 
@@ -117,7 +118,7 @@ void RobotSimNode::tick(Outbox& out) {
   if (steps_.empty()) update_push();
   const bool expired = command_sequence_ < 0 || utime_ - commanded_utime_ > kCommandExpires;
   if (expired) arm_.hold();
-  steps_.push_back(expired ? -1 : command_sequence_);
+  steps_.push_back(expired ? 0 : command_digest_);
   arm_.step();
   utime_ += kStepUs;
   if (utime_ % state_period_us_ >= kStepUs) return;
@@ -126,12 +127,15 @@ void RobotSimNode::tick(Outbox& out) {
   state.sequence = sequence_++;
   state.command_sequence = command_sequence_;
   put_joints(arm_, state);
+  state.before_digest = before_digest_;
+  state.command_digest = command_digest_;
   state.num_steps = static_cast<int32_t>(steps_.size());
-  state.step_command_sequence = std::move(steps_);
+  state.step_command_digest = std::move(steps_);
   steps_.clear();
   state.pushed_link = push_ ? push_->link : "";
   Eigen::Map<Eigen::Vector3d>(state.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
   send_sealed(out, channel::kRobotState, state);
+  before_digest_ = digest_of(out.back().bytes);
 }
 
 }  // namespace multireach

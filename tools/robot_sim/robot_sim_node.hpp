@@ -42,7 +42,8 @@ class RobotSimNode : public Node {
   int64_t utime_ = 0;
   int64_t commanded_utime_ = 0;
   int64_t sequence_ = 0, command_sequence_ = -1;
-  std::vector<int64_t> steps_;  // since the last state
+  int64_t command_digest_ = 0, before_digest_ = 0;
+  std::vector<int64_t> steps_;  // the commands followed since the last state
   std::optional<Push> next_push_, push_;
   int64_t push_until_ = 0;
   SequenceWatch commands_;
