@@ -88,6 +88,7 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
 }
 
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s) {
+  refuse_to_overwrite(input, output);
   const auto first = static_cast<double>(begin_of(input));
   const double from = std::round(from_s * 1e6), until = std::round(until_s * 1e6);
   return copy_if(input, output, [&](const LogEvent& event) {
