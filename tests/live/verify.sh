@@ -32,8 +32,10 @@ kill -INT $control_logger $image_logger; wait $control_logger $image_logger 2>/d
 [ -z "${MULTIREACH_KEEP:-}" ] || cp "$work/live.lcm" "$MULTIREACH_KEEP"
 "$bin/multireach-log" check "$work/live.lcm"
 "$bin/multireach-replay" verify "$work/live.lcm" --json "$work/verify.json" | tee "$work/table" || failed "a difference: $(cat "$work/table")"
+# Of the robot's states, each one after those that the recorder lost cannot be checked.
 for channel in TARGET JOINT_SETPOINT CONTROLLER_STATE JOINT_COMMAND ROBOT_STATE; do
+  part=99; [ $channel = ROBOT_STATE ] && part=95
   read -r _ messages equal _ <<<"$(grep "^$channel " "$work/table")"
-  [ "${equal:-0}" -gt 100 ] && [ $((100 * equal)) -ge $((99 * messages)) ] || failed "$channel: $equal of $messages computed again"
+  [ "${equal:-0}" -gt 100 ] && [ $((100 * equal)) -ge $((part * messages)) ] || failed "$channel: $equal of $messages computed again"
 done
 finish
