@@ -19,6 +19,17 @@ int64_t digest_of(std::string_view text) {
   return static_cast<int64_t>(XXH3_64bits(text.data(), text.size()));
 }
 
+int64_t digest_of(std::initializer_list<int64_t> numbers) {
+  std::vector<uint8_t> bytes;
+  bytes.reserve(8 * numbers.size());
+  for (const int64_t number : numbers) {
+    for (int shift = 56; shift >= 0; shift -= 8) {
+      bytes.push_back(static_cast<uint8_t>(static_cast<uint64_t>(number) >> shift));
+    }
+  }
+  return digest_of(bytes);
+}
+
 void seal(std::vector<uint8_t>& message) {
   if (message.size() < kCheck) return;
   const size_t before = message.size() - kCheck;

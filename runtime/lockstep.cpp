@@ -1,7 +1,6 @@
 #include "runtime/lockstep.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "runtime/channels.hpp"
 
@@ -19,12 +18,7 @@ InputJournal journal_of(const Node& node, int64_t replay) {
 }  // namespace
 
 int64_t digest_with(int64_t before, std::string_view channel, std::span<const uint8_t> bytes) {
-  std::array<uint8_t, 24> numbers{};
-  const std::array<int64_t, 3> values{before, digest_of(channel), digest_of(bytes)};
-  for (size_t i = 0; i < numbers.size(); ++i) {
-    numbers[i] = static_cast<uint8_t>(static_cast<uint64_t>(values[i / 8]) >> (56 - 8 * (i % 8)));
-  }
-  return digest_of(numbers);
+  return digest_of({before, digest_of(channel), digest_of(bytes)});
 }
 
 Lockstep::Lockstep(NodeMaker make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_, 0)) {}

@@ -109,13 +109,10 @@ json value_of(Kind kind, std::span<const uint8_t> bytes) {
     case Kind::kByte:
       return base64(bytes);
     case Kind::kInt8:
-      return static_cast<int8_t>(bytes[0]);
     case Kind::kInt16:
-      return big_endian<int16_t>(bytes);
     case Kind::kInt32:
-      return big_endian<int32_t>(bytes);
     case Kind::kInt64:
-      return big_endian<int64_t>(bytes);
+      return integer_in(kind, bytes);
     case Kind::kFloat:
       return number(std::bit_cast<float>(big_endian<uint32_t>(bytes)));
     case Kind::kDouble:

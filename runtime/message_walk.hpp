@@ -11,6 +11,20 @@ Integer big_endian(std::span<const uint8_t> bytes) {
   return static_cast<Integer>(value);
 }
 
+/// An integer of a message, of a kind from kInt8 to kInt64.
+inline int64_t integer_in(MessageSchema::Kind kind, std::span<const uint8_t> bytes) {
+  switch (kind) {
+    case MessageSchema::Kind::kInt8:
+      return static_cast<int8_t>(bytes[0]);
+    case MessageSchema::Kind::kInt16:
+      return big_endian<int16_t>(bytes);
+    case MessageSchema::Kind::kInt32:
+      return big_endian<int32_t>(bytes);
+    default:
+      return big_endian<int64_t>(bytes);
+  }
+}
+
 /// Goes through the bytes of a message by its schema, telling a sink what is there. Never reads beyond the bytes, and
 /// never more often than they allow, whatever the counts in them say.
 template <class Sink>
@@ -54,24 +68,10 @@ class MessageWalk {
       const size_t begin = at_;
       if (!dimension(field, counts, 0)) return false;
       if (field.dimensions.empty() && field.kind >= Kind::kInt8 && field.kind <= Kind::kInt64) {
-        counts[i] = count_at(field.kind, begin);
+        counts[i] = integer_in(field.kind, bytes_.subspan(begin));
       }
     }
     return true;
-  }
-
-  int64_t count_at(Kind kind, size_t at) const {
-    const auto bytes = bytes_.subspan(at);
-    switch (kind) {
-      case Kind::kInt8:
-        return static_cast<int8_t>(bytes[0]);
-      case Kind::kInt16:
-        return big_endian<int16_t>(bytes);
-      case Kind::kInt32:
-        return big_endian<int32_t>(bytes);
-      default:
-        return big_endian<int64_t>(bytes);
-    }
   }
 
   bool dimension(const Field& field, const std::vector<int64_t>& counts, size_t depth) {

@@ -29,14 +29,11 @@ double number_in(const MessageLeaf& leaf) {
       return std::bit_cast<double>(big_endian<uint64_t>(leaf.bytes));
     case Kind::kFloat:
       return std::bit_cast<float>(big_endian<uint32_t>(leaf.bytes));
-    case Kind::kInt16:
-      return big_endian<int16_t>(leaf.bytes);
-    case Kind::kInt32:
-      return big_endian<int32_t>(leaf.bytes);
-    case Kind::kInt64:
-      return static_cast<double>(big_endian<int64_t>(leaf.bytes));
     case Kind::kInt8:
-      return static_cast<int8_t>(leaf.bytes[0]);
+    case Kind::kInt16:
+    case Kind::kInt32:
+    case Kind::kInt64:
+      return static_cast<double>(integer_in(leaf.kind, leaf.bytes));
     default:
       return leaf.bytes[0];
   }

@@ -16,9 +16,8 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kAskAgain = 30000;     // us
-constexpr int64_t kGiveUp = 10000000;    // us
-constexpr int64_t kAfterwards = 500000;  // us, as in `replay`
+constexpr int64_t kAskAgain = 30000;   // us
+constexpr int64_t kGiveUp = 10000000;  // us
 
 /// The node that sends on a channel; empty for NODE_INPUTS.
 std::string_view sender_of(std::string_view channel) {

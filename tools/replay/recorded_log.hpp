@@ -30,7 +30,7 @@ struct RecordedRun {
   std::vector<std::optional<ConsumedInput>> inputs;
 };
 
-/// A log, sorted for being verified. Reads the log once and keeps some 50 bytes for every message of a computed
+/// A log, sorted for being verified. Reads the log once and keeps some 90 bytes for every message of a computed
 /// channel; the messages themselves stay in the file.
 class RecordedLog {
  public:

@@ -11,8 +11,6 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kAfterwards = 500000;  // us, for what is still on its way after the last input
-
 /// Digests what the nodes send, and hands it on.
 class Recorder : public VirtualLoop::Observer {
  public:
@@ -24,23 +22,14 @@ class Recorder : public VirtualLoop::Observer {
     ReplayResult::Channel& sum = at->second;
     ++sum.messages;
     const int64_t digest = digest_of(bytes);
-    sum.digest = chained<2>({sum.digest, digest});
+    sum.digest = digest_of({sum.digest, digest});
     // What it says of configurations changes with their comments.
     if (channel != channel::kNodeInputs)
-      result_.digest = chained<4>({result_.digest, now_us, digest_of(channel), digest});
+      result_.digest = digest_of({result_.digest, now_us, digest_of(channel), digest});
     sink_(now_us, channel, bytes, false);
   }
 
  private:
-  template <size_t n>
-  static int64_t chained(const std::array<int64_t, n>& numbers) {
-    std::array<uint8_t, 8 * n> bytes;
-    for (size_t i = 0; i < bytes.size(); ++i) {
-      bytes[i] = static_cast<uint8_t>(static_cast<uint64_t>(numbers[i / 8]) >> (56 - 8 * (i % 8)));
-    }
-    return digest_of(bytes);
-  }
-
   const ReplaySink& sink_;
   ReplayResult& result_;
 };

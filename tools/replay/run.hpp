@@ -13,6 +13,9 @@
 
 namespace multireach {
 
+/// How long a replay goes on after the last input, for what is still on its way, microseconds.
+inline constexpr int64_t kAfterwards = 500000;
+
 /// Where ROBOT_STATE comes from in a replay.
 enum class ReplayRobot {
   kIdeal,      ///< a robot that is where it was told to be

@@ -4,6 +4,7 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/files.hpp"
+#include "runtime/message_walk.hpp"
 #include "runtime/node.hpp"
 
 namespace multireach {
@@ -19,9 +20,7 @@ std::optional<int64_t> camera_time(const LogEvent& event) {
                      event.channel == channel::kTargetTruth;
   if (!timed) return std::nullopt;
   if (event.data.size() < 16) return std::nullopt;
-  uint64_t value = 0;
-  for (size_t i = 8; i < 16; ++i) value = value << 8 | event.data[i];
-  const auto utime = static_cast<int64_t>(value);
+  const auto utime = big_endian<int64_t>(event.data.subspan(8));
   if (!plausible_utime(utime)) return std::nullopt;
   return utime;
 }

@@ -49,13 +49,7 @@ class Verifier {
       Verification::Channel& sum = sum_of(channel);
       ++sum.messages;
       ++sum.different;
-      differs({.channel = channel,
-               .node = "",
-               .field = "check",
-               .recorded = "does not fit the rest of the message, or what others say",
-               .computed = "",
-               .event = message.event,
-               .utime = message.utime});
+      differs(channel, "", message, {"check", "does not fit the rest of the message, or what others say", ""});
     }
     for (const auto& [node, build] : log_.builds()) {
       if (build != this_build()) note(fmt::format("recorded by build {}; this is build {}", build, this_build()));
@@ -72,8 +66,17 @@ class Verifier {
     if (std::ranges::find(result_.notes, sentence) == result_.notes.end()) result_.notes.push_back(sentence);
   }
 
-  void differs(Verification::Difference difference) {
-    if (!result_.first || difference.event < result_.first->event) result_.first = std::move(difference);
+  void differs(std::string_view channel, std::string_view node, const RecordedMessage& message,
+               const MessageDifference& place) {
+    if (result_.first && result_.first->event <= message.event) return;
+    result_.first = {.channel = std::string(channel),
+                     .node = std::string(node),
+                     .field = place.field,
+                     .recorded = place.first,
+                     .computed = place.second,
+                     .event = message.event,
+                     .sequence = message.sequence,
+                     .utime = message.utime};
   }
 
   std::span<const uint8_t> find(int64_t digest) const {
@@ -243,14 +246,7 @@ class Verifier {
     const MessageDifference place =
         nearest.empty() ? MessageDifference{"all of it", "a message", "none: the node sent no such message"}
                         : difference_of(message.bytes, nearest);
-    differs({.channel = std::string(channel),
-             .node = std::string(publisher.node),
-             .field = place.field,
-             .recorded = place.first,
-             .computed = place.second,
-             .event = message.event,
-             .sequence = message.sequence,
-             .utime = message.utime});
+    differs(channel, publisher.node, message, place);
   }
 
   void verify_simulated_robot() {
@@ -270,14 +266,7 @@ class Verifier {
         const MessageDifference place = outcome.expected && !std::ranges::equal(message.bytes, *outcome.expected)
                                             ? difference_of(message.bytes, *outcome.expected)
                                             : MessageDifference{"check", "does not fit the rest of the message", ""};
-        differs({.channel = std::string(channel::kRobotState),
-                 .node = "robot_sim",
-                 .field = place.field,
-                 .recorded = place.first,
-                 .computed = place.second,
-                 .event = message.event,
-                 .sequence = message.sequence,
-                 .utime = message.utime});
+        differs(channel::kRobotState, "robot_sim", message, place);
       }
     }
     if (!sum.computed) note("ROBOT_STATE: not from the simulated robot; they are taken as they are");
