@@ -36,6 +36,13 @@ function(multireach_stage name)
     FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 
+# multireach_lanes(TARGET): its sources that Highway compiles once for each instruction set are compiled for 2 lanes (SSE4,
+# NEON), 4 (AVX2) and 8 (AVX-512).
+function(multireach_lanes target)
+  target_link_libraries(${target} PRIVATE hwy::hwy)
+  target_compile_definitions(${target} PRIVATE "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_AVX3_DL)")
+endfunction()
+
 # The package itself: cmake/multireach-config.cmake says what each component needs.
 include(CMakePackageConfigHelpers)
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/multireach-config-version.cmake" COMPATIBILITY SameMinorVersion)

@@ -21,6 +21,8 @@ template <int M, int kCapacity>
 struct BoxProgram {
   using Task = std::array<double, M>;
   using Joints = std::array<double, kCapacity>;
+  static constexpr int kMost = 60;      // linear systems
+  static constexpr int kHalvings = 50;  // of one stride
 
   int n;
   double gamma;
@@ -66,9 +68,6 @@ struct BoxProgram {
   }
 
  private:
-  static constexpr int kMost = 60;
-  static constexpr int kHalvings = 50;
-
   /// Where each joint stands: below its range, in it, above it; a joint without freedom is always below.
   using Held = std::array<signed char, kCapacity>;
 

@@ -6,22 +6,10 @@
 #include <span>
 
 #include "controller/hand_target.hpp"
-#include "controller/joint_bounds.hpp"
 #include "controller/proximity.hpp"
-#include "controller/vite.hpp"
 #include "kinematics/joint_vector.hpp"
 
 namespace multireach::controller {
-
-/// What the guarded law needs to know of an arm, in its own units: rad (or m), m and integration steps.
-struct GuardedSettings {
-  ViteGains gains;
-  double gamma;                    // rad^2/m^2, the largest value
-  BarrierRate barrier_rate{0.04};  // per step, see docs/guarantees.md
-  double orientation_length;       // m: an orientation error of 1 rad counts as this much distance
-  double reach;                    // m: an upper bound of the distance from the first joint to the hand
-  std::array<double, kMaxJoints> lower, upper, speed, acceleration;
-};
 
 /// All that the guarded law remembers between steps. Velocities are per step.
 struct GuardedState {

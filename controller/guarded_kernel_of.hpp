@@ -6,6 +6,7 @@
 
 #include "controller/box_program.hpp"
 #include "controller/guarded_kernel.hpp"
+#include "controller/guarded_settings.hpp"
 #include "controller/hand_error.hpp"
 #include "controller/pair_program.hpp"
 #include "kinematics/fast_chain.hpp"
@@ -43,26 +44,13 @@ class GuardedKernelOf final : public GuardedKernel {
   }
 
  private:
+  using Tuning = GuardedTuning;
   using Arm = FastChain<N, Pair>;
   static constexpr int kCapacity = Arm::kCapacity;
   using Joints = std::array<double, kCapacity>;
   using PairJoints = std::array<Pair, kCapacity>;
   template <int M>
   using Rows = std::array<PairJoints, M>;
-
-  // Chosen on 2 * 10^5 random reaches of the Hoap2; see docs/guarantees.md for what each is for.
-  static constexpr double kSelfMotion = 0.05;          // of theta_T towards theta, per step
-  static constexpr double kLargestPostureStep = 0.05;  // rad or m per step, of any joint of theta_T
-  static constexpr double kStalledBelow = 0.2;         // of the speed that the joint attractor alone would have
-  static constexpr double kGammaDecay = 0.98, kGammaRise = 1.02;
-  static constexpr double kNearer = 0.98, kPassed = 0.9;
-  static constexpr int kIdle = 280;
-  static constexpr int kWait = 700;
-  static constexpr double kCeilingDecay = 0.99, kLeastGamma = 1e-9;
-  static constexpr double kMovedAway = 0.01;  // of the reach: a target this far off is another one to wait for
-  static constexpr double kAtTarget = 1e-3;   // of the reach: here gamma may have its largest value again
-  static constexpr double kReached = 1e-5;    // m: theta_T is at the target
-  static constexpr int kWatch = 64;           // steps between two looks at the progress of theta_T
 
   int size() const { return chain_.size(); }
 
@@ -223,7 +211,7 @@ class GuardedKernelOf final : public GuardedKernel {
     } else if (blocked) {
       largest = unblocked_posture_step<M>(J, residual, damping, state, posture_step);
     }
-    const double shrink = largest > kLargestPostureStep ? kLargestPostureStep / largest : 1;
+    const double shrink = largest > Tuning::kLargestPostureStep ? Tuning::kLargestPostureStep / largest : 1;
 
     for (int m = 0; m < M; ++m) {
       double sum = 0;
@@ -240,7 +228,7 @@ class GuardedKernelOf final : public GuardedKernel {
       state.theta_target[i] =
           std::clamp(state.theta_target[i] + shrink * posture_step[i], settings_.lower[i], settings_.upper[i]);
     }
-    state.slow = speed2 < kStalledBelow * kStalledBelow * pull2;
+    state.slow = speed2 < Tuning::kStalledBelow * Tuning::kStalledBelow * pull2;
     schedule_gamma(state.slow, std::sqrt(apart2), std::sqrt(error2), state);
     watch_posture(std::sqrt(residual2), state);
     update_hand<(M > 3)>(state);
@@ -259,7 +247,9 @@ class GuardedKernelOf final : public GuardedKernel {
 
   /// The part of theta - theta_T that theta_T makes up in a step, where that does not move its hand. None while
   /// something is in the arm's way: the two would drive each other along it.
-  static double self_motion_of(const GuardedState& state) { return state.obstructed ? 0 : kSelfMotion / state.caution; }
+  static double self_motion_of(const GuardedState& state) {
+    return state.obstructed ? 0 : Tuning::kSelfMotion / state.caution;
+  }
 
   /// Damping of theta_T's step, m^2: large against small singular values while the target is far, and vanishing with
   /// the square of the error, so that stretched postures are reached exactly. It grows while the error does not fall,
@@ -271,9 +261,12 @@ class GuardedKernelOf final : public GuardedKernel {
       rests = rests && target.position[k] == state.last_target[k];
       state.last_target[k] = target.position[k];
     }
-    const bool worse = rests && residual2 > state.residual * state.residual && residual2 > kReached * kReached;
-    state.caution = worse ? std::min(state.caution * 4, 1e6) : std::max(1.0, state.caution * 0.8);
-    return state.caution * (2e-3 * std::min(reach2, 4e4 * residual2) + 1e-11 * reach2);
+    const bool worse =
+        rests && residual2 > state.residual * state.residual && residual2 > Tuning::kReached * Tuning::kReached;
+    state.caution = worse ? std::min(state.caution * Tuning::kCautionRise, Tuning::kMostCaution)
+                          : std::max(1.0, state.caution * Tuning::kCautionFall);
+    return state.caution *
+           (Tuning::kFarDamping * std::min(reach2, Tuning::kNearDamping * residual2) + Tuning::kLeastDamping * reach2);
   }
 
   /// The joint velocity that carries theta_T along with a moving target, damped where the arm is singular.
@@ -288,7 +281,7 @@ class GuardedKernelOf final : public GuardedKernel {
     for (int k = 0; k < 3; ++k) b[k] = target.velocity[k];
     for (int r = 0; r < M; ++r) {
       for (int c = 0; c <= r; ++c) {
-        A[r][c] = r == c ? 2e-3 * settings_.reach * settings_.reach : 0;
+        A[r][c] = r == c ? Tuning::kFarDamping * settings_.reach * settings_.reach : 0;
         for (int i = 0; i < n; ++i) A[r][c] += J[r][i][1] * J[c][i][1];
       }
     }
@@ -298,8 +291,8 @@ class GuardedKernelOf final : public GuardedKernel {
       for (int m = 0; m < M; ++m) drift[i] += J[m][i][1] * y[m];
       largest = std::max(largest, std::abs(drift[i]));
     }
-    if (largest > kLargestPostureStep) {
-      for (double& element : drift) element *= kLargestPostureStep / largest;
+    if (largest > Tuning::kLargestPostureStep) {
+      for (double& element : drift) element *= Tuning::kLargestPostureStep / largest;
     }
     return drift;
   }
@@ -347,28 +340,28 @@ class GuardedKernelOf final : public GuardedKernel {
   /// arm is clearly nearer than where it stalled, and when the target has been waiting for long, less and less. So
   /// gamma goes to 0 unless the arm arrives before, and the joints' attractor alone brings it to theta_T.
   void schedule_gamma(bool slow, double distance, double hand_error, GuardedState& state) const {
-    if (distance_between(state.last_target, state.awaited) > kMovedAway * settings_.reach) {
+    if (distance_between(state.last_target, state.awaited) > Tuning::kMovedAway * settings_.reach) {
       state.awaited = state.last_target;
       state.waited_steps = 0;
       state.ceiling = settings_.gamma;
     }
-    if (hand_error < kAtTarget * settings_.reach) forget_progress(state);
-    if (distance < kNearer * state.best_distance) {
+    if (hand_error < Tuning::kAtTarget * settings_.reach) forget_progress(state);
+    if (distance < Tuning::kNearer * state.best_distance) {
       state.best_distance = distance;
       state.idle_steps = 0;
-    } else if (state.idle_steps <= kIdle) {
+    } else if (state.idle_steps <= Tuning::kIdle) {
       ++state.idle_steps;
     }
-    if (state.waited_steps < kWait) {
+    if (state.waited_steps < Tuning::kWait) {
       ++state.waited_steps;
-    } else if (state.ceiling > kLeastGamma) {
-      state.ceiling *= kCeilingDecay;
+    } else if (state.ceiling > Tuning::kLeastGamma) {
+      state.ceiling *= Tuning::kCeilingDecay;
     }
-    if (slow || state.idle_steps > kIdle) {
-      if (state.gamma > kLeastGamma) state.gamma *= kGammaDecay;
+    if (slow || state.idle_steps > Tuning::kIdle) {
+      if (state.gamma > Tuning::kLeastGamma) state.gamma *= Tuning::kGammaDecay;
       state.stalled_distance = std::min(state.stalled_distance, distance);
-    } else if (distance < kPassed * state.stalled_distance) {
-      state.gamma *= kGammaRise;
+    } else if (distance < Tuning::kPassed * state.stalled_distance) {
+      state.gamma *= Tuning::kGammaRise;
     }
     state.gamma = std::min(state.gamma, state.ceiling);
   }
@@ -376,9 +369,10 @@ class GuardedKernelOf final : public GuardedKernel {
   /// theta_T is stuck when what it lacks does not fall, and is more than it may lag behind a target that moves.
   void watch_posture(double residual, GuardedState& state) const {
     state.residual = residual;
-    if (++state.steps % kWatch != 0) return;
+    if (++state.steps % Tuning::kWatch != 0) return;
     const double moved = distance_between(state.last_target, state.watched_target);
-    state.posture_stuck = residual > std::max(kReached, moved) && residual > 0.7 * state.watched_residual;
+    state.posture_stuck =
+        residual > std::max(Tuning::kReached, moved) && residual > Tuning::kNoProgress * state.watched_residual;
     state.watched_residual = residual;
     state.watched_target = state.last_target;
   }

@@ -10,14 +10,10 @@
 namespace multireach::controller {
 namespace {
 
-/// A hand this near to the target is at it: a tenth of what is promised.
-constexpr double kReached = 1e-5;
+using Tuning = GuardedTuning;
+
 /// A target that was found out of reach is searched for again when it has moved this far, m.
 constexpr double kSameTarget = 1e-3;
-/// Steps between two searches at least.
-constexpr int64_t kQuiet = 140;
-/// Another branch is looked for when the arm is this much further from theta_T than it has been (factor, and rad).
-constexpr double kStrayed = 1.3, kStrayedBy = 0.3;
 /// Steps that the arm may stand before an obstacle until a way around is looked for.
 constexpr int kPatience = 35;
 /// And at most, after several times without success.
@@ -29,47 +25,6 @@ constexpr size_t kMostDetour = 64;
 constexpr double kPassed = 0.15;
 /// Random postures tried for one that meets the target without touching anything.
 constexpr int kClearTries = 60;
-
-void require(bool sensible, const char* sentence) {
-  if (!sensible) throw std::invalid_argument(sentence);
-}
-bool positive(double value) {
-  return std::isfinite(value) && value > 0;
-}
-
-GuardedSettings settings_from(const Chain& chain, const GuardedParameters& parameters) {
-  const auto [alpha, beta] = parameters.gains;
-  require(alpha > 0 && alpha <= 1 && beta > 0 && beta <= 1, "alpha and beta must be in (0, 1]");
-  require(alpha * (1 - beta) * (1 - beta) >= 4 * beta * (1 - alpha),
-          "alpha is too small for beta: the law needs alpha (1 - beta)^2 >= 4 beta (1 - alpha), about alpha >= 4 beta, "
-          "so that the joints' attractor does not overshoot");
-  const double reach = std::max(chain.reach(), 1e-6);
-  const double gamma = parameters.gamma.value_or(8.5 / (reach * reach));
-  require(std::isfinite(gamma) && gamma >= 0 && gamma <= 1e12, "gamma must be in [0, 1e12]");
-  require(positive(parameters.steps_per_second), "steps_per_second must be positive");
-  require(std::abs(parameters.tool.axis.norm() - 1) < 1e-9, "the tool's axis must be a unit vector");
-  require(positive(parameters.tool.orientation_length_m), "orientation_length_m must be positive");
-  const JointVector& acceleration = parameters.acceleration;
-  require(acceleration.size() == 0 || acceleration.size() == chain.size(),
-          "acceleration needs one value per joint, or none");
-  GuardedSettings settings{};
-  settings.gains = parameters.gains;
-  settings.gamma = gamma;
-  const double middle = alpha < 1 ? std::min(0.5, alpha * (1 - beta) / (2 * (1 - alpha))) : 0.5;
-  settings.barrier_rate = BarrierRate(std::max(middle, beta / (1 - beta)));
-  settings.orientation_length = parameters.tool.orientation_length_m;
-  settings.reach = reach;
-  const double rate = parameters.steps_per_second;
-  for (int i = 0; i < chain.size(); ++i) {
-    settings.lower[i] = chain.lower()[i];
-    settings.upper[i] = chain.upper()[i];
-    settings.speed[i] = chain.velocity()[i] / rate;
-    const double limit = acceleration.size() > 0 ? acceleration[i] : std::numeric_limits<double>::infinity();
-    require(limit > 0, "an acceleration limit must be positive");
-    settings.acceleration[i] = limit / (rate * rate);
-  }
-  return settings;
-}
 
 template <int N>
 std::unique_ptr<GuardedKernel> kernel_of(const Chain& chain, const Tool& tool, const GuardedSettings& settings) {
@@ -117,7 +72,7 @@ bool acceptable(const HandTarget& target) {
 GuardedLaw::Parts::Parts(const Chain& chain, const GuardedParameters& parameters)
     : chain_(chain),
       parameters_(parameters),
-      settings_(settings_from(chain, parameters)),
+      settings_(guarded_settings(chain, parameters)),
       search_(chain, parameters.posture_search, parameters.tool),
       solver_(chain, parameters.tool),
       proximity_(chain, parameters.body),
@@ -254,16 +209,16 @@ void GuardedLaw::Parts::set_theta_target(const JointVector& theta_target) {
   for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = theta_target[i];
   state_.posture_stuck = false;
   state_.watched_residual = std::numeric_limits<double>::infinity();
-  distance_at_choice_ = (theta_target - theta()).norm();
+  distance_at_choice_ = distance_to_go();
   chosen_for_ = target_->position;
-  quiet_until_ = state_.steps + kQuiet;
+  quiet_until_ = state_.steps + Tuning::kQuiet;
   kernel_->refresh(state_);
 }
 
 void GuardedLaw::Parts::choose_posture() {
   FoundPosture found = search_.best(*target_, theta());
   ++posture_choices_;
-  out_of_reach_ = found.error_m > kReached;
+  out_of_reach_ = found.error_m > Tuning::kReached;
   if (!out_of_reach_ && !proximity_.idle() && proximity_.clearance(found.theta) < 0) {
     found.theta = clear_posture(search_.options().seed, true).value_or(found.theta);
   }
@@ -335,16 +290,25 @@ void GuardedLaw::Parts::take_up(const JointVector& displacement) {
   }
 }
 
+double GuardedLaw::Parts::distance_to_go() const {
+  double sum = 0;
+  for (int i = 0; i < chain_.size(); ++i) {
+    const double apart = state_.theta_target[i] - state_.theta[i];
+    sum += apart * apart;
+  }
+  return std::sqrt(sum);
+}
+
 void GuardedLaw::Parts::watch() {
   if (posture_only_ || state_.steps < quiet_until_) return;
-  const double distance = (theta_target() - theta()).norm();
+  const double distance = distance_to_go();
   distance_at_choice_ = std::min(distance_at_choice_, distance);
-  const bool strayed = distance > kStrayed * distance_at_choice_ + kStrayedBy;
+  const bool strayed = distance > Tuning::kStrayed * distance_at_choice_ + Tuning::kStrayedBy;
   const bool known = out_of_reach_ && (target_->position - chosen_for_).norm() < kSameTarget;
   const bool stuck = state_.posture_stuck && !known;
   if (!strayed && !stuck) {
-    if (out_of_reach_ && state_.residual < kReached) out_of_reach_ = false;
-    quiet_until_ = state_.steps + 16;
+    if (out_of_reach_ && state_.residual < Tuning::kReached) out_of_reach_ = false;
+    quiet_until_ = state_.steps + Tuning::kLookAgain;
     return;
   }
   choose_posture();

@@ -7,6 +7,7 @@
 #include "controller/detour.hpp"
 #include "controller/guarded_kernel.hpp"
 #include "controller/guarded_law.hpp"
+#include "controller/guarded_settings.hpp"
 #include "controller/posture_search.hpp"
 #include "controller/proximity.hpp"
 
@@ -47,6 +48,8 @@ class GuardedLaw::Parts {
   void forget_progress();
   void choose_posture();
   void set_theta_target(const JointVector& theta_target);
+  /// |theta_T - theta|, added up joint by joint, so that many arms side by side get the same bits.
+  double distance_to_go() const;
   void watch();
   void watch_obstruction();
   void follow_detour();

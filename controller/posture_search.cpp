@@ -22,7 +22,10 @@ constexpr int kDrawn = 3;
 }  // namespace
 
 PostureSearch::PostureSearch(const Chain& chain, const PostureSearchOptions& options, const Tool& tool)
-    : chain_(chain), options_(options), solver_(chain, tool), shoulder_elbow_(ShoulderElbow::from(chain)) {}
+    : chain_(chain),
+      options_(options),
+      solver_(chain, tool),
+      shoulder_elbow_(ShoulderElbow::from(chain, options.samples)) {}
 
 std::optional<JointVector> PostureSearch::nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
   if (!x_T.allFinite() || !theta.allFinite()) return std::nullopt;
@@ -47,7 +50,7 @@ FoundPosture PostureSearch::best(const HandTarget& target, const JointVector& th
   const HandTarget near = brought_near(chain_, target);
   if (shoulder_elbow_ && target.aim == Aim::kPosition) {
     // All postures inside the limits may lie between two samples; then the search below goes on.
-    if (auto posture = shoulder_elbow_->nearest(chain_, near.position, theta, options_.samples)) {
+    if (auto posture = shoulder_elbow_->nearest(near.position, theta)) {
       return {*posture, solver_.error(near, *posture)};
     }
   }

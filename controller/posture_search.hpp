@@ -35,9 +35,11 @@ class PostureSearch {
   /// The same by the closed form alone, which may miss postures between two samples. Nothing without a closed form.
   std::optional<JointVector> closed_form_nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
     if (!shoulder_elbow_) return std::nullopt;
-    return shoulder_elbow_->nearest(chain_, x_T, theta, options_.samples);
+    return shoulder_elbow_->nearest(x_T, theta);
   }
   bool closed_form() const { return shoulder_elbow_.has_value(); }
+  /// The closed form itself; only where there is one.
+  const ShoulderElbow& shoulder_elbow() const { return *shoulder_elbow_; }
   const PostureSearchOptions& options() const { return options_; }
 
  private:

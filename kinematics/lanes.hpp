@@ -1,7 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace multireach {
 
@@ -22,34 +26,50 @@ struct BitsOf<Pair> {
   using Type = PairBits;
 };
 
-/// Sine and cosine of each lane, to 1e-15 absolutely for |angle| <= kLargestAngle. Beyond, the output has no
-/// meaning. Argument reduction after Cody & Waite (Software Manual for the Elementary Functions, 1980)
-/// with pi/2 in three parts; then Taylor's series on [-pi/4, pi/4], whose first term left out is below 5e-17 there.
+/// The largest angle of `sine_and_cosine`, rad.
 inline constexpr double kLargestAngle = 1e5;
 
+/// Sine and cosine of an angle from s and c, those of what is left of it after whole quarter turns, whose number is in
+/// the low bits of `shifted`.
 template <class Lanes>
-inline void sine_and_cosine(Lanes angle, Lanes& sine, Lanes& cosine) {
+inline void quarter_turns(Lanes shifted, Lanes s, Lanes c, Lanes& sine, Lanes& cosine) {
   using Bits = typename BitsOf<Lanes>::Type;
-  // Adding and taking away 1.5 * 2^52 rounds to the nearest integer, which is then in the low bits of the sum.
-  constexpr double kRound = 0x1.8p52, kTwoOverPi = 0x1.45f306dc9c883p-1;
-  constexpr double kHigh = 0x1.921fb544p0, kMiddle = 0x1.0b4611a6p-34, kLow = 0x1.3198a2e037073p-69;
-  const Lanes shifted = angle * kTwoOverPi + kRound;
   const Bits quadrant = std::bit_cast<Bits>(shifted);
-  const Lanes turns = shifted - kRound;
-  const Lanes r = ((angle - turns * kHigh) - turns * kMiddle) - turns * kLow;
-  const Lanes r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
-  const Lanes odd =
-      ((r2 * (-1.0 / 39916800) + 1.0 / 362880) + r4 * (r2 * (-1.0 / 1307674368000) + 1.0 / 6227020800)) * r4 +
-      (r2 * (-1.0 / 5040) + 1.0 / 120);
-  const Lanes s = r + r * r2 * (odd * r2 + (-1.0 / 6));
-  const Lanes even = ((r2 * (-1.0 / 720) + 1.0 / 24) + r4 * (r2 * (-1.0 / 3628800) + 1.0 / 40320)) +
-                     r8 * ((r2 * (-1.0 / 87178291200) + 1.0 / 479001600) + r4 * (1.0 / 20922789888000));
-  const Lanes c = (1 - r2 * 0.5) + r4 * even;
   const Bits swapped = -(quadrant & 1), kept = ~swapped;
   const Bits sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
   const Bits s_bits = std::bit_cast<Bits>(s), c_bits = std::bit_cast<Bits>(c);
   sine = std::bit_cast<Lanes>(((s_bits & kept) | (c_bits & swapped)) ^ sine_sign);
   cosine = std::bit_cast<Lanes>(((c_bits & kept) | (s_bits & swapped)) ^ cosine_sign);
 }
+
+// What formulas of several lanes need, for one.
+inline double where(bool condition, double yes, double no) {
+  return condition ? yes : no;
+}
+inline bool any(bool condition) {
+  return condition;
+}
+inline double square_root(double a) {
+  return std::sqrt(a);
+}
+inline double rounded_down(double a) {
+  return std::floor(a);
+}
+inline double absolute(double a) {
+  return std::abs(a);
+}
+inline double lesser(double a, double b) {
+  return std::min(a, b);
+}
+inline double greater(double a, double b) {
+  return std::max(a, b);
+}
+inline double clamped(double value, double lower, double upper) {
+  return lesser(greater(value, lower), upper);
+}
+
+#include "kinematics/sine_cosine.inl.hpp"
+
+#include "kinematics/arc_tangent.inl.hpp"
 
 }  // namespace multireach

@@ -25,20 +25,7 @@ inline void sine_and_cosine_of(double angle, double& sine, double& cosine) {
 
 /// The angle of the point (x, y), from -pi to pi, to 1e-15; 0 for the origin, NaN for what is not finite.
 inline double arc_tangent(double y, double x) {
-  const double ax = std::abs(x), ay = std::abs(y);
-  if (!std::isfinite(ax) || !std::isfinite(ay)) return std::nan("");
-  if (ax == 0 && ay == 0) return 0;
-  const bool steep = ay > ax;
-  const double t = steep ? ax / ay : ay / ax;  // of an angle of an eighth of a turn at most
-  // A guess that is 0.004 off at most; what is left is the angle whose tangent is d.
-  const double guess = t * (std::numbers::pi / 4 + 0.273 * (1 - t));
-  double s, c;
-  sine_and_cosine(guess, s, c);
-  const double d = (t * c - s) / (c + t * s), d2 = d * d;
-  double angle = guess + d * (1 - d2 * (1.0 / 3 - d2 * (1.0 / 5)));
-  if (steep) angle = std::numbers::pi / 2 - angle;
-  if (x < 0) angle = std::numbers::pi - angle;
-  return y < 0 ? -angle : angle;
+  return std::isfinite(x) && std::isfinite(y) ? finite_arc_tangent(y, x) : std::nan("");
 }
 
 /// The angle from 0 to pi with this cosine, which is from -1 to 1.

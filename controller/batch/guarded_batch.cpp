@@ -1,0 +1,126 @@
+#include "controller/batch/guarded_batch.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "controller/batch/guarded_batch.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "controller/batch/guarded_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace multireach::controller {
+namespace HWY_NAMESPACE {
+
+template <int N>
+uint32_t step_of(const GuardedPlan& plan, GuardedBlock& block) {
+  uint32_t arms = 0;
+  for (int first = 0; first < kRowLanes; first += kWidth) {
+    arms |= bits_of(GuardedLanes<N>(plan, block, first).step()) << first;
+  }
+  return arms;
+}
+
+uint32_t step_guarded(const GuardedPlan& plan, GuardedBlock& block) {
+  switch (plan.arm.size) {
+    case 4:
+      return step_of<4>(plan, block);
+    case 6:
+      return step_of<6>(plan, block);
+    case 7:
+      return step_of<7>(plan, block);
+    default:
+      return step_of<0>(plan, block);
+  }
+}
+
+void refresh_guarded(const GuardedPlan& plan, GuardedBlock& block) {
+  for (int first = 0; first < kRowLanes; first += kWidth) GuardedLanes<0>(plan, block, first).refresh();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace multireach::controller
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace multireach::controller {
+
+HWY_EXPORT(step_guarded);
+HWY_EXPORT(refresh_guarded);
+
+GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
+    : chain_(chain),
+      plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
+      search_(chain, parameters.posture_search, parameters.tool) {
+  if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
+  if (parameters.acceleration.size() > 0) throw std::invalid_argument("a batch has no acceleration limits");
+  if (arms < 1) throw std::invalid_argument("a batch needs at least one arm");
+  blocks_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
+  const JointVector rest = chain.clamped(JointVector::Zero(chain.size()));
+  const Eigen::Vector3d there = chain.position(rest);
+  for (int arm = 0; arm < size(); ++arm) start(arm, rest, there, rest);
+}
+
+bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
+                         const JointVector& theta_target, std::optional<double> gamma) {
+  if (!acceptable(arm, theta, target, theta_target, gamma)) return false;
+  GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
+  const int lane = arm % kRowLanes;
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d near = brought_near(chain_, {.position = target}).position;
+  for (int i = 0; i < chain_.size(); ++i) {
+    block.joints[i].theta[lane] = theta[i];
+    block.joints[i].velocity[lane] = 0;
+  }
+  for (int k = 0; k < 3; ++k) {
+    block.hand_velocity[k][lane] = 0;
+    block.target[k][lane] = near[k];
+  }
+  block.largest_gamma[lane] = block.ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
+  block.best_distance[lane] = block.stalled_distance[lane] = infinity;
+  block.caution[lane] = 1;
+  for (Row* row : {&block.idle_steps, &block.waited_steps, &block.steps, &block.residual, &block.out_of_reach}) {
+    (*row)[lane] = 0;
+  }
+  set_theta_target(block, lane, theta_target);
+  return true;
+}
+
+void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target) {
+  double distance2 = 0;
+  for (int i = 0; i < chain_.size(); ++i) {
+    block.joints[i].theta_target[lane] = theta_target[i];
+    const double apart = theta_target[i] - block.joints[i].theta[lane];
+    distance2 += apart * apart;
+  }
+  block.posture_stuck[lane] = 0;
+  block.watched_residual[lane] = std::numeric_limits<double>::infinity();
+  block.distance_at_choice[lane] = std::sqrt(distance2);
+  block.quiet_until[lane] = block.steps[lane] + GuardedTuning::kQuiet;
+  HWY_DYNAMIC_DISPATCH(refresh_guarded)(plan_, block);
+}
+
+void GuardedBatch::choose_posture(GuardedBlock& block, int lane) {
+  const JointVector theta = theta_of(block, lane, chain_.size());
+  const Eigen::Vector3d target(block.target[0][lane], block.target[1][lane], block.target[2][lane]);
+  const FoundPosture found = search_.best({.position = target}, theta);
+  ++posture_choices_;
+  block.out_of_reach[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
+  set_theta_target(block, lane, found.theta);
+}
+
+void GuardedBatch::step() {
+  const auto step_block = HWY_DYNAMIC_DISPATCH(step_guarded);
+  for (GuardedBlock& block : blocks_) {
+    const uint32_t arms = step_block(plan_, block);
+    for (int lane = 0; arms >> lane != 0; ++lane) {
+      if (arms >> lane & 1) choose_posture(block, lane);
+    }
+  }
+}
+
+}  // namespace multireach::controller
+#endif

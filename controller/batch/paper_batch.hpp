@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include "controller/batch/arm_batch.hpp"
+#include "controller/paper_law.hpp"
+#include "controller/posture_search.hpp"
+#include "kinematics/fast_chain.hpp"
+
+namespace multireach::controller {
+
+/// What is the same for all arms of a batch under the law `paper`.
+struct PaperPlan {
+  FastLinks<0, double> arm;
+  ViteGains gains;
+  double rechoose_m;
+  bool limit_avoidance;
+  std::array<double, kMaxJoints> lower, upper;
+};
+
+/// Many arms under the law `paper`, Eqs. (19)-(28): paper_step, agreeing with it to the rounding of one step (where a
+/// full step of (27) is chaotic, two programs part after some hundred steps). As Sect. 3.4 says, theta_T is chosen anew
+/// when K(theta_T) is further than `rechoose_m` from the target, or not finite; never when that is infinite.
+class PaperBatch final : public ArmBatch {
+ public:
+  /// At least `arms` arms, in whole blocks of kRowLanes, at rest. `rechoose_m` may be infinite. Throws
+  /// std::invalid_argument when it is negative or `arms` is not positive.
+  PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms);
+
+  const Chain& chain() const override { return chain_; }
+  int blocks() const override { return static_cast<int>(blocks_.size()); }
+  const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
+  bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
+             std::optional<double> gamma = {}) override;
+  void step() override;
+  int64_t posture_choices() const override { return posture_choices_; }
+
+ private:
+  void choose_postures();
+  void set_theta_target(int arm, const JointVector& theta_target);
+
+  Chain chain_;
+  PaperPlan plan_;
+  double gamma_;
+  PostureSearch search_;
+  std::vector<ArmBlock> blocks_;
+  std::vector<int> drifted_;  // arms whose theta_T is to be chosen anew
+  int64_t posture_choices_ = 0;
+};
+
+}  // namespace multireach::controller
