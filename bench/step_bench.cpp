@@ -5,10 +5,13 @@
 #include <chrono>
 #include <kdl/chainiksolverpos_lma.hpp>
 #include <kdl/chainiksolvervel_wdls.hpp>
+#include <limits>
 
 #include "bench/arms.hpp"
 #include "bench/kdl_chain.hpp"
 #include "bench/plain_step.hpp"
+#include "controller/batch/guarded_batch.hpp"
+#include "controller/batch/paper_batch.hpp"
 #include "controller/guarded_law.hpp"
 #include "controller/posture_search.hpp"
 #include "controller/proximity.hpp"
@@ -80,9 +83,10 @@ void guarded_step(benchmark::State& state, const Chain& chain, Aim aim) {
   state.counters["p99.9_ns"] = times[times.size() * 999 / 1000];
 }
 
-void plain_step(benchmark::State& state, const Chain& chain) {
+template <int N>
+void plain_step_of(benchmark::State& state, const Chain& chain) {
   const std::vector<Reach> all = reaches(chain, Aim::kPosition);
-  PlainStep law(chain, GuardedLaw(chain).largest_gamma());
+  PlainStep<N> law(chain, GuardedLaw(chain).largest_gamma());
   int k = 0, left = 0;
   for (auto _ : state) {
     if (left == 0) {
@@ -94,6 +98,50 @@ void plain_step(benchmark::State& state, const Chain& chain) {
     --left;
   }
   benchmark::DoNotOptimize(law.theta().data());
+}
+
+void plain_step(benchmark::State& state, const Chain& chain) {
+  plain_step_of<Eigen::Dynamic>(state, chain);
+}
+/// With the number of joints known to the compiler.
+void plain_fixed_step(benchmark::State& state, const Chain& chain) {
+  chain.size() == 4 ? plain_step_of<4>(state, chain) : plain_step_of<7>(state, chain);
+}
+
+/// One step of one arm of a batch, with the instruction set of this name; the same reaches.
+template <class Batch, class... Parameters>
+void batch_step(benchmark::State& state, const Chain& chain, const std::string& set, const Parameters&... parameters) {
+  if (!controller::use_instruction_set(set)) {
+    state.SkipWithError("this processor has not this instruction set");
+    return;
+  }
+  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  constexpr int kArms = 32;
+  Batch batch(chain, parameters..., kArms);
+  int k = 0, left = 0;
+  // Each pass of the loop is a step of one arm; all arms step when as many have passed.
+  int arm = 0;
+  for (auto _ : state) {
+    if (left == 0) {
+      for (int a = 0; a < batch.size(); ++a) {
+        batch.start(a, all[k].start, all[k].target.position, all[k].target_posture);
+        k = (k + 1) % kReaches;
+      }
+      left = kStepsPerReach * batch.size();
+    }
+    if (arm == 0) batch.step();
+    arm = (arm + 1) % batch.size();
+    --left;
+  }
+  benchmark::DoNotOptimize(&batch.block(0));
+  controller::use_instruction_set("");
+}
+void guarded_batch(benchmark::State& state, const Chain& chain, const std::string& set) {
+  batch_step<controller::GuardedBatch>(state, chain, set, controller::GuardedParameters{});
+}
+void paper_batch(benchmark::State& state, const Chain& chain, const std::string& set) {
+  batch_step<controller::PaperBatch>(state, chain, set, controller::PaperParameters{},
+                                     std::numeric_limits<double>::infinity());
 }
 
 void kdl_wdls(benchmark::State& state, const Chain& chain) {
@@ -172,9 +220,17 @@ void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, d
 
 BENCHMARK_CAPTURE(guarded_step, hoap2_n4_m3, hoap2(), Aim::kPosition);
 BENCHMARK_CAPTURE(plain_step, hoap2_n4_m3, hoap2());
+BENCHMARK_CAPTURE(plain_fixed_step, hoap2_n4_m3, hoap2());
+BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_AVX3, hoap2(), "AVX3");
+BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_AVX2, hoap2(), "AVX2");
+BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_SSE4, hoap2(), "SSE4");
+BENCHMARK_CAPTURE(paper_batch, hoap2_n4_m3_AVX3, hoap2(), "AVX3");
 BENCHMARK_CAPTURE(kdl_lma, hoap2_n4_m3, hoap2());
 BENCHMARK_CAPTURE(guarded_step, n7_m3, seven_joints(), Aim::kPosition);
 BENCHMARK_CAPTURE(plain_step, n7_m3, seven_joints());
+BENCHMARK_CAPTURE(plain_fixed_step, n7_m3, seven_joints());
+BENCHMARK_CAPTURE(guarded_batch, n7_m3_AVX3, seven_joints(), "AVX3");
+BENCHMARK_CAPTURE(guarded_batch, n7_m3_AVX2, seven_joints(), "AVX2");
 BENCHMARK_CAPTURE(guarded_step, n7_m5, seven_joints(), Aim::kPointing);
 BENCHMARK_CAPTURE(guarded_step, n7_m6, seven_joints(), Aim::kPose);
 BENCHMARK_CAPTURE(guarded_step_among_obstacles, hoap2_n4_m3, hoap2(), 0.02);
