@@ -11,7 +11,7 @@ fail() { echo "FAILED: $*"; failed=1; }
 arm=(--urdf "$root/robots/hoap2/hoap2.urdf" --base torso --tip right_hand)
 study() { "$bin/multireach-study" "${arm[@]}" --samples 600 --gamma 100,1000 "$@"; }
 # All but the shard's name and the time that it took.
-numbers() { sed -e '/ns_per_step_per_core/d' -e '/"shard"/d' "$1"; }
+numbers() { sed -e '/"ns_per_step_per_core"/d' -e '/"shard"/d' "$1"; }
 same() { diff <(numbers "$1") <(numbers "$2") >"$work/diff" || { fail "$3"; head -n 5 "$work/diff"; }; }
 
 for law in guarded paper; do
@@ -35,6 +35,17 @@ while read -r command; do
     fail "the traced reach does not arrive: $command"
 done <"$work/commands"
 
+# A reach that fails in the study is the one that the trace shows, however chaotic the law: step for step the same, to the last.
+study --law paper --failures "$work/failures.csv" --json "$work/failing.json"
+IFS=, read -r gamma index _ _ _ error _ < <(sed -n 2p "$work/failures.csv")
+[ "$(wc -l <"$work/failures.csv")" -eq "$(awk '/"failures"/ { sum += $2 } END { print sum + 1 }' "$work/failing.json")" ] || fail "--failures does not list every failure"
+command=$("$bin/multireach-study" "${arm[@]}" --law paper --gamma "$gamma" --trace-sample "$index")
+(cd "$bin" && eval "./$command --csv $work/trace.csv") || fail "$command"
+target=$(sed 's/.*--target=\([^ ]*\) .*/\1/' <<<"$command")
+awk -F, -v t="$target" -v e="$error" 'BEGIN { split(t, p, ",") }
+  NR > 1 { d = sqrt(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2) - e; if (d < 1e-14 && d > -1e-14) found = 1 }
+  END { exit !found }' "$work/trace.csv" || fail "the trace of reach $index never has the error of the study, $error"
+
 # refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
 refuses() {
   local sentence=$1; shift
@@ -48,8 +59,9 @@ refuses "--gamma" "${arm[@]}" --gamma=many
 refuses "expected i/n" "${arm[@]}" --shard 3/3
 refuses "nothing.urdf" --urdf nothing.urdf --base a --tip b
 refuses "--urdf is missing" --base a --tip b
-refuses "of another study" merge "$work/one.json" "$work/other.json"
-refuses "of another study" merge "$work/shard0.json" "$work/one.json"
+study --seed 2 --shard 1/3 --json "$work/other.json"
+refuses "is a whole study" merge "$work/one.json"
+refuses "of another study" merge "$work/shard0.json" "$work/other.json"
 refuses "shard 0 once more" merge "$work/shard0.json" "$work/shard0.json"
 refuses "only 2 of the 3 shards" merge "$work/shard0.json" "$work/shard2.json"
 echo "{}" >"$work/empty.json"

@@ -1,8 +1,4 @@
 // multireach-study: many random reaches, counted.
-#include <unistd.h>
-
-#include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -11,25 +7,19 @@
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
-#include "tools/study/tally.hpp"
+#include "tools/study/study.hpp"
 
 namespace multireach {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 struct Options {
-  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json = "-", csv;
+  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json = "-", csv, failures;
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
   double rechoose_mm = 10, alpha = 0.08, beta = 0.02;
   std::vector<std::string> merge;
 };
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 std::pair<int64_t, int64_t> shard_of(const std::string& text) {
   long long index = 0, count = 0;
@@ -52,65 +42,6 @@ std::vector<double> gammas_of(const std::string& text, const Chain& chain, const
   }
   return gammas;
 }
-
-/// A bar of text on a terminal, nothing in a pipe.
-class Progress {
- public:
-  explicit Progress(int64_t total) : total_(total), terminal_(isatty(2) == 1) {}
-  void show(int64_t done) {
-    if (!terminal_ || seconds_since(shown_) < 0.5) return;
-    shown_ = Clock::now();
-    const double part = static_cast<double>(done) / static_cast<double>(total_), elapsed = seconds_since(begin_);
-    std::fprintf(stderr, "\r%5.1f %%, %.0f s left   ", 100 * part, part > 0 ? elapsed * (1 - part) / part : 0.0);
-  }
-  ~Progress() {
-    if (terminal_) std::fprintf(stderr, "\r%30s\r", "");
-  }
-
- private:
-  int64_t total_;
-  bool terminal_;
-  Clock::time_point begin_ = Clock::now(), shown_ = begin_;
-};
-
-/// Runs reaches by index, under each gamma.
-class Runner {
- public:
-  Runner(const Chain& chain, const Options& options, const std::vector<double>& gammas)
-      : chain_(chain), options_(options), search_(chain) {
-    for (const double gamma : gammas) {
-      tallies_.emplace_back().gamma = gamma;
-      if (options.law == "guarded") {
-        controller::GuardedParameters parameters;
-        parameters.gains = {options.alpha, options.beta};
-        parameters.gamma = gamma;
-        laws_.emplace_back(chain, parameters);
-      }
-    }
-  }
-
-  void run(int64_t index, const ReachSample& sample) {
-    for (size_t k = 0; k < tallies_.size(); ++k) {
-      const auto begin = Clock::now();
-      const ReachResult result =
-          options_.law == "guarded"
-              ? run_guarded(laws_[k], sample, rules_)
-              : run_paper(chain_, {.gains = {options_.alpha, options_.beta}, .gamma = tallies_[k].gamma}, search_,
-                          options_.rechoose_mm * 1e-3, sample, rules_);
-      tallies_[k].seconds += seconds_since(begin);
-      tallies_[k].add(index, result, rules_);
-    }
-  }
-  const std::vector<Tally>& tallies() const { return tallies_; }
-
- private:
-  const Chain& chain_;
-  const Options& options_;
-  ReachRules rules_;
-  controller::PostureSearch search_;
-  std::vector<controller::GuardedLaw> laws_;
-  std::vector<Tally> tallies_;
-};
 
 std::string list_of(const Eigen::VectorXd& values) {
   std::string text;
@@ -143,7 +74,8 @@ void write_results(const Options& options, const std::vector<Tally>& tallies, nl
       "gamma,samples,failures,failure_ratio,limit_violations,velocity_violations,nonfinite,max_error_m,"
       "path_ratio_p50,path_ratio_p95,settle_s_p50,settle_s_p95,steps_total,ns_per_step_per_core\n";
   for (const Tally& tally : tallies) {
-    const nlohmann::json result = tally.json(rules);
+    nlohmann::json result = tally.json(rules);
+    if (header.at("shard") != "0/1") result["histograms"] = tally.histograms();
     header["results"].push_back(result);
     for (const char* key : {"gamma", "samples", "failures", "failure_ratio", "limit_violations", "velocity_violations",
                             "nonfinite", "max_error_m"}) {
@@ -171,6 +103,7 @@ int merge(const Options& options) {
       const auto [shard, of] = shard_of(part.at("shard").get<std::string>());
       part.erase("results");
       part["shard"] = "0/1";
+      if (of == 1) throw InputError(path + ": is a whole study, not a shard of one; there is nothing to add to it");
       if (header.is_null()) {
         header = part;
         shards = of;
@@ -202,6 +135,21 @@ int merge(const Options& options) {
   return 0;
 }
 
+std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
+                         const std::vector<FailedReach>& failed) {
+  std::string csv = "gamma,index,x_m,y_m,z_m,error_m";
+  for (const Joint& joint : chain.joints()) csv += "," + joint.name;
+  csv += "\n";
+  for (const FailedReach& reach : failed) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.17g,%lld,", gammas[reach.gamma], static_cast<long long>(reach.index));
+    csv += text + list_of(reach.target);
+    std::snprintf(text, sizeof text, ",%.17g,", reach.error_m);
+    csv += text + list_of(reach.start) + "\n";
+  }
+  return csv;
+}
+
 /// Tells two arms with links of the same names apart (FNV-1a of the URDF).
 std::string digest_of(const std::string& path) {
   uint64_t hash = 0xcbf29ce484222325;
@@ -219,33 +167,11 @@ int study(const Options& options) {
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
-  constexpr int64_t kChunk = 64;
+  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta}, options.rechoose_mm * 1e-3};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
-  std::atomic<int64_t> next = begin, done = 0;
-  std::vector<Runner> runners(static_cast<size_t>(options.threads), Runner(chain, options, gammas));
-  {
-    Progress progress(std::max<int64_t>(1, end - begin));
-    std::vector<std::jthread> threads;
-    for (Runner& runner : runners) {
-      threads.emplace_back([&] {
-        for (int64_t from = next.fetch_add(kChunk); from < end; from = next.fetch_add(kChunk)) {
-          for (int64_t index = from; index < std::min(from + kChunk, end); ++index) {
-            runner.run(index, sampler.sample(static_cast<uint64_t>(index)));
-            ++done;
-          }
-        }
-      });
-    }
-    while (done < end - begin) {
-      progress.show(done);
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-  }
-  std::vector<Tally> tallies = runners.front().tallies();
-  for (size_t r = 1; r < runners.size(); ++r) {
-    for (size_t k = 0; k < tallies.size(); ++k) tallies[k].merge(runners[r].tallies()[k]);
-  }
-  write_results(options, tallies,
+  const StudyResult result = run_study(chain, sampler, law, gammas, begin, end, options.threads);
+  if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
+  write_results(options, result.tallies,
                 {{"urdf_digest", digest_of(options.urdf)},
                  {"base", options.base},
                  {"tip", options.tip},
@@ -300,6 +226,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   cli.add_option("--json", options.json, "where to write the results; - for standard output")->capture_default_str();
   cli.add_option("--csv", options.csv, "where to write them as a table; - for standard output");
+  cli.add_option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
   cli.add_option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
       ->check(CLI::Range(int64_t{0}, int64_t{1000000000000}));
   CLI::App* merging = cli.add_subcommand("merge", "add up the results of several shards");

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "controller/batch/nearest_postures.hpp"
+
 namespace multireach {
 namespace {
 
@@ -35,24 +37,107 @@ ReachSample ReachSampler::sample_of_postures(const CounterRandom& random, ReachS
   return sample;
 }
 
-ReachSample ReachSampler::sample(uint64_t index) const {
-  const CounterRandom random(seed_, index);
-  ReachSample sample;
-  sample.start = uniform_posture(chain_, random, 0);
-  if (targets_ == TargetsFrom::kPostures || !search_.closed_form()) return sample_of_postures(random, sample);
-  const Eigen::Vector3d shoulder = chain_.fixed(0).translation();
-  uint64_t counter = kMaxJoints;
-  for (int k = 0; k < kTries; ++k, counter += 3) {
-    Eigen::Vector3d p;
-    for (uint64_t axis = 0; axis < 3; ++axis) p[axis] = random.uniform(counter + axis, -1, 1);
-    if (p.squaredNorm() > 1) continue;
-    sample.target = shoulder + chain_.reach() * p;
-    const auto posture = search_.closed_form_nearest(sample.target, sample.start);
-    if (!posture) continue;
-    sample.target_posture = *posture;
-    return sample;
+namespace {
+
+/// The points that are tried for one reach, one after the other: uniform in the ball around the arm's shoulder.
+class Candidates {
+ public:
+  Candidates(const Chain& chain, const CounterRandom& random)
+      : random_(random), shoulder_(chain.fixed(0).translation()), reach_(chain.reach()) {}
+
+  /// The next point; nothing after kTries.
+  std::optional<Eigen::Vector3d> next() {
+    while (tries_++ < kTries) {
+      Eigen::Vector3d p;
+      for (uint64_t axis = 0; axis < 3; ++axis)
+        p[static_cast<Eigen::Index>(axis)] = random_.uniform(counter_ + axis, -1, 1);
+      counter_ += 3;
+      if (p[0] * p[0] + p[1] * p[1] + p[2] * p[2] <= 1) return shoulder_ + reach_ * p;
+    }
+    return std::nullopt;
   }
-  return sample_of_postures(random, sample);
+
+ private:
+  CounterRandom random_;
+  Eigen::Vector3d shoulder_;
+  double reach_;
+  uint64_t counter_ = kMaxJoints;
+  int tries_ = 0;
+};
+
+}  // namespace
+
+ReachSample ReachSampler::sample(uint64_t index) const {
+  ReachSample sample;
+  sample_one_by_one(index, sample);
+  return sample;
+}
+
+void ReachSampler::sample_one_by_one(uint64_t index, ReachSample& sample) const {
+  const CounterRandom random(seed_, index);
+  sample.start = uniform_posture(chain_, random, 0);
+  if (from_space()) {
+    Candidates candidates(chain_, random);
+    while (const auto target = candidates.next()) {
+      const auto posture = search_.closed_form_nearest(*target, sample.start);
+      if (!posture) continue;
+      sample.target = *target;
+      sample.target_posture = *posture;
+      return;
+    }
+  }
+  sample = sample_of_postures(random, sample);
+}
+
+void ReachSampler::sample(uint64_t first, std::span<ReachSample> samples) const {
+  if (!from_space()) {
+    for (size_t k = 0; k < samples.size(); ++k) sample_one_by_one(first + k, samples[k]);
+    return;
+  }
+  // One question for each reach that has no target yet; a new one takes the place of one that is answered.
+  struct Open {
+    size_t k;
+    Candidates candidates;
+  };
+  controller::PostureQueries queries;
+  size_t begun = 0;
+  const auto ask = [&](int lane, Open& one) {
+    const auto target = one.candidates.next();
+    if (!target) return false;
+    samples[one.k].target = *target;
+    for (size_t axis = 0; axis < 3; ++axis) queries.x_T[axis][lane] = (*target)[static_cast<Eigen::Index>(axis)];
+    return true;
+  };
+  std::array<std::optional<Open>, kRowLanes> asked;
+  while (true) {
+    bool some = false;
+    for (int lane = 0; lane < kRowLanes; ++lane) {
+      std::optional<Open>& one = asked[static_cast<size_t>(lane)];
+      while (one || begun < samples.size()) {
+        if (!one) {
+          const CounterRandom random(seed_, first + begun);
+          samples[begun].start = uniform_posture(chain_, random, 0);
+          for (size_t i = 0; i < 4; ++i) queries.theta[i][lane] = samples[begun].start[static_cast<Eigen::Index>(i)];
+          one.emplace(Open{begun++, Candidates(chain_, random)});
+        }
+        if (ask(lane, *one)) break;
+        // No point of all was within reach.
+        samples[one->k] = sample_of_postures(CounterRandom(seed_, first + one->k), samples[one->k]);
+        one.reset();
+      }
+      some = some || one;
+    }
+    if (!some) return;
+    const uint32_t found = controller::nearest_postures(search_.shoulder_elbow(), queries);
+    for (int lane = 0; lane < kRowLanes; ++lane) {
+      std::optional<Open>& one = asked[static_cast<size_t>(lane)];
+      if (!one || (found >> lane & 1) == 0) continue;
+      JointVector posture(4);
+      for (size_t i = 0; i < 4; ++i) posture[static_cast<Eigen::Index>(i)] = queries.posture[i][lane];
+      samples[one->k].target_posture = posture;
+      one.reset();
+    }
+  }
 }
 
 }  // namespace multireach

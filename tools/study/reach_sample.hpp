@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "controller/posture_search.hpp"
 #include "kinematics/chain.hpp"
@@ -28,8 +29,12 @@ class ReachSampler {
   /// Throws std::invalid_argument when no joint can move: the workspace is empty.
   ReachSampler(const Chain& chain, uint64_t seed, TargetsFrom targets = TargetsFrom::kSpace);
   ReachSample sample(uint64_t index) const;
+  /// The reaches `first`, first + 1, ... one for each element of `samples`; several are looked for side by side.
+  void sample(uint64_t first, std::span<ReachSample> samples) const;
 
  private:
+  bool from_space() const { return targets_ == TargetsFrom::kSpace && search_.closed_form(); }
+  void sample_one_by_one(uint64_t index, ReachSample& sample) const;
   ReachSample sample_of_postures(const CounterRandom& random, ReachSample sample) const;
 
   Chain chain_;

@@ -18,6 +18,8 @@ struct ReachRules {
   double seconds = 20;      ///< nominal time after which a reach has failed
   double excess = 1e-9;     ///< rad (m), and rad/s (m/s), beyond a limit that counts as a violation
   double steps_per_second = 140;
+  double still = 1e-6;   ///< rad (m) per step: slower than this, and at a tenth of arrived_m, a reach is over
+  int rest_steps = 700;  ///< so long still, and not there: at rest somewhere else
 };
 
 /// What happened in one reach.
@@ -32,12 +34,17 @@ struct ReachResult {
   int64_t settled_step = -1;  ///< first step after which the hand stays within settled_m; -1 for never
 };
 
+/// |v|, added up in this order, so that many reaches side by side get the same bits.
+inline double length_of(const Eigen::Vector3d& v) {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
 /// Watches a reach step by step.
 class ReachWatch {
  public:
   ReachWatch(const Chain& chain, const ReachSample& sample, const ReachRules& rules, const Eigen::Vector3d& x)
       : chain_(chain), target_(sample.target), rules_(rules), last_x_(x) {
-    result_.distance_m = (target_ - x).norm();
+    result_.distance_m = length_of(x - target_);
     result_.error_m = result_.distance_m;
   }
 
@@ -60,18 +67,18 @@ class ReachWatch {
       result_.error_m = INFINITY;
       return false;
     }
-    result_.path_m += (x - last_x_).norm();
+    result_.path_m += length_of(x - last_x_);
     last_x_ = x;
-    result_.error_m = (x - target_).norm();
+    result_.error_m = length_of(x - target_);
     if (result_.error_m >= rules_.settled_m) {
       result_.settled_step = -1;
     } else if (result_.settled_step < 0) {
       result_.settled_step = result_.steps;
     }
-    const bool still = fastest < kStill;
+    const bool still = fastest < rules_.still;
     still_steps_ = still ? still_steps_ + 1 : 0;
     if (still && result_.error_m < 0.1 * rules_.arrived_m) return false;
-    if (still_steps_ > kRestSteps) return false;
+    if (still_steps_ > rules_.rest_steps) return false;
     return result_.steps < rules_.seconds * rules_.steps_per_second;
   }
 
@@ -81,9 +88,6 @@ class ReachWatch {
   }
 
  private:
-  static constexpr double kStill = 1e-6;  // rad (m) per step
-  static constexpr int kRestSteps = 700;  // so long still, and not there: at rest somewhere else
-
   const Chain& chain_;
   Eigen::Vector3d target_;
   ReachRules rules_;

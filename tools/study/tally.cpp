@@ -94,6 +94,10 @@ void Tally::merge(const Tally& other) {
   seconds += other.seconds;
 }
 
+json Tally::histograms() const {
+  return {{"path_ratio_milli", bins(path_ratio)}, {"settle_steps", bins(settle_steps)}};
+}
+
 json Tally::json(const ReachRules& rules) const {
   return {{"gamma", gamma},
           {"samples", samples},
@@ -110,8 +114,7 @@ json Tally::json(const ReachRules& rules) const {
           {"path_ratio", quantiles(path_ratio, kRatioBin)},
           {"settle_s", quantiles(settle_steps, 1 / rules.steps_per_second)},
           {"steps_total", steps_total},
-          {"ns_per_step_per_core", steps_total ? 1e9 * seconds / static_cast<double>(steps_total) : 0.0},
-          {"histograms", {{"path_ratio_milli", bins(path_ratio)}, {"settle_steps", bins(settle_steps)}}}};
+          {"ns_per_step_per_core", steps_total ? 1e9 * seconds / static_cast<double>(steps_total) : 0.0}};
 }
 
 Tally Tally::from_json(const nlohmann::json& json) {

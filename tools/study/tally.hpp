@@ -41,6 +41,8 @@ struct Tally {
   void add(int64_t index, const ReachResult& reach, const ReachRules& rules);
   void merge(const Tally& other);
   nlohmann::json json(const ReachRules& rules) const;
+  /// The counts behind the quantiles; a shard's file has them as "histograms", for from_json.
+  nlohmann::json histograms() const;
   static Tally from_json(const nlohmann::json& json);
 };
 

@@ -1,9 +1,10 @@
 // multireach-trace: one reach, offline, step by step.
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
+#include "controller/batch/paper_batch.hpp"
 #include "controller/guarded_law.hpp"
-#include "controller/paper_law.hpp"
 #include "controller/posture_search.hpp"
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
@@ -72,18 +73,24 @@ std::string row_of(int64_t step, const Angles& theta, const Eigen::Vector3d& x, 
   return row + "\n";
 }
 
-/// The rows of a reach under the law `paper`, as printed.
-std::string paper_rows(const Chain& chain, const Options& options, const controller::PostureSearch& search,
-                       const JointVector& start, const Eigen::Vector3d& x_T, const JointVector& theta_target) {
+/// The rows of a reach under the law `paper`, from the same steps that multireach-study takes.
+std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
+                       const JointVector& theta_target) {
   const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
-  controller::PaperState state = controller::paper_state_at_rest(chain, start, theta_target);
-  std::string rows = row_of(0, state.theta, state.x, state.theta_target);
-  for (int64_t step = 1; step <= options.steps; ++step) {
-    controller::paper_step(chain, law, x_T, Eigen::Vector3d::Zero(), state);
-    if (options.rechoose_mm > 0 && !((x_T - chain.position(state.theta_target)).norm() <= options.rechoose_mm * 1e-3)) {
-      if (const auto found = search.nearest(x_T, state.theta)) state.theta_target = *found;
+  const double rechoose_m =
+      options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+  controller::PaperBatch batch(chain, law, rechoose_m, 1);
+  batch.start(0, start, x_T, theta_target);
+  const controller::ArmBlock& arm = batch.block(0);
+  JointVector theta(chain.size()), goal(chain.size());
+  std::string rows;
+  for (int64_t step = 0; step <= options.steps; ++step) {
+    if (step > 0) batch.step();
+    for (int i = 0; i < chain.size(); ++i) {
+      theta[i] = arm.joints[static_cast<size_t>(i)].theta[0];
+      goal[i] = arm.joints[static_cast<size_t>(i)].theta_target[0];
     }
-    rows += row_of(step, state.theta, state.x, state.theta_target);
+    rows += row_of(step, theta, Eigen::Vector3d(arm.x[0][0], arm.x[1][0], arm.x[2][0]), goal);
   }
   return rows;
 }
@@ -132,7 +139,7 @@ int trace(const Options& options) {
   csv += ",x_m,y_m,z_m";
   for (const Joint& joint : chain.joints()) csv += "," + joint.name + "_target";
   csv += "\n";
-  csv += options.law == "paper" ? paper_rows(chain, options, search, start, x_T, theta_target)
+  csv += options.law == "paper" ? paper_rows(chain, options, start, x_T, theta_target)
                                 : guarded_rows(chain, options, start, x_T, theta_target);
   write_text_file(options.csv, csv);
   return 0;

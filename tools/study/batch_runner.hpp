@@ -1,0 +1,73 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "controller/batch/arm_batch.hpp"
+#include "tools/study/tally.hpp"
+#include "tools/study/watch_block.hpp"
+
+namespace multireach {
+
+/// A reach that did not arrive.
+struct FailedReach {
+  size_t gamma = 0;  ///< index of the gamma under which it failed
+  int64_t index = 0;
+  JointVector start;
+  Eigen::Vector3d target;
+  double error_m = 0;
+};
+
+/// Which law a study is of.
+struct StudyLaw {
+  bool guarded = true;
+  controller::ViteGains gains{0.08, 0.02};
+  double rechoose_m = 0.01;  ///< law paper: theta_T is chosen anew when K(theta_T) is further than this from the target
+};
+
+/// Many arms under `law`, as many as keep a core busy.
+std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const StudyLaw& law, int arms);
+
+/// Runs reaches, each under every gamma, in a batch of its own: one for each thread. An arm that has finished a reach
+/// gets the next one at once.
+class BatchRunner {
+ public:
+  BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas);
+
+  /// Takes reach number `index` to be run. Nothing runs until step().
+  void add(int64_t index, const ReachSample& sample);
+  /// Reaches that wait for an arm.
+  size_t waiting() const { return jobs_.size() - next_job_; }
+  /// One step of all arms. Returns false when no reach is under way and none waits.
+  bool step();
+
+  /// For each gamma what came out so far, and the reaches that failed.
+  const std::vector<Tally>& tallies() const { return tallies_; }
+  const std::vector<FailedReach>& failed() const { return failed_; }
+
+ private:
+  struct Job {
+    size_t gamma = 0;
+    int64_t index = 0;
+    ReachSample sample;
+  };
+  // Few arms fit the fastest cache. The law `paper` needs so many that those whose theta_T is to be chosen anew in a
+  // step fill the lanes of that search.
+  static constexpr int kGuardedArms = 4 * kRowLanes, kPaperArms = 64 * kRowLanes;
+
+  void harvest(int arm);
+  bool begin_next(int arm);
+
+  std::unique_ptr<controller::ArmBatch> batch_;
+  WatchPlan plan_;
+  std::vector<WatchBlock> watches_;
+  std::vector<Job> jobs_;  // those from next_job_ on wait
+  size_t next_job_ = 0;
+  std::vector<Job> running_;    // of each arm
+  std::vector<uint32_t> busy_;  // of each block, a mask of arms
+  std::vector<double> gammas_;
+  std::vector<Tally> tallies_;
+  std::vector<FailedReach> failed_;
+};
+
+}  // namespace multireach
