@@ -13,6 +13,11 @@ PaperState paper_state_at_rest(const Chain& chain, const JointVector& theta, con
           .theta_target = theta_target};
 }
 
+JointVector paper_weights(const Chain& chain, const PaperParameters& parameters, const JointVector& theta) {
+  if (parameters.limit_avoidance) return limit_weights(chain, theta, parameters.gamma);
+  return JointVector::Constant(chain.size(), parameters.gamma);
+}
+
 void paper_step(const Chain& chain, const PaperParameters& parameters, const Eigen::Vector3d& x_T,
                 const Eigen::Vector3d& x_T_velocity, PaperState& state) {
   const JointVector joint_velocity =
@@ -21,7 +26,7 @@ void paper_step(const Chain& chain, const PaperParameters& parameters, const Eig
   Eigen::Vector3d x;
   PositionJacobian jacobian;
   chain.position_and_jacobian(state.theta, x, jacobian);
-  const JointVector weights = limit_weights(chain, state.theta, parameters.gamma);                         // (28)
+  const JointVector weights = paper_weights(chain, parameters, state.theta);                               // (28)
   state.theta_dot = coherent_velocity(jacobian, weights, joint_velocity, hand_velocity);                   // (23)
   state.x_dot = jacobian * state.theta_dot;                                                                // (24)
   state.theta += state.theta_dot;                                                                          // (25)

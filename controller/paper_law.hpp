@@ -9,7 +9,8 @@ namespace multireach::controller {
 /// What it does beyond limits, at singular targets and at spurious attractors is the paper's; see docs/equations.md.
 struct PaperParameters {
   ViteGains gains;
-  double gamma = 350;  ///< rad^2/m^2; the paper's bifurcation value 0.035 in rad^2/cm^2
+  double gamma = 350;           ///< rad^2/m^2; the paper's bifurcation value 0.035 in rad^2/cm^2
+  bool limit_avoidance = true;  ///< false: the weight of every joint is gamma, in place of (28); see Fig. 14
 };
 
 /// All that the law remembers between steps. Velocities are per step.
@@ -24,8 +25,11 @@ struct PaperState {
 /// A state at rest at `theta` with the target posture `theta_target` (each of chain.size() elements).
 PaperState paper_state_at_rest(const Chain& chain, const JointVector& theta, const JointVector& theta_target);
 
+/// The weights w_x / w_theta of the joints at `theta`, rad^2/m^2: (28), or constant without limit avoidance.
+JointVector paper_weights(const Chain& chain, const PaperParameters& parameters, const JointVector& theta);
+
 /// One integration step towards the hand target `x_T` (m, in W) moving with `x_T_velocity` (m per step): (19)-(22) from
-/// the state; weights (28) at theta; (23), (24); (25), (26); then (27) with the new theta.
+/// the state; paper_weights at theta; (23), (24); (25), (26); then (27) with the new theta.
 void paper_step(const Chain& chain, const PaperParameters& parameters, const Eigen::Vector3d& x_T,
                 const Eigen::Vector3d& x_T_velocity, PaperState& state);
 

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "controller/coherence.hpp"
-
 namespace multireach::controller {
 namespace {
 
@@ -94,7 +92,7 @@ void WatchedPaperLaw::step() {
 }
 
 JointVector WatchedPaperLaw::weights() const {
-  return limit_weights(chain_, state_.theta, parameters_.gamma);
+  return paper_weights(chain_, parameters_, state_.theta);
 }
 
 }  // namespace multireach::controller
