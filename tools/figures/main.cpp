@@ -1,4 +1,5 @@
 // multireach-figures: the numbers behind the pictures of the documentation.
+#include <functional>
 #include <map>
 
 #include "runtime/files.hpp"
@@ -8,15 +9,32 @@
 namespace multireach {
 namespace {
 
-const std::map<std::string, Table (*)(const Chain&)> kScenes{{"limits", limits_scene},
-                                                             {"arrival", arrival_scene},
-                                                             {"singularity", singularity_scene},
-                                                             {"targets", targets_scene},
-                                                             {"posture-choice", posture_choice_scene},
-                                                             {"push", push_scene},
-                                                             {"obstacle", obstacle_scene},
-                                                             {"clutter", clutter_scene},
-                                                             {"orientation", orientation_scene}};
+using Scene = std::function<Figure(const SceneArm&)>;
+
+/// A scene without measures.
+Scene curves_of(Table (*scene)(const Chain&)) {
+  return [scene](const SceneArm& arm) { return Figure{scene(arm.chain)}; };
+}
+
+const std::map<std::string, Scene> kScenes{{"limits", curves_of(limits_scene)},
+                                           {"arrival", curves_of(arrival_scene)},
+                                           {"singularity", curves_of(singularity_scene)},
+                                           {"targets", curves_of(targets_scene)},
+                                           {"posture-choice", curves_of(posture_choice_scene)},
+                                           {"push", curves_of(push_scene)},
+                                           {"obstacle", curves_of(obstacle_scene)},
+                                           {"clutter", curves_of(clutter_scene)},
+                                           {"orientation", curves_of(orientation_scene)},
+                                           {"fig1", vite_scene},
+                                           {"fig4", weight_scene},
+                                           {"fig9", attractors_scene},
+                                           {"fig10", executed_scene},
+                                           {"fig11", profile_scene},
+                                           {"fig12", straight_scene},
+                                           {"fig13", stretched_scene},
+                                           {"fig14", neck_scene},
+                                           {"fig15", displaced_scene},
+                                           {"fig16", pushed_scene}};
 
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
@@ -29,7 +47,7 @@ std::vector<std::string> scene_names() {
 
 int main(int argc, char** argv) {
   multireach::Program program("multireach-figures", "The numbers behind the pictures of the documentation, as CSV.");
-  std::string scene, urdf, base, tip, csv = "-";
+  std::string scene, urdf, base, tip, csv = "-", measures;
   program.cli()
       .add_option("scene", scene, "which picture")
       ->required()
@@ -38,8 +56,13 @@ int main(int argc, char** argv) {
   program.cli().add_option("--base", base, "link at the start of the chain; its frame is W")->required();
   program.cli().add_option("--tip", tip, "link at the end of the chain, the hand")->required();
   program.cli().add_option("--csv", csv, "output file; - for standard output")->capture_default_str();
+  program.cli().add_option("--measures", measures, "output file for the quantities measured; - for standard output");
   return program.run(argc, argv, [&] {
-    multireach::write_text_file(csv, multireach::kScenes.at(scene)(multireach::load_chain(urdf, base, tip)).csv());
+    using namespace multireach;
+    const SceneArm arm{.chain = load_chain(urdf, base, tip), .urdf_xml = read_text_file(urdf)};
+    const Figure figure = kScenes.at(scene)(arm);
+    write_text_file(csv, figure.curves.csv());
+    if (!measures.empty()) write_text_file(measures, measures_csv(scene, figure.measures));
     return 0;
   });
 }

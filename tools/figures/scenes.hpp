@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kinematics/chain.hpp"
-#include "tools/figures/table.hpp"
+#include "tools/figures/figure.hpp"
 
 namespace multireach {
 
@@ -25,5 +25,28 @@ Table obstacle_scene(const Chain& chain);
 Table clutter_scene(const Chain& chain);
 /// A target with an orientation, and one with a pointing direction; for arms of 6 joints or more.
 Table orientation_scene(const Chain& chain);
+
+/// The figures of Hersch & Billard (2008), in their order; see docs/results.md. All but the first are of the Hoap2.
+
+/// Fig. 1: one attractor with several gains.
+Figure vite_scene(const SceneArm& arm);
+/// Fig. 4: the weight (28) of the last joint over its range and beyond.
+Figure weight_scene(const SceneArm& arm);
+/// Fig. 9: where random reaches come to rest, against theta_T; those off the diagonal, and some on it.
+Figure attractors_scene(const SceneArm& arm);
+/// Fig. 10: a reach as computed and as the simulated robot makes it.
+Figure executed_scene(const SceneArm& arm);
+/// Fig. 11: the same reach: joint angles with theta_T, and speeds.
+Figure profile_scene(const SceneArm& arm);
+/// Fig. 12: horizontal reaches in front of the robot with several gammas.
+Figure straight_scene(const SceneArm& arm);
+/// Fig. 13: from stretched downwards to stretched sideways.
+Figure stretched_scene(const SceneArm& arm);
+/// Fig. 14 and Table 1: from behind the neck to the front, with limit avoidance and without.
+Figure neck_scene(const SceneArm& arm);
+/// Fig. 15: the target is displaced twice during the reach.
+Figure displaced_scene(const SceneArm& arm);
+/// Fig. 16: the arm is pushed during the reach.
+Figure pushed_scene(const SceneArm& arm);
 
 }  // namespace multireach

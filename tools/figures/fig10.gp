@@ -1,0 +1,31 @@
+# size 980,760
+set multiplot
+joints = "SFE SAA SHR EB"
+do for [row=0:1] {
+  law = word("paper guarded", row + 1)
+  bottom = 0.5 - 0.5 * row
+  set key top left inside width -2 samplen 2
+  set origin 0, bottom
+  set size 0.5, 0.5
+  set title law . ": the hand" noenhanced
+  set xlabel "x (cm)" offset 0,-0.3
+  set ylabel "y (cm)" offset 1,-0.5
+  set zlabel "z (cm)" rotate by 90 offset 1,0
+  set xyplane relative 0.05
+  set view 65, 50
+  set xtics 4 offset 0,-0.2
+  set ytics 2 offset 0.5,-0.2
+  set ztics 5
+  splot csv u law."_arm_x":law."_arm_y":law."_arm_z" w lines lt 1 t "executed", '' u law."_x":law."_y":law."_z" w lines lt 2 dt 2 t "computed"
+  set origin 0.5, bottom
+  set title law . ": joint angles" noenhanced
+  set key outside right top
+  set xlabel "time, without the delay (s)" offset 0,0
+  set ylabel "angle (°)" offset 0,0
+  set xtics autofreq offset 0,0
+  set ytics autofreq offset 0,0
+  set xrange [0:2]
+  plot for [i=0:3] csv u "time":sprintf("%s_arm_%d", law, i) lt i+1 t word(joints, i + 1), \
+    for [i=0:3] '' u "time":sprintf("%s_%d", law, i) lt 5 dt 2 lw 1.5 lc "black" t (i == 0 ? "computed" : "")
+  set xrange [*:*]
+}

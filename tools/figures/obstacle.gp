@@ -1,0 +1,14 @@
+# size 760,640
+set multiplot layout 2,1
+set xlabel "y (m)"
+set ylabel "z (m)"
+set size ratio -1
+stats csv u 12 name "Y" nooutput
+stats csv u 13 name "Z" nooutput
+set object 1 rectangle center Y_mean,Z_mean size 0.01,0.06 fc "#bbbbbb" fs solid
+plot csv u 7:8 t "without the wall" lt 2, '' u 3:4 t "around it" lt 1
+unset object 1
+set size noratio
+set xlabel "time (s)"
+set ylabel "clearance (m)"
+plot csv u 1:9 t "without the wall" lt 2, '' u 1:5 t "around it" lt 1, 0 t "margin of 5 mm" lt 5
