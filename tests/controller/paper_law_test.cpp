@@ -184,5 +184,21 @@ TEST(PaperLaw, ReachesWithTheHandStraighterForLargerGamma) {
   EXPECT_GT(path_ratio(0), path_ratio(350));
 }
 
+TEST(PaperLaw, WithoutLimitAvoidanceEveryWeightIsGamma) {
+  const Chain chain = testing::hoap2();
+  JointVector near_limits = chain.lower();
+  near_limits.array() += 0.01;
+  const PaperParameters with, without{.gains = {}, .gamma = 350, .limit_avoidance = false};
+  EXPECT_LT(paper_weights(chain, with, near_limits).maxCoeff(), 0.2);
+  EXPECT_EQ(paper_weights(chain, without, near_limits), JointVector::Constant(4, 350));
+  // And it is these weights that the step uses: near the limits the hand is not heard with them, and heard without.
+  JointVector goal(4);
+  goal << -0.7, -0.6, -0.3, -1.2;
+  PaperState heard = paper_state_at_rest(chain, near_limits, near_limits), unheard = heard;
+  paper_step(chain, without, chain.position(goal), Eigen::Vector3d::Zero(), heard);
+  paper_step(chain, with, chain.position(goal), Eigen::Vector3d::Zero(), unheard);
+  EXPECT_GT(heard.theta_dot.norm(), 100 * unheard.theta_dot.norm());
+}
+
 }  // namespace
 }  // namespace multireach::controller

@@ -1,12 +1,62 @@
 #!/usr/bin/env bash
-# tools/figures.sh draws every picture of docs/guarantees.md.
+# tools/figures.sh draws every picture of docs/guarantees.md and docs/results.md, and the numbers on the second page are those that the
+# programs measure now.
 #   tests/live/figures.sh BIN_FOLDER
-set -euo pipefail
+set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 command -v gnuplot >/dev/null || { echo "skipped: gnuplot is not installed"; exit 77; }
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-"$root/tools/figures.sh" --into "$work/pictures" | tee "$work/said"
-for name in $(grep -o 'pictures/guarantees/[a-z-]*' "$root/docs/guarantees.md" | sort -u | xargs -n 1 basename); do
-  grep -q "skipped: $name" "$work/said" || grep -q '</svg>' "$work/pictures/$name.svg" || { echo "FAILED: no picture $name"; exit 1; }
+failed=0
+fail() { echo "FAILED: $*"; failed=1; }
+new=$work/pictures
+"$root/tools/figures.sh" --into "$new" >"$work/said" || fail "figures.sh"
+cat "$work/said"
+for name in $(grep -oh '(pictures/guarantees/[a-z-]*\|(results/fig[0-9]*' "$root/docs/guarantees.md" "$root/docs/results.md" | sort -u | xargs -n 1 basename); do
+  grep -q "skipped: $name" "$work/said" || grep -q '</svg>' "$new/$name.svg" || fail "no picture $name"
 done
+
+# agree OLD NEW: the same quantities of every figure that NEW has, to a thousandth.
+agree() {
+  awk -F, '
+    function key() { return $1 "," $2 "," $3 "," $5 }
+    FNR == 1 { next }
+    NR == FNR { old[key()] = $4; figure[key()] = $1; next }
+    { made[$1] = 1; seen[key()] = 1 }
+    !(key() in old) { print "not in the documents: " key(); bad = 1; next }
+    (old[key()] ~ /nan/) != ($4 ~ /nan/) { print key() " is " $4 ", in the documents " old[key()]; bad = 1; next }
+    { apart = $4 - old[key()]; if (apart < 0) apart = -apart; size = old[key()] < 0 ? -old[key()] : old[key()] }
+    apart > 1e-3 * size + 1e-4 { print key() " is " $4 ", in the documents " old[key()]; bad = 1 }
+    END {
+      for (k in old) if (figure[k] in made && !(k in seen)) { print "no longer measured: " k; bad = 1 }
+      exit bad
+    }' "$1" "$2"
+}
+written=$root/docs/results/measures.csv
+agree "$written" "$new/measures.csv" || fail "docs/results/measures.csv is not what is measured: run tools/figures.sh"
+# tables_agree PAGE: its tables are those of the written measures.
+tables_agree() { awk -f "$root/tools/figures/tables.awk" "$written" "$1" | diff - "$1"; }
+tables_agree "$root/docs/results.md" || fail "the tables of docs/results.md are not those of measures.csv: run tools/figures.sh"
+
+# Both checks can fail.
+awk -F, -v OFS=, 'NR == 5 { $4 *= 1.01 } { print }' "$written" >"$work/other.csv"
+agree "$written" "$work/other.csv" >/dev/null && fail "a changed number is not noticed"
+sed 5d "$written" >"$work/fewer.csv"
+agree "$written" "$work/fewer.csv" >/dev/null && fail "a missing number is not noticed"
+agree "$work/fewer.csv" "$written" >/dev/null && fail "a number too many is not noticed"
+sed 's/^| γ = 0\|^| paper; γ = 0 | 1/&7/' "$root/docs/results.md" >"$work/other.md"
+tables_agree "$work/other.md" >/dev/null && fail "a changed table is not noticed"
+
+# refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
+refuses() {
+  local sentence=$1; shift
+  "$root/tools/figures.sh" "$@" >"$work/out" 2>"$work/err"
+  local code=$?
+  [ $code -eq 2 ] || fail "exit code $code, expected 2: $*"
+  { grep -qF -- "$sentence" "$work/err" && [ "$(wc -l <"$work/err")" -eq 1 ]; } || fail "'$sentence' is not all of '$(cat "$work/err")'"
+}
+refuses "unknown picture 'fig99'" --into "$work/none" fig99
+refuses "unknown option '--onto'" --onto "$work/none"
+refuses "--into needs a folder" --into
+[ ! -e "$work/none" ] || fail "a refused run leaves a folder"
+exit $failed

@@ -9,6 +9,7 @@
 #include "kinematics/random.hpp"
 #include "tools/figures/law_run.hpp"
 #include "tools/figures/scenes.hpp"
+#include "tools/study/reach_sample.hpp"
 
 namespace multireach {
 namespace {
@@ -47,6 +48,31 @@ double largest_gain(const Chain& chain) {
     largest = std::max(largest, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(gain).eigenvalues().maxCoeff());
   }
   return largest;
+}
+
+/// What Eq. (27) as printed does to theta_T in random reaches, of 3 s each.
+void add_random_reaches(Figure& figure, const Chain& chain, const PaperParameters& parameters) {
+  constexpr int kReaches = 2000, kSteps = 3 * static_cast<int>(kStepsPerSecond);
+  const ReachSampler sampler(chain, 1);
+  int outside = 0, far_outside = 0, arm_outside = 0;
+  for (uint64_t k = 0; k < kReaches; ++k) {
+    const ReachSample sample = sampler.sample(k);
+    PaperState state = paper_state_at_rest(chain, sample.start, sample.target_posture);
+    double excess = 0, arm_excess = 0;
+    for (int step = 0; step < kSteps && state.theta_target.allFinite(); ++step) {
+      paper_step(chain, parameters, sample.target, Eigen::Vector3d::Zero(), state);
+      excess = std::max(excess, chain.limit_excess(state.theta_target));
+      arm_excess = std::max(arm_excess, chain.limit_excess(state.theta));
+    }
+    if (!state.theta_target.allFinite()) excess = arm_excess = std::numeric_limits<double>::infinity();
+    outside += excess * kDegrees > 1;
+    far_outside += excess * kDegrees > 90;
+    arm_outside += arm_excess * kDegrees > 1;
+  }
+  const char* name = "literal; 2000 random reaches";
+  figure.add(name, "θ_T more than 1° outside the limits", 100.0 * outside / kReaches, "%");
+  figure.add(name, "θ_T more than 90° outside", 100.0 * far_outside / kReaches, "%");
+  figure.add(name, "the arm more than 1° outside", 100.0 * arm_outside / kReaches, "%");
 }
 
 }  // namespace
@@ -98,6 +124,7 @@ Figure stretched_scene(const SceneArm& arm) {
     figure.add(name, "within 1 mm for good after", finite ? settled_after(motion, target) : kNone, "s");
     figure.add(name, "hand to target at the end", finite ? 1e3 * (motion.back().x - target).norm() : kNone, "mm");
   }
+  add_random_reaches(figure, chain, parameters);
   for (size_t k = 0; k <= static_cast<size_t>(kSteps); k += 2) {
     std::vector<double> row{static_cast<double>(k) / kStepsPerSecond};
     for (const Way& way : ways) {

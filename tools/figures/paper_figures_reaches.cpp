@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 
 #include "controller/posture_search.hpp"
 #include "tools/figures/executed_reach.hpp"
@@ -157,6 +158,21 @@ Figure profile_scene(const SceneArm& arm) {
     figure.add(law, "executed: largest hand speed; averaged over 50 ms", executed.speed, "m/s");
     figure.add(law, "executed: time of the largest hand speed", executed.time, "s");
     figure.add(law, "executed: path / distance", straightness(reaches[i].executed.arm));
+  }
+  // A reach across the body, which is not so easy.
+  const Eigen::Vector3d across(0.12, -0.04, 0.14);
+  const double default_gamma = GuardedLaw(arm.chain).largest_gamma();
+  for (const auto& [name, paper, gamma] :
+       {std::tuple{"paper; across the body", true, kGamma}, std::tuple{"guarded; across the body", false, kGamma},
+        std::tuple{"guarded; across; default γ", false, default_gamma}}) {
+    const auto law = law_run(arm.chain, paper, gamma, hoap2_posture(arm.chain, {12, -17, -12, -52}));
+    law->aim(across);
+    const Motion motion = record(*law, 6);
+    add_reach_measures(figure, name, motion, across);
+    figure.add(name, "largest joint speed", largest_joint_speed(motion), "rad/s");
+    double excess = 0;
+    for (const Moment& moment : motion) excess = std::max(excess, arm.chain.limit_excess(moment.theta));
+    figure.add(name, "farthest beyond a limit", excess * kDegrees, "°");
   }
   for (int k = 0; k <= 160; ++k) {
     const double time = 0.01 * k;
