@@ -172,6 +172,8 @@ Figure profile_scene(const SceneArm& arm) {
     figure.add(name, "largest joint speed", largest_joint_speed(motion), "rad/s");
     double excess = 0;
     for (const Moment& moment : motion) excess = std::max(excess, arm.chain.limit_excess(moment.theta));
+    figure.add(name, "way of the joints from start to end",
+               (motion.back().theta - motion.front().theta).norm() * kDegrees, "°");
     figure.add(name, "farthest beyond a limit", excess * kDegrees, "°");
   }
   for (int k = 0; k <= 160; ++k) {
