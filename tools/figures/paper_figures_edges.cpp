@@ -142,8 +142,8 @@ Figure stretched_scene(const SceneArm& arm) {
 namespace {
 
 /// The ways in which the reach from behind the neck is made.
-const std::array<const char*, 5> kWays{"paper; without", "paper; with", "paper; with; literal θ_T", "guarded; γ = 350",
-                                       "guarded; default γ"};
+const std::array<const char*, 6> kWays{"paper; without",        "paper; with",      "paper; with; literal θ_T",
+                                       "paper; with; β = 0.02", "guarded; γ = 350", "guarded; default γ"};
 
 std::unique_ptr<LawRun> neck_run(const Chain& chain, size_t way, const JointVector& start) {
   PaperParameters parameters{.gains = {}, .gamma = kGamma};
@@ -156,6 +156,9 @@ std::unique_ptr<LawRun> neck_run(const Chain& chain, size_t way, const JointVect
     case 2:
       return std::make_unique<PaperRun>(chain, parameters, start);
     case 3:
+      parameters.gains.beta = 0.02;
+      return watched_paper_run(chain, parameters, start);
+    case 4:
       return guarded_run(chain, kGamma, start);
     default:
       return guarded_run(chain, GuardedLaw(chain).largest_gamma(), start);
@@ -192,7 +195,7 @@ Figure neck_scene(const SceneArm& arm) {
   const Eigen::Vector3d front(0.12, -0.12, -0.06);
   constexpr int kReaches = 200;
   std::vector<std::string> columns{"time"};
-  for (const char* way : {"without", "with", "literal", "guarded", "default"}) {
+  for (const char* way : {"without", "with", "literal", "critical", "guarded", "default"}) {
     for (const char* what : {"x", "y", "z", "0", "1", "2", "3"})
       columns.push_back(std::string(way).append("_").append(what));
   }
@@ -209,7 +212,7 @@ Figure neck_scene(const SceneArm& arm) {
     figure.add("reported; with", quantity, reported[1][i], "°");
   }
   const std::vector<JointVector> starts = behind_the_neck(chain, kReaches);
-  std::array<Motion, 5> motions;
+  std::array<Motion, kWays.size()> motions;
   for (size_t way = 0; way < kWays.size(); ++way) {
     const auto run = neck_run(chain, way, start);
     run->aim(front);
