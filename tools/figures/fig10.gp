@@ -16,6 +16,9 @@ do for [row=0:1] {
   set xtics 4 offset 0,-0.2
   set ytics 2 offset 0.5,-0.2
   set ztics 5
+  set xrange [0:12]
+  set yrange [-18:-10]
+  set zrange [-10:12]
   splot csv u law."_arm_x":law."_arm_y":law."_arm_z" w lines lt 1 t "executed", '' u law."_x":law."_y":law."_z" w lines lt 2 dt 2 t "computed"
   set origin 0.5, bottom
   set title law . ": joint angles" noenhanced
@@ -25,6 +28,7 @@ do for [row=0:1] {
   set xtics autofreq offset 0,0
   set ytics autofreq offset 0,0
   set xrange [0:2]
+  set yrange [*:*]
   plot for [i=0:3] csv u "time":sprintf("%s_arm_%d", law, i) lt i+1 t word(joints, i + 1), \
     for [i=0:3] '' u "time":sprintf("%s_%d", law, i) lt 5 dt 2 lw 1.5 lc "black" t (i == 0 ? "computed" : "")
   set xrange [*:*]
