@@ -38,6 +38,7 @@ const std::map<std::string, Scene> kScenes{{"limits", curves_of(limits_scene)},
 
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;
+  names.reserve(kScenes.size());
   for (const auto& [name, scene] : kScenes) names.push_back(name);
   return names;
 }

@@ -194,6 +194,7 @@ Figure profile_scene(const SceneArm& arm) {
 
 Figure straight_scene(const SceneArm& arm) {
   std::vector<JointVector> starts;
+  starts.reserve(kDirections);
   for (int k = 0; k < kDirections; ++k) starts.push_back(start_posture(arm.chain, k));
   std::vector<std::string> columns{"time"};
   std::vector<Motion> motions;
