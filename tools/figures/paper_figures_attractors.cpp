@@ -91,6 +91,7 @@ Figure vite_scene(const SceneArm&) {
 
 Figure weight_scene(const SceneArm& arm) {
   const Chain& chain = arm.chain;
+  hoap2_posture(chain, {0, 0, 0, 0});
   const int joint = chain.size() - 1;
   const double lower = chain.lower()[joint], upper = chain.upper()[joint], range = upper - lower;
   JointVector theta = chain.clamped(JointVector::Zero(chain.size()));
