@@ -57,6 +57,25 @@ FoundPosture PostureSearch::best(const HandTarget& target, const JointVector& th
   return multi_start(near, theta);
 }
 
+FoundPosture PostureSearch::first(const HandTarget& target, const JointVector& theta) const {
+  const HandTarget near = brought_near(chain_, target);
+  const CounterRandom random(options_.seed);
+  FoundPosture best{chain_.clamped(theta), std::numeric_limits<double>::infinity()};
+  JointVector posture = best.theta;
+  uint64_t counter = 0;
+  for (int start = 0; start <= options_.most_starts; ++start) {
+    if (start > 0) {
+      for (int i = 0; i < chain_.size(); ++i) {
+        posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
+      }
+    }
+    const double error = solver_.solve(near, posture, options_.tolerance_m);
+    if (error < best.error_m) best = {posture, error};
+    if (error <= options_.tolerance_m) break;
+  }
+  return best;
+}
+
 FoundPosture PostureSearch::multi_start(const HandTarget& target, const JointVector& theta) const {
   const CounterRandom random(options_.seed);
   struct Candidate {

@@ -32,7 +32,11 @@ class PostureSearch {
   /// The same for any target. When no posture meets the target, the one whose hand comes nearest to it, of all those
   /// found. The target and `theta` must be finite.
   FoundPosture best(const HandTarget& target, const JointVector& theta) const;
-  /// The same by the closed form alone, which may miss postures between two samples. Nothing without a closed form.
+  /// A posture that meets the target, the first that is found: from `theta` itself, then from the seeded starts. In a
+  /// fraction of the time of `best`, but it may be far from `theta`. When none meets the target, the nearest miss.
+  FoundPosture first(const HandTarget& target, const JointVector& theta) const;
+  /// The same as `nearest` by the closed form alone, which may miss postures between two samples. Nothing without a
+  /// closed form.
   std::optional<JointVector> closed_form_nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
     if (!shoulder_elbow_) return std::nullopt;
     return shoulder_elbow_->nearest(x_T, theta);

@@ -46,6 +46,29 @@ TEST(PostureSearch, NothingFoundByChanceIsNearer) {
   }
 }
 
+TEST(PostureSearch, TheFirstPostureFoundMeetsThePoseInsideTheLimitsOfEveryArm) {
+  for (const auto& file : testing::all_arm_files()) {
+    const Chain chain = testing::load(file);
+    const PostureSearch search(chain);
+    const CounterRandom random(kSeed, 5);
+    for (uint64_t k = 0; k < 200; ++k) {
+      const JointVector theta = testing::random_posture(chain, random, 2 * k);
+      const Eigen::Isometry3d X = chain.pose(testing::random_posture(chain, random, 2 * k + 1));
+      HandTarget target{.position = X.translation()};
+      if (chain.size() >= 6) {
+        target.aim = Aim::kPose;
+        target.orientation = X.linear();
+      }
+      const FoundPosture found = search.first(target, theta);
+      ASSERT_LE(found.error_m, search.options().tolerance_m) << file.path << ", seed " << kSeed << ", case " << k;
+      EXPECT_EQ(chain.limit_excess(found.theta), 0) << file.path << ", case " << k;
+      EXPECT_LT((chain.position(found.theta) - target.position).norm(), 2e-7) << file.path << ", case " << k;
+    }
+    const HandTarget far{.position = chain.fixed(0).translation() + 2 * chain.reach() * Eigen::Vector3d::UnitX()};
+    EXPECT_GT(search.first(far, chain.clamped(JointVector::Zero(chain.size()))).error_m, 0.9 * chain.reach());
+  }
+}
+
 TEST(PostureSearch, StretchedFoldedAndLimitPosturesAreFound) {
   const Chain chain = testing::hoap2();
   const PostureSearch search(chain);
