@@ -1,0 +1,185 @@
+// multireach-bench-ik: inverse kinematics for reachable targets, as solvers are compared in Beeson & Ames, "TRAC-IK"
+// (Humanoids 2015): the share solved and the time for it, the project's own beside Orocos KDL, as a Markdown table.
+#include <fmt/format.h>
+#include <time.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <optional>
+#include <sstream>
+
+#include "bench/ik_solvers.hpp"
+#include "kinematics/random.hpp"
+#include "kinematics/urdf_chain.hpp"
+
+namespace multireach::bench {
+namespace {
+
+using controller::Aim;
+using controller::HandTarget;
+
+struct ArmName {
+  std::string urdf, base, tip;
+};
+
+std::vector<ArmName> default_arms() {
+  const std::string here = MULTIREACH_SOURCE_DIR, beside = here + "/../shared/robots/";
+  return {{here + "/robots/hoap2/hoap2.urdf", "torso", "right_hand"},
+          {beside + "panda.urdf", "panda_link0", "panda_hand"},
+          {beside + "iiwa14.urdf", "base", "iiwa_link_ee"},
+          {beside + "ur5_robot.urdf", "base_link", "ee_link"},
+          {beside + "kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"},
+          {beside + "baxter.urdf", "base", "left_gripper"}};
+}
+
+std::optional<ArmName> arm_named(const std::string& text) {
+  const size_t tip = text.rfind(':'), base = tip == 0 || tip == std::string::npos ? tip : text.rfind(':', tip - 1);
+  if (base == std::string::npos || tip == 0 || base == tip) return std::nullopt;
+  return ArmName{text.substr(0, base), text.substr(base + 1, tip - base - 1), text.substr(tip + 1)};
+}
+
+Chain load(const ArmName& arm) {
+  std::ifstream file(arm.urdf);
+  if (!file) throw std::invalid_argument(arm.urdf + ": cannot be read");
+  std::stringstream text;
+  text << file.rdbuf();
+  return chain_from_urdf(text.str(), arm.base, arm.tip);
+}
+
+struct Score {
+  int64_t solved = 0, inside = 0, both = 0;
+  std::vector<double> microseconds, simulated_s;
+};
+
+double quantile(std::vector<double>& values, double q) {
+  if (values.empty()) return 0;
+  const auto at = static_cast<ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
+}
+
+/// The hand at a posture uniform inside the limits: that of `multireach-study --targets postures` with the same seed.
+HandTarget target_number(const Chain& chain, uint64_t seed, uint64_t index, Aim aim) {
+  const CounterRandom random(seed, index);
+  JointVector there(chain.size());
+  for (int i = 0; i < chain.size(); ++i) {
+    there[i] = random.uniform(kMaxJoints + static_cast<uint64_t>(i), chain.sample_lower(i), chain.sample_upper(i));
+  }
+  const Eigen::Isometry3d X = chain.pose(there);
+  return {.position = X.translation(),
+          .velocity = Eigen::Vector3d::Zero(),
+          .aim = aim,
+          .direction = X.linear().col(2),
+          .orientation = X.linear()};
+}
+
+/// Of this thread alone: what else the machine does meanwhile is no property of a solver.
+double processor_microseconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
+}
+
+void measure(const std::string& name, const Chain& chain, Aim aim, int64_t samples, uint64_t seed) {
+  std::vector<IkSolver> solvers = own_solvers(chain);
+  for (IkSolver& solver : kdl_solvers(chain, aim)) solvers.push_back(std::move(solver));
+  std::vector<Score> scores(solvers.size());
+  JointVector middle(chain.size());
+  for (int i = 0; i < chain.size(); ++i) middle[i] = 0.5 * (chain.sample_lower(i) + chain.sample_upper(i));
+  for (int64_t k = 0; k < samples; ++k) {
+    const HandTarget target = target_number(chain, seed, static_cast<uint64_t>(k), aim);
+    // Every target meets the solvers in another order, so that none always comes after the same one.
+    for (size_t s = 0; s < solvers.size(); ++s) {
+      const size_t which = (s + static_cast<size_t>(k)) % solvers.size();
+      const double begin = processor_microseconds();
+      const IkAnswer answer = solvers[which].solve(target, middle);
+      const double end = processor_microseconds();
+      Score& score = scores[which];
+      score.microseconds.push_back(end - begin);
+      const JointVector posture = unwound(chain, answer.posture);
+      const bool solved = meets(chain, target, posture), inside = inside_limits(chain, posture);
+      score.solved += solved;
+      score.inside += inside;
+      score.both += solved && inside;
+      if (solvers[which].moves && solved) score.simulated_s.push_back(answer.simulated_s);
+    }
+  }
+  const double all = static_cast<double>(samples) / 100;
+  for (size_t s = 0; s < solvers.size(); ++s) {
+    Score& score = scores[s];
+    const double mean = std::accumulate(score.microseconds.begin(), score.microseconds.end(), 0.0) /
+                        static_cast<double>(score.microseconds.size());
+    const std::string moving = solvers[s].moves ? fmt::format("{:.2f}, {:.2f}", quantile(score.simulated_s, 0.5),
+                                                              quantile(score.simulated_s, 0.95))
+                                                : "";
+    fmt::print("| {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {} |\n", name,
+               aim == Aim::kPose ? 6 : 3, solvers[s].name, static_cast<double>(score.solved) / all,
+               static_cast<double>(score.inside) / all, static_cast<double>(score.both) / all, mean,
+               quantile(score.microseconds, 0.5), quantile(score.microseconds, 0.95), moving);
+  }
+  std::fflush(stdout);
+}
+
+bool all_turn(const Chain& chain) {
+  return std::all_of(chain.joints().begin(), chain.joints().end(),
+                     [](const Joint& joint) { return joint.type != Joint::Type::kPrismatic; });
+}
+
+int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bool skip_missing) {
+  fmt::print("{} targets for each arm, seed {}\n\n", samples, seed);
+  fmt::print(
+      "| arm | m | solver | solved, % | inside limits, % | both, % | mean, µs | median | 95 % | moving, s: median, 95 "
+      "% "
+      "|\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const ArmName& arm : arms) {
+    const std::string name = std::filesystem::path(arm.urdf).stem().string();
+    if (skip_missing && !std::filesystem::exists(arm.urdf)) {
+      fmt::print(stderr, "multireach-bench-ik: {} is not here; its arm is left out\n", arm.urdf);
+      continue;
+    }
+    const Chain chain = load(arm);
+    if (!all_turn(chain)) throw std::invalid_argument(arm.urdf + ": has a sliding joint; the peers' arms only turn");
+    measure(name, chain, Aim::kPosition, samples, seed);
+    if (chain.size() >= 6) measure(name, chain, Aim::kPose, samples, seed);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach::bench
+
+int main(int argc, char** argv) {
+  using namespace multireach::bench;
+  CLI::App app("Inverse kinematics for reachable targets, beside Orocos KDL, as a Markdown table.",
+               "multireach-bench-ik");
+  std::vector<std::string> named;
+  int64_t samples = 10000;
+  uint64_t seed = 1;
+  app.add_option("arms", named,
+                 "URDF:BASE:TIP of each arm; default: the Hoap2, and those of ../shared/robots that are there");
+  app.add_option("--samples", samples, "targets for each arm")
+      ->check(CLI::Range(int64_t{1}, int64_t{100000000}))
+      ->capture_default_str();
+  app.add_option("--seed", seed, "of the targets")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  std::vector<ArmName> arms;
+  for (const std::string& text : named) {
+    const auto arm = arm_named(text);
+    if (!arm) {
+      fmt::print(stderr, "multireach-bench-ik: '{}' is no arm; expected URDF:BASE:TIP\n", text);
+      return 2;
+    }
+    arms.push_back(*arm);
+  }
+  try {
+    return compare(arms.empty() ? default_arms() : arms, samples, seed, arms.empty());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "multireach-bench-ik: {}\n", error.what());
+    return 2;
+  }
+}
