@@ -11,7 +11,7 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
     parameters.gains = law.gains;
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
-  return std::make_unique<controller::PaperBatch>(chain, controller::PaperParameters{.gains = law.gains},
+  return std::make_unique<controller::PaperBatch>(chain, controller::PaperParameters{.gains = law.gains, .gamma = 0, .limit_avoidance = true},
                                                   law.rechoose_m, arms);
 }
 
