@@ -47,7 +47,15 @@ Chain load(const ArmName& arm) {
   if (!file) throw std::invalid_argument(arm.urdf + ": cannot be read");
   std::stringstream text;
   text << file.rdbuf();
-  return chain_from_urdf(text.str(), arm.base, arm.tip);
+  try {
+    const Chain chain = chain_from_urdf(text.str(), arm.base, arm.tip);
+    const bool turns = std::all_of(chain.joints().begin(), chain.joints().end(),
+                                   [](const Joint& joint) { return joint.type != Joint::Type::kPrismatic; });
+    if (!turns) throw std::invalid_argument("it has a sliding joint; the peers' arms only turn");
+    return chain;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(arm.urdf + ": " + error.what());
+  }
 }
 
 struct Score {
@@ -124,26 +132,22 @@ void measure(const std::string& name, const Chain& chain, Aim aim, int64_t sampl
   std::fflush(stdout);
 }
 
-bool all_turn(const Chain& chain) {
-  return std::all_of(chain.joints().begin(), chain.joints().end(),
-                     [](const Joint& joint) { return joint.type != Joint::Type::kPrismatic; });
-}
-
 int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bool skip_missing) {
-  fmt::print("{} targets for each arm, seed {}\n\n", samples, seed);
+  std::vector<std::pair<std::string, Chain>> chains;
+  for (const ArmName& arm : arms) {
+    if (skip_missing && !std::filesystem::exists(arm.urdf)) {
+      fmt::print(stderr, "multireach-bench-ik: {} is not here; its arm is left out\n", arm.urdf);
+    } else {
+      chains.emplace_back(std::filesystem::path(arm.urdf).stem().string(), load(arm));
+    }
+  }
+  fmt::print("{} targets for each arm, seed {}; processor time\n\n", samples, seed);
   fmt::print(
       "| arm | m | solver | solved, % | inside limits, % | both, % | mean, µs | median | 95 % | moving, s: median, 95 "
       "% "
       "|\n"
       "|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const ArmName& arm : arms) {
-    const std::string name = std::filesystem::path(arm.urdf).stem().string();
-    if (skip_missing && !std::filesystem::exists(arm.urdf)) {
-      fmt::print(stderr, "multireach-bench-ik: {} is not here; its arm is left out\n", arm.urdf);
-      continue;
-    }
-    const Chain chain = load(arm);
-    if (!all_turn(chain)) throw std::invalid_argument(arm.urdf + ": has a sliding joint; the peers' arms only turn");
+  for (const auto& [name, chain] : chains) {
     measure(name, chain, Aim::kPosition, samples, seed);
     if (chain.size() >= 6) measure(name, chain, Aim::kPose, samples, seed);
   }
