@@ -2,14 +2,14 @@
 # Draws the pictures of the docs from the project's own programs, with gnuplot, and fills in the tables of docs/results.md.
 #   tools/figures.sh [--into DIR] [NAME...]     default: all names
 # Of docs/guarantees.md: limits arrival singularity targets posture-choice push obstacle orientation
-# Of docs/results.md:    fig1 fig4 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16
+# Of docs/results.md:    fig1 fig4 fig7 fig8 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16 gamma
 # With --into, pictures, measures.csv and results.md all go to DIR, and the docs stay as they are. The picture "orientation" needs
 # an arm of six joints or more: ../shared/robots/panda.urdf, or the one that MULTIREACH_ARM names (URDF:BASE:TIP).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 guarantees=(limits arrival singularity targets posture-choice push obstacle orientation)
-results=(fig1 fig4 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16)
+results=(fig1 fig4 fig7 fig8 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16 gamma)
 all=("${guarantees[@]}" "${results[@]}")
 into_guarantees=docs/pictures/guarantees into_results=docs/results page=docs/results.md
 wrong() { echo "figures.sh: $*" >&2; exit 2; }
