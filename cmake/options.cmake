@@ -37,10 +37,17 @@ function(multireach_stage name)
 endfunction()
 
 # multireach_lanes(TARGET): its sources that Highway compiles once for each instruction set are compiled for 2 lanes (SSE4,
-# NEON), 4 (AVX2) and 8 (AVX-512).
+# NEON), 4 (AVX2) and 8 (AVX-512), and for one, for what is older.
 function(multireach_lanes target)
   target_link_libraries(${target} PRIVATE hwy::hwy)
-  target_compile_definitions(${target} PRIVATE "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_AVX3_DL)")
+  target_compile_definitions(${target} PRIVATE
+    "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_AVX3_DL|HWY_SVE|HWY_SVE2|HWY_SVE_256|HWY_SVE2_128|HWY_RVV)")
+  # Loops over the joints, whose number the compiler knows, and over the rows of small matrices are worth unrolling.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    # Where that number is open, GCC then thinks of what is not read: the rows of an arm without joints.
+    target_compile_options(${target} PRIVATE --param=max-completely-peeled-insns=4000 --param=max-completely-peel-times=32
+      -Wno-maybe-uninitialized)
+  endif()
 endfunction()
 
 # The package itself: cmake/multireach-config.cmake says what each component needs.

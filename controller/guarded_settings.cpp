@@ -20,7 +20,7 @@ bool positive(double value) {
 
 GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& parameters) {
   const auto [alpha, beta] = parameters.gains;
-  require(alpha > 0 && alpha <= 1 && beta > 0 && beta <= 1, "alpha and beta must be in (0, 1]");
+  require(alpha > 0 && alpha <= 1 && beta > 0 && beta < 1, "alpha must be in (0, 1], beta in (0, 1)");
   require(alpha * (1 - beta) * (1 - beta) >= 4 * beta * (1 - alpha),
           "alpha is too small for beta: the law needs alpha (1 - beta)^2 >= 4 beta (1 - alpha), about alpha >= 4 beta, "
           "so that the joints' attractor does not overshoot");

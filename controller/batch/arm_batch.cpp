@@ -1,10 +1,16 @@
 #include "controller/batch/arm_batch.hpp"
 
 #include <hwy/highway.h>
+#include <stdexcept>
 
 #include "kinematics/lanes.hpp"
 
 namespace multireach::controller {
+
+ArmBatch::ArmBatch(int arms) {
+  if (arms < 1) throw std::invalid_argument("a batch needs at least one arm");
+  running_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
+}
 
 bool ArmBatch::acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target,
                           const JointVector& theta_target, std::optional<double> gamma) const {
@@ -15,16 +21,26 @@ bool ArmBatch::acceptable(int arm, const JointVector& theta, const Eigen::Vector
          chain().limit_excess(theta_target) <= 0 && target.allFinite() && !(gamma && !(*gamma >= 0 && *gamma <= 1e12));
 }
 
-JointVector ArmBatch::theta_of(const ArmBlock& block, int lane, int n) {
-  JointVector angles(n);
-  for (int i = 0; i < n; ++i) angles[i] = block.joints[static_cast<size_t>(i)].theta[lane];
+JointVector ArmBatch::theta(int arm) const {
+  JointVector angles(chain().size());
+  for (int i = 0; i < chain().size(); ++i) {
+    angles[i] = block(arm / kRowLanes).joints[static_cast<size_t>(i)].theta[arm % kRowLanes];
+  }
   return angles;
+}
+
+Eigen::Vector3d ArmBatch::x(int arm) const {
+  const std::array<Row, 3>& x = block(arm / kRowLanes).x;
+  const int lane = arm % kRowLanes;
+  return {x[0][lane], x[1][lane], x[2][lane]};
 }
 
 std::vector<std::string> instruction_sets() {
   std::vector<std::string> names;
-  hwy::SetSupportedTargetsForTest(0);  // what a test may have chosen
+  const int64_t chosen = hwy::SupportedTargets();
+  hwy::SetSupportedTargetsForTest(0);
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) names.emplace_back(hwy::TargetName(target));
+  if (hwy::SupportedTargets() != chosen) hwy::SetSupportedTargetsForTest(chosen);
   return names;
 }
 

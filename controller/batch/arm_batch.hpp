@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,31 +18,42 @@ class ArmBatch {
  public:
   virtual ~ArmBatch() = default;
   virtual const Chain& chain() const = 0;
-  virtual int blocks() const = 0;
+  int blocks() const { return static_cast<int>(running_.size()); }
   /// Arm a is lane a % kRowLanes of block a / kRowLanes.
   virtual const ArmBlock& block(int index) const = 0;
   int size() const { return blocks() * kRowLanes; }
 
-  /// Puts an arm (0 to size() - 1) at rest at `theta` and gives it a target (m, in W), a target posture inside the
-  /// limits that should meet it, and its own gamma (rad^2/m^2; default: that of the law's parameters). Returns false,
-  /// and changes nothing, for an arm that there is not, and for what is not finite, of another size, or outside the
-  /// limits.
+  JointVector theta(int arm) const;
+  Eigen::Vector3d x(int arm) const;  ///< m, in W
+
+  /// Puts an arm (0 to size() - 1) at rest at `theta`, which may be outside the limits, and gives it a target (m, in
+  /// W), a target posture inside the limits that should meet it, and its own gamma (rad^2/m^2; default: that of the
+  /// law's parameters). Returns false, and changes nothing, for an arm that there is not, for what is not finite or of
+  /// another size, for angles beyond 1e5 rad, and for a target posture outside the limits.
   virtual bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
                      std::optional<double> gamma = {}) = 0;
-  /// One integration step of every arm.
+  /// From now on nothing is computed for this arm, until it is started again; as at first.
+  void stop(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << arm % kRowLanes); }
+  /// One integration step of every arm that runs. What the others' numbers are then is not said.
   virtual void step() = 0;
   /// How often theta_T was chosen anew, of all arms.
   virtual int64_t posture_choices() const = 0;
 
  protected:
+  explicit ArmBatch(int arms);
+  /// Of each block, a mask: bit a is set where the arm of lane a runs.
+  const std::vector<uint32_t>& running() const { return running_; }
+  void run(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] |= 1U << arm % kRowLanes; }
   /// Whether start() may take these.
   bool acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
                   std::optional<double> gamma) const;
-  static JointVector theta_of(const ArmBlock& block, int lane, int n);
+
+ private:
+  std::vector<uint32_t> running_;
 };
 
 /// The instruction set that batches use here, as "AVX3" (Highway's names), and all that were compiled in and that this
-/// processor has, the widest first.
+/// processor has, the widest first; not while others run.
 std::string instruction_set();
 std::vector<std::string> instruction_sets();
 /// Makes batches use that one; for tests. Returns false for one that is not in instruction_sets(). Not while others

@@ -52,16 +52,19 @@ HWY_EXPORT(step_guarded);
 HWY_EXPORT(refresh_guarded);
 
 GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
-    : chain_(chain),
+    : ArmBatch(arms),
+      chain_(chain),
       plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
       search_(chain, parameters.posture_search, parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
   if (parameters.acceleration.size() > 0) throw std::invalid_argument("a batch has no acceleration limits");
-  if (arms < 1) throw std::invalid_argument("a batch needs at least one arm");
-  blocks_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
+  blocks_.resize(running().size());
   const JointVector rest = chain.clamped(JointVector::Zero(chain.size()));
   const Eigen::Vector3d there = chain.position(rest);
-  for (int arm = 0; arm < size(); ++arm) start(arm, rest, there, rest);
+  for (int arm = 0; arm < size(); ++arm) {
+    start(arm, rest, there, rest);
+    stop(arm);
+  }
 }
 
 bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
@@ -86,6 +89,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
     (*row)[lane] = 0;
   }
   set_theta_target(block, lane, theta_target);
+  run(arm);
   return true;
 }
 
@@ -103,10 +107,11 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
   HWY_DYNAMIC_DISPATCH(refresh_guarded)(plan_, block);
 }
 
-void GuardedBatch::choose_posture(GuardedBlock& block, int lane) {
-  const JointVector theta = theta_of(block, lane, chain_.size());
+void GuardedBatch::choose_posture(int arm) {
+  GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
+  const int lane = arm % kRowLanes;
   const Eigen::Vector3d target(block.target[0][lane], block.target[1][lane], block.target[2][lane]);
-  const FoundPosture found = search_.best({.position = target}, theta);
+  const FoundPosture found = search_.best({.position = target}, theta(arm));
   ++posture_choices_;
   block.out_of_reach[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
   set_theta_target(block, lane, found.theta);
@@ -114,10 +119,11 @@ void GuardedBatch::choose_posture(GuardedBlock& block, int lane) {
 
 void GuardedBatch::step() {
   const auto step_block = HWY_DYNAMIC_DISPATCH(step_guarded);
-  for (GuardedBlock& block : blocks_) {
-    const uint32_t arms = step_block(plan_, block);
+  for (size_t b = 0; b < blocks_.size(); ++b) {
+    if (running()[b] == 0) continue;
+    const uint32_t arms = step_block(plan_, blocks_[b]) & running()[b];
     for (int lane = 0; arms >> lane != 0; ++lane) {
-      if (arms >> lane & 1) choose_posture(block, lane);
+      if (arms >> lane & 1) choose_posture(static_cast<int>(b) * kRowLanes + lane);
     }
   }
 }

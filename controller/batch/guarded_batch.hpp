@@ -9,7 +9,8 @@
 
 namespace multireach::controller {
 
-/// Many arms under the law `guarded`. Each gets bit for bit the motion that GuardedLaw would give it.
+/// Many arms under the law `guarded`. Each gets bit for bit the motion that GuardedLaw would give it, as long as no
+/// angle is beyond 1e5 rad.
 class GuardedBatch final : public ArmBatch {
  public:
   /// At least `arms` arms, in whole blocks of kRowLanes, at rest. Throws std::invalid_argument as GuardedLaw does, and
@@ -17,7 +18,6 @@ class GuardedBatch final : public ArmBatch {
   GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms);
 
   const Chain& chain() const override { return chain_; }
-  int blocks() const override { return static_cast<int>(blocks_.size()); }
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
   bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
              std::optional<double> gamma = {}) override;
@@ -25,7 +25,7 @@ class GuardedBatch final : public ArmBatch {
   int64_t posture_choices() const override { return posture_choices_; }
 
  private:
-  void choose_posture(GuardedBlock& block, int lane);
+  void choose_posture(int arm);
   void set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target);
 
   Chain chain_;

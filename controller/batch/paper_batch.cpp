@@ -56,13 +56,19 @@ HWY_EXPORT(step_paper);
 HWY_EXPORT(refresh_paper);
 
 PaperBatch::PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms)
-    : chain_(chain), plan_(plan_of(chain, parameters, rechoose_m)), gamma_(parameters.gamma), search_(chain) {
+    : ArmBatch(arms),
+      chain_(chain),
+      plan_(plan_of(chain, parameters, rechoose_m)),
+      gamma_(parameters.gamma),
+      search_(chain) {
   if (!(rechoose_m >= 0)) throw std::invalid_argument("rechoose_m must be 0 or more");
-  if (arms < 1) throw std::invalid_argument("a batch needs at least one arm");
-  blocks_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
+  blocks_.resize(running().size());
   const JointVector rest = chain.clamped(JointVector::Zero(chain.size()));
   const Eigen::Vector3d there = chain.position(rest);
-  for (int arm = 0; arm < size(); ++arm) start(arm, rest, there, rest);
+  for (int arm = 0; arm < size(); ++arm) {
+    start(arm, rest, there, rest);
+    stop(arm);
+  }
 }
 
 bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
@@ -81,6 +87,7 @@ bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d&
   block.gamma[lane] = gamma.value_or(gamma_);
   set_theta_target(arm, theta_target);
   HWY_DYNAMIC_DISPATCH(refresh_paper)(plan_, block);
+  run(arm);
   return true;
 }
 
@@ -93,7 +100,8 @@ void PaperBatch::step() {
   const auto step_block = HWY_DYNAMIC_DISPATCH(step_paper);
   drifted_.clear();
   for (size_t b = 0; b < blocks_.size(); ++b) {
-    const uint32_t arms = step_block(plan_, blocks_[b]);
+    if (running()[b] == 0) continue;
+    const uint32_t arms = step_block(plan_, blocks_[b]) & running()[b];
     for (int lane = 0; arms >> lane != 0; ++lane) {
       if (arms >> lane & 1) drifted_.push_back(static_cast<int>(b) * kRowLanes + lane);
     }
@@ -124,7 +132,7 @@ void PaperBatch::choose_postures() {
         continue;
       }
       const Eigen::Vector3d target(block.target[0][lane], block.target[1][lane], block.target[2][lane]);
-      if (const auto posture = search_.nearest(target, theta_of(block, lane, chain_.size()))) {
+      if (const auto posture = search_.nearest(target, theta(arm))) {
         set_theta_target(arm, *posture);
       }
     }

@@ -28,7 +28,6 @@ class PaperBatch final : public ArmBatch {
   PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms);
 
   const Chain& chain() const override { return chain_; }
-  int blocks() const override { return static_cast<int>(blocks_.size()); }
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
   bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
              std::optional<double> gamma = {}) override;

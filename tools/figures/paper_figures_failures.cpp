@@ -20,7 +20,7 @@ StudyResult study_of(const Chain& chain, bool guarded, const std::vector<double>
   law.guarded = guarded;
   if (!guarded) law.gains = kPaperGains;
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  return run_study(chain, ReachSampler(chain, kSeed), law, gammas, 0, samples, threads);
+  return run_study(chain, ReachSampler(chain, kSeed), law, gammas, 0, samples, threads, !guarded);
 }
 
 double percent(int64_t count, int64_t of) {

@@ -1,5 +1,9 @@
 #include "tools/study/batch_runner.hpp"
 
+#include <limits>
+#include <stdexcept>
+#include <string>
+
 #include "controller/batch/guarded_batch.hpp"
 #include "controller/batch/paper_batch.hpp"
 
@@ -16,14 +20,15 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
       arms);
 }
 
-BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas)
+BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed)
     : batch_(make_batch(chain, law, law.guarded ? kGuardedArms : kPaperArms)),
       plan_(chain, {}),
       watches_(static_cast<size_t>(batch_->blocks())),
       running_(static_cast<size_t>(batch_->size())),
       busy_(static_cast<size_t>(batch_->blocks())),
       gammas_(gammas),
-      tallies_(gammas.size()) {
+      tallies_(gammas.size()),
+      keep_failed_(keep_failed) {
   for (size_t k = 0; k < gammas.size(); ++k) tallies_[k].gamma = gammas[k];
 }
 
@@ -35,15 +40,15 @@ void BatchRunner::add(int64_t index, const ReachSample& sample) {
   for (size_t k = 0; k < gammas_.size(); ++k) jobs_.push_back({k, index, sample});
 }
 
-bool BatchRunner::begin_next(int arm) {
-  if (waiting() == 0) return false;
+void BatchRunner::begin_next(int arm) {
   const auto block = static_cast<size_t>(arm / kRowLanes);
   const int lane = arm % kRowLanes;
   Job& job = running_[static_cast<size_t>(arm)] = jobs_[next_job_++];
-  batch_->start(arm, job.sample.start, job.sample.target, job.sample.target_posture, gammas_[job.gamma]);
+  if (!batch_->start(arm, job.sample.start, job.sample.target, job.sample.target_posture, gammas_[job.gamma])) {
+    throw std::logic_error("reach " + std::to_string(job.index) + " of the study cannot be started");
+  }
   watches_[block].begin(batch_->block(static_cast<int>(block)), lane);
   busy_[block] |= 1U << lane;
-  return true;
 }
 
 void BatchRunner::harvest(int arm) {
@@ -51,7 +56,9 @@ void BatchRunner::harvest(int arm) {
   const Job& job = running_[static_cast<size_t>(arm)];
   const ReachResult result = watches_[block].result(plan_, arm % kRowLanes);
   tallies_[job.gamma].add(job.index, result, plan_.rules);
-  if (result.arrived) return;
+  batch_->stop(arm);
+  ++finished_;
+  if (result.arrived || !keep_failed_) return;
   const controller::ArmBlock& rows = batch_->block(static_cast<int>(block));
   const int lane = arm % kRowLanes;
   FailedReach failed{job.gamma, job.index, job.sample.start, job.sample.start, job.sample.target, {}, result.error_m};

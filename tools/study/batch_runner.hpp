@@ -22,17 +22,19 @@ struct FailedReach {
 struct StudyLaw {
   bool guarded = true;
   controller::ViteGains gains{0.08, 0.02};
-  double rechoose_m = 0.01;  ///< law paper: theta_T is chosen anew when K(theta_T) is further than this from the target
+  double rechoose_m =
+      0.01;  ///< law paper: theta_T is chosen anew when K(theta_T) is further than this from the target; 0 for never
 };
 
-/// Many arms under `law`, as many as keep a core busy.
+/// A batch of at least so many arms under `law`.
 std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const StudyLaw& law, int arms);
 
 /// Runs reaches, each under every gamma, in a batch of its own: one for each thread. An arm that has finished a reach
 /// gets the next one at once.
 class BatchRunner {
  public:
-  BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas);
+  /// `keep_failed`: whether reaches that fail are kept, which takes memory for each.
+  BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed);
 
   /// Takes reach number `index` to be run. Nothing runs until step().
   void add(int64_t index, const ReachSample& sample);
@@ -44,6 +46,8 @@ class BatchRunner {
   /// For each gamma what came out so far, and the reaches that failed.
   const std::vector<Tally>& tallies() const { return tallies_; }
   const std::vector<FailedReach>& failed() const { return failed_; }
+  /// Reaches run to their end, of all gammas.
+  int64_t finished() const { return finished_; }
 
  private:
   struct Job {
@@ -56,7 +60,7 @@ class BatchRunner {
   static constexpr int kGuardedArms = 4 * kRowLanes, kPaperArms = 64 * kRowLanes;
 
   void harvest(int arm);
-  bool begin_next(int arm);
+  void begin_next(int arm);
 
   std::unique_ptr<controller::ArmBatch> batch_;
   WatchPlan plan_;
@@ -67,7 +71,9 @@ class BatchRunner {
   std::vector<uint32_t> busy_;  // of each block, a mask of arms
   std::vector<double> gammas_;
   std::vector<Tally> tallies_;
+  bool keep_failed_;
   std::vector<FailedReach> failed_;
+  int64_t finished_ = 0;
 };
 
 }  // namespace multireach

@@ -1,6 +1,9 @@
 // multireach-study: many random reaches, counted.
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
@@ -13,7 +16,7 @@ namespace multireach {
 namespace {
 
 struct Options {
-  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json = "-", csv, failures;
+  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json, csv, failures;
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
@@ -56,13 +59,22 @@ std::string list_of(const Eigen::VectorXd& values) {
   return text;
 }
 
+/// As a shell takes it for one word.
+std::string quoted(const std::string& text) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("/._-+,=:@%", c); };
+  if (!text.empty() && std::ranges::all_of(text, plain)) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 int print_sample(const Options& options, const ReachSampler& sampler, const std::vector<double>& gammas) {
   const ReachSample sample = sampler.sample(static_cast<uint64_t>(options.trace_sample));
   for (const double gamma : gammas) {
     std::printf(
         "multireach-trace --urdf %s --base %s --tip %s --law %s --start=%s --target=%s --target-posture=%s "
         "--gamma %.17g --alpha %.17g --beta %.17g%s --steps 2800\n",
-        options.urdf.c_str(), options.base.c_str(), options.tip.c_str(), options.law.c_str(),
+        quoted(options.urdf).c_str(), quoted(options.base).c_str(), quoted(options.tip).c_str(), options.law.c_str(),
         list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
         options.alpha, options.beta_of_law(),
         options.law == "paper"
@@ -91,8 +103,8 @@ void write_results(const Options& options, const std::vector<Tally>& tallies, nl
     }
     csv += result.at("steps_total").dump() + "," + result.at("ns_per_step_per_core").dump() + "\n";
   }
+  if (!options.json.empty()) write_json_file(options.json, header);
   if (!options.csv.empty()) write_text_file(options.csv, csv);
-  write_json_file(options.json, header);
 }
 
 /// Adds up the results of all n shards of one study, each once.
@@ -140,6 +152,16 @@ int merge(const Options& options) {
   return 0;
 }
 
+/// Finds out before the work whether its results can be written.
+void check_outputs(const Options& options) {
+  std::set<std::string> paths;
+  for (const std::string& path : {options.json, options.csv, options.failures}) {
+    if (path.empty() || path.starts_with("/dev/")) continue;
+    if (!paths.insert(path).second) throw InputError("'" + path + "' is named for two outputs; expected one each");
+    if (path != "-") OutputFile probe(path);
+  }
+}
+
 std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
                          const std::vector<FailedReach>& failed) {
   std::string csv = "gamma,index,error_m,target_x_m,target_y_m,target_z_m,hand_x_m,hand_y_m,hand_z_m";
@@ -175,10 +197,11 @@ int study(const Options& options) {
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
+  check_outputs(options);
   const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, options.rechoose_mm * 1e-3};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
-  const StudyResult result = run_study(chain, sampler, law, gammas, begin, end, options.threads);
-  if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
+  const StudyResult result =
+      run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
   write_results(options, result.tallies,
                 {{"urdf_digest", digest_of(options.urdf)},
                  {"base", options.base},
@@ -191,6 +214,7 @@ int study(const Options& options) {
                  {"seed", options.seed},
                  {"samples_of_all_shards", options.samples},
                  {"shard", options.shard}});
+  if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
   return 0;
 }
 
@@ -228,10 +252,11 @@ int main(int argc, char** argv) {
   cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
       ->check(finite_range(1e-6, 1.0));
   cli.add_option("--rechoose-mm", options.rechoose_mm,
-                 "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm")
-      ->check(finite_range(0.0, 1e9))
+                 "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for "
+                 "never")
+      ->check(finite_range(0.0, 1e6))
       ->capture_default_str();
-  cli.add_option("--json", options.json, "where to write the results; - for standard output")->capture_default_str();
+  cli.add_option("--json", options.json, "where to write the results; - for standard output, also without --csv");
   cli.add_option("--csv", options.csv, "where to write them as a table; - for standard output");
   cli.add_option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
   cli.add_option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
@@ -241,6 +266,7 @@ int main(int argc, char** argv) {
   merging->add_option("--json", options.json, "where to write the results; - for standard output");
   merging->add_option("--csv", options.csv, "where to write them as a table");
   return program.run(argc, argv, [&] {
+    if (options.json.empty() && options.csv.empty()) options.json = "-";
     if (*merging) return multireach::merge(options);
     for (const auto& [text, name] :
          {std::pair(options.urdf, "--urdf"), {options.base, "--base"}, {options.tip, "--tip"}}) {

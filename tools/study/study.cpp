@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <thread>
 #include <tuple>
 
@@ -20,9 +21,10 @@ double seconds_since(Clock::time_point begin) {
 /// What one thread does: takes reaches from the common counter until there are none.
 class Worker {
  public:
-  Worker(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas) : runner_(chain, law, gammas) {}
+  Worker(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed)
+      : runner_(chain, law, gammas, keep_failed) {}
 
-  void work(const ReachSampler& sampler, std::atomic<int64_t>& next, int64_t end) {
+  void work(const ReachSampler& sampler, std::atomic<int64_t>& next, int64_t end, std::atomic<int64_t>& finished) {
     std::vector<ReachSample> samples;
     while (true) {
       const int64_t from = next.fetch_add(kChunk), count = std::min(kChunk, end - from);
@@ -36,6 +38,8 @@ class Worker {
       while ((count <= 0 || runner_.waiting() > 0) && runner_.step()) {
       }
       seconds_ += seconds_since(begin);
+      finished += runner_.finished() - counted_;
+      counted_ = runner_.finished();
       if (count <= 0) return;
     }
   }
@@ -49,29 +53,39 @@ class Worker {
 
   BatchRunner runner_;
   double seconds_ = 0;
+  int64_t counted_ = 0;
 };
 
 }  // namespace
 
 StudyResult run_study(const Chain& chain, const ReachSampler& sampler, const StudyLaw& law,
-                      const std::vector<double>& gammas, int64_t begin, int64_t end, int threads) {
+                      const std::vector<double>& gammas, int64_t begin, int64_t end, int threads, bool keep_failed) {
   std::vector<std::unique_ptr<Worker>> workers;
-  for (int t = 0; t < threads; ++t) workers.push_back(std::make_unique<Worker>(chain, law, gammas));
-  std::atomic<int64_t> next = begin, working = threads;
+  for (int t = 0; t < threads; ++t) workers.push_back(std::make_unique<Worker>(chain, law, gammas, keep_failed));
+  std::atomic<int64_t> next = begin, finished = 0, working = threads;
+  std::vector<std::exception_ptr> faults(workers.size());
   {
     std::vector<std::jthread> pool;
-    for (const auto& worker : workers) {
-      pool.emplace_back([&] {
-        worker->work(sampler, next, end);
+    for (size_t w = 0; w < workers.size(); ++w) {
+      pool.emplace_back([&, w] {
+        try {
+          workers[w]->work(sampler, next, end, finished);
+        } catch (...) {
+          faults[w] = std::current_exception();
+          next = end;
+        }
         --working;
       });
     }
     Progress progress;
-    const double total = static_cast<double>(std::max<int64_t>(1, end - begin));
+    const double total = static_cast<double>(std::max<int64_t>(1, end - begin)) * static_cast<double>(gammas.size());
     while (working > 0) {
-      progress.show(std::clamp(static_cast<double>(next - begin) / total, 0.0, 1.0));
+      progress.show(std::min(1.0, static_cast<double>(finished) / total));
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
+  }
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) std::rethrow_exception(fault);
   }
   StudyResult result;
   double seconds = 0;

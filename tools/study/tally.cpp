@@ -62,14 +62,14 @@ void Tally::add(int64_t index, const ReachResult& reach, const ReachRules& rules
   }
   limit_violations += reach.limit_excess > rules.excess;
   velocity_violations += reach.velocity_excess > rules.excess;
-  max_limit_excess = std::max(max_limit_excess, reach.limit_excess);
-  max_velocity_excess = std::max(max_velocity_excess, reach.velocity_excess);
   if (!reach.finite) {
     ++nonfinite;
     settle_steps.add(kNever);
     return;
   }
   max_error_m = std::max(max_error_m, reach.error_m);
+  max_limit_excess = std::max(max_limit_excess, reach.limit_excess);
+  max_velocity_excess = std::max(max_velocity_excess, reach.velocity_excess);
   if (reach.distance_m > kShortest) {
     path_ratio.add(std::llround(std::min(reach.path_m / reach.distance_m, 1e6) / kRatioBin));
   }

@@ -29,12 +29,12 @@ class Histogram {
 struct Tally {
   double gamma = 0;
   int64_t samples = 0, failures = 0, limit_violations = 0, velocity_violations = 0, nonfinite = 0, steps_total = 0;
-  double max_error_m = 0;  // of the reaches that ended finite
-  double max_limit_excess = 0, max_velocity_excess = 0;
-  int64_t first_failure = -1;  // the smallest index of a reach that failed
-  Histogram path_ratio{};      // in units of kRatioBin; reaches over kShortest only
-  Histogram settle_steps{};    // reaches that settled
-  double seconds = 0;          // of computing, summed over threads
+  double max_error_m = 0;                                // of the reaches that ended finite
+  double max_limit_excess = 0, max_velocity_excess = 0;  // of the same
+  int64_t first_failure = -1;                            // the smallest index of a reach that failed
+  Histogram path_ratio{};                                // in units of kRatioBin; reaches over kShortest only
+  Histogram settle_steps{};                              // of all reaches; those that never settled last
+  double seconds = 0;                                    // of computing, summed over threads
 
   static constexpr double kRatioBin = 1e-3;
   static constexpr double kShortest = 0.01;  // m: the ratio of a shorter reach says little

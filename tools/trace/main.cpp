@@ -73,6 +73,10 @@ std::string row_of(int64_t step, const Angles& theta, const Eigen::Vector3d& x, 
   return row + "\n";
 }
 
+InputError refused() {
+  return InputError("--start or --target-posture has an angle beyond 1e5 rad");
+}
+
 /// The rows of a reach under the law `paper`, from the same steps that multireach-study takes.
 std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
                        const JointVector& theta_target) {
@@ -80,7 +84,7 @@ std::string paper_rows(const Chain& chain, const Options& options, const JointVe
   const double rechoose_m =
       options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
   controller::PaperBatch batch(chain, law, rechoose_m, 1);
-  batch.start(0, start, x_T, theta_target);
+  if (!batch.start(0, start, x_T, theta_target)) throw refused();
   const controller::ArmBlock& arm = batch.block(0);
   JointVector theta(chain.size()), goal(chain.size());
   std::string rows;
@@ -101,8 +105,7 @@ std::string guarded_rows(const Chain& chain, const Options& options, const Joint
   parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
   parameters.gamma = options.gamma;
   controller::GuardedLaw law(chain, parameters);
-  law.start(start);
-  law.aim({.position = x_T}, theta_target);
+  if (!law.start(start) || law.aim({.position = x_T}, theta_target) == controller::Aimed::kRefused) throw refused();
   std::string rows = row_of(0, law.theta(), law.x(), law.theta_target());
   for (int64_t step = 1; step <= options.steps; ++step) {
     law.step();
