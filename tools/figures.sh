@@ -2,7 +2,7 @@
 # Draws the pictures of the docs from the project's own programs, with gnuplot, and fills in the tables of the results.
 #   tools/figures.sh [--into DIR] [NAME...]     default: all names
 # Of docs/guarantees.md: limits arrival singularity targets posture-choice push obstacle orientation
-# Of docs/results.md:    fig1 fig4 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16
+# Of docs/results.md:    fig1 fig4 fig7 fig8 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16 gamma
 # Of docs/results-protocols.md: protocol-reaches-ARM protocol-lemniscate-ARM, ARM being hoap2, panda or iiwa14
 # With --into, pictures, measures.csv and both pages of results go to DIR, and the docs stay as they are. The Panda and the iiwa 14 are
 # in ../shared/robots; without them, what they are needed for is left as it is. The picture "orientation" is the Panda's, or
@@ -11,7 +11,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 guarantees=(limits arrival singularity targets posture-choice push obstacle orientation)
-results=(fig1 fig4 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16
+results=(fig1 fig4 fig7 fig8 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16 gamma
          protocol-reaches-{hoap2,panda,iiwa14} protocol-lemniscate-{hoap2,panda,iiwa14})
 all=("${guarantees[@]}" "${results[@]}")
 declare -A arms=([hoap2]=robots/hoap2/hoap2.urdf:torso:right_hand

@@ -37,7 +37,7 @@ done <"$work/commands"
 
 # A reach that fails in the study is the one that the trace shows, however chaotic the law: step for step the same, to the last.
 study --law paper --failures "$work/failures.csv" --json "$work/failing.json"
-IFS=, read -r gamma index _ _ _ error _ < <(sed -n 2p "$work/failures.csv")
+IFS=, read -r gamma index error _ < <(sed -n 2p "$work/failures.csv")
 [ "$(wc -l <"$work/failures.csv")" -eq "$(awk '/"failures"/ { sum += $2 } END { print sum + 1 }' "$work/failing.json")" ] || fail "--failures does not list every failure"
 command=$("$bin/multireach-study" "${arm[@]}" --law paper --gamma "$gamma" --trace-sample "$index")
 (cd "$bin" && eval "./$command --csv $work/trace.csv") || fail "$command"

@@ -32,6 +32,12 @@ Table orientation_scene(const Chain& chain);
 Figure vite_scene(const SceneArm& arm);
 /// Fig. 4: the weight (28) of the last joint over its range and beyond.
 Figure weight_scene(const SceneArm& arm);
+/// Fig. 7: random reaches that fail, against gamma.
+Figure failures_scene(const SceneArm& arm);
+/// Fig. 8: the targets that `paper` does not reach.
+Figure unreached_scene(const SceneArm& arm);
+/// What gamma buys and costs under both laws; not in the paper.
+Figure gamma_scene(const SceneArm& arm);
 /// Fig. 9: where random reaches come to rest, against theta_T; those off the diagonal, and some on it.
 Figure attractors_scene(const SceneArm& arm);
 /// Fig. 10: a reach as computed and as the simulated robot makes it.

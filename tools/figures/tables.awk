@@ -6,7 +6,7 @@ function shown(text) {
   if (text == "") return ""
   if (text ~ /nan/) return "–"
   if (text + 0 != 0 && text + 0 < 1e-3 && text + 0 > -1e-3) return "< 0.001"
-  return sprintf("%.4g", text + 0)
+  return sprintf(text + 0 >= 10000 ? "%.0f" : "%.4g", text + 0)
 }
 function row(first, values) { return "| " first " |" values }
 function table(figure, by_law,    i, j, line, rule) {

@@ -11,8 +11,9 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
     parameters.gains = law.gains;
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
-  return std::make_unique<controller::PaperBatch>(chain, controller::PaperParameters{.gains = law.gains, .gamma = 0, .limit_avoidance = true},
-                                                  law.rechoose_m, arms);
+  return std::make_unique<controller::PaperBatch>(
+      chain, controller::PaperParameters{.gains = law.gains, .gamma = 0, .limit_avoidance = true}, law.rechoose_m,
+      arms);
 }
 
 BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas)
@@ -50,9 +51,13 @@ void BatchRunner::harvest(int arm) {
   const Job& job = running_[static_cast<size_t>(arm)];
   const ReachResult result = watches_[block].result(plan_, arm % kRowLanes);
   tallies_[job.gamma].add(job.index, result, plan_.rules);
-  if (!result.arrived) {
-    failed_.push_back({job.gamma, job.index, job.sample.start, job.sample.target, result.error_m});
-  }
+  if (result.arrived) return;
+  const controller::ArmBlock& rows = batch_->block(static_cast<int>(block));
+  const int lane = arm % kRowLanes;
+  FailedReach failed{job.gamma, job.index, job.sample.start, job.sample.start, job.sample.target, {}, result.error_m};
+  for (int i = 0; i < plan_.n; ++i) failed.end[i] = rows.joints[static_cast<size_t>(i)].theta[lane];
+  for (int k = 0; k < 3; ++k) failed.hand[k] = rows.x[static_cast<size_t>(k)][lane];
+  failed_.push_back(failed);
 }
 
 bool BatchRunner::step() {

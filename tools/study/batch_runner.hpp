@@ -13,8 +13,8 @@ namespace multireach {
 struct FailedReach {
   size_t gamma = 0;  ///< index of the gamma under which it failed
   int64_t index = 0;
-  JointVector start;
-  Eigen::Vector3d target;
+  JointVector start, end;        ///< where it began, and where the arm was at last
+  Eigen::Vector3d target, hand;  ///< where the hand should have gone, and where it was at last, m, in W
   double error_m = 0;
 };
 

@@ -17,7 +17,10 @@ struct Options {
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
-  double rechoose_mm = 10, alpha = 0.08, beta = 0.02;
+  double rechoose_mm = 10, alpha = 0.08;
+  std::optional<double> beta;
+
+  double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
   std::vector<std::string> merge;
 };
 
@@ -61,8 +64,10 @@ int print_sample(const Options& options, const ReachSampler& sampler, const std:
         "--gamma %.17g --alpha %.17g --beta %.17g%s --steps 2800\n",
         options.urdf.c_str(), options.base.c_str(), options.tip.c_str(), options.law.c_str(),
         list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
-        options.alpha, options.beta,
-        options.law == "paper" ? (" --rechoose-mm " + std::to_string(options.rechoose_mm)).c_str() : "");
+        options.alpha, options.beta_of_law(),
+        options.law == "paper"
+            ? (" --rechoose-mm " + list_of(Eigen::VectorXd::Constant(1, options.rechoose_mm))).c_str()
+            : "");
   }
   return 0;
 }
@@ -137,15 +142,18 @@ int merge(const Options& options) {
 
 std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
                          const std::vector<FailedReach>& failed) {
-  std::string csv = "gamma,index,x_m,y_m,z_m,error_m";
-  for (const Joint& joint : chain.joints()) csv += "," + joint.name;
+  std::string csv = "gamma,index,error_m,target_x_m,target_y_m,target_z_m,hand_x_m,hand_y_m,hand_z_m";
+  for (const char* when : {"start_", "end_"}) {
+    for (const Joint& joint : chain.joints()) csv += std::string(",") + when + joint.name;
+  }
   csv += "\n";
   for (const FailedReach& reach : failed) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.17g,%lld,", gammas[reach.gamma], static_cast<long long>(reach.index));
-    csv += text + list_of(reach.target);
-    std::snprintf(text, sizeof text, ",%.17g,", reach.error_m);
-    csv += text + list_of(reach.start) + "\n";
+    const Eigen::Vector2d numbers(gammas[reach.gamma], reach.error_m);
+    csv += list_of(numbers.head(1)) + "," + std::to_string(reach.index) + "," + list_of(numbers.tail(1));
+    for (const auto& values : {list_of(reach.target), list_of(reach.hand), list_of(reach.start), list_of(reach.end)}) {
+      csv += "," + values;
+    }
+    csv += "\n";
   }
   return csv;
 }
@@ -167,7 +175,7 @@ int study(const Options& options) {
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
-  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta}, options.rechoose_mm * 1e-3};
+  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, options.rechoose_mm * 1e-3};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
   const StudyResult result = run_study(chain, sampler, law, gammas, begin, end, options.threads);
   if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
@@ -177,7 +185,7 @@ int study(const Options& options) {
                  {"tip", options.tip},
                  {"law", options.law},
                  {"alpha", options.alpha},
-                 {"beta", options.beta},
+                 {"beta", options.beta_of_law()},
                  {"rechoose_mm", options.law == "paper" ? options.rechoose_mm : 0},
                  {"targets", options.targets},
                  {"seed", options.seed},
@@ -217,9 +225,8 @@ int main(int argc, char** argv) {
   cli.add_option("--alpha", options.alpha, "attractor gain per step")
       ->check(finite_range(1e-6, 1.0))
       ->capture_default_str();
-  cli.add_option("--beta", options.beta, "attractor gain per step")
-      ->check(finite_range(1e-6, 1.0))
-      ->capture_default_str();
+  cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
+      ->check(finite_range(1e-6, 1.0));
   cli.add_option("--rechoose-mm", options.rechoose_mm,
                  "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm")
       ->check(finite_range(0.0, 1e9))

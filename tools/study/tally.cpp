@@ -12,15 +12,6 @@ using nlohmann::json;
 /// The bin of reaches that never settled: a quantile there is null.
 constexpr int64_t kNever = INT64_MAX;
 
-/// Wilson's 95 % interval of a proportion.
-json interval(int64_t count, int64_t of) {
-  constexpr double z = 1.959963984540054;
-  const auto n = static_cast<double>(of);
-  const double p = static_cast<double>(count) / n, spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  const double middle = p + z * z / (2 * n), scale = 1 / (1 + z * z / n);
-  return {std::max(0.0, scale * (middle - spread)), std::min(1.0, scale * (middle + spread))};
-}
-
 json bins(const Histogram& histogram) {
   json list = json::array();
   for (const auto& [bin, count] : histogram.counts()) list.push_back({bin, count});
@@ -51,6 +42,15 @@ std::optional<int64_t> Histogram::quantile(double p) const {
     if (static_cast<double>(sum) >= p * static_cast<double>(total)) return bin;
   }
   return std::nullopt;
+}
+
+std::pair<double, double> Tally::failure_interval() const {
+  if (samples == 0) return {0, 1};
+  constexpr double z = 1.959963984540054;
+  const auto n = static_cast<double>(samples);
+  const double p = static_cast<double>(failures) / n, spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
+  const double middle = p + z * z / (2 * n), scale = 1 / (1 + z * z / n);
+  return {std::max(0.0, scale * (middle - spread)), std::min(1.0, scale * (middle + spread))};
 }
 
 void Tally::add(int64_t index, const ReachResult& reach, const ReachRules& rules) {
@@ -103,7 +103,7 @@ json Tally::json(const ReachRules& rules) const {
           {"samples", samples},
           {"failures", failures},
           {"failure_ratio", samples ? static_cast<double>(failures) / static_cast<double>(samples) : 0.0},
-          {"failure_ratio_95", samples ? interval(failures, samples) : nlohmann::json(nullptr)},
+          {"failure_ratio_95", {failure_interval().first, failure_interval().second}},
           {"first_failure", first_failure},
           {"limit_violations", limit_violations},
           {"velocity_violations", velocity_violations},

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <utility>
 
 #include "tools/study/run_reach.hpp"
 
@@ -38,6 +39,8 @@ struct Tally {
   static constexpr double kRatioBin = 1e-3;
   static constexpr double kShortest = 0.01;  // m: the ratio of a shorter reach says little
 
+  /// Wilson's 95 % interval of the ratio of failures; 0 to 1 for no samples.
+  std::pair<double, double> failure_interval() const;
   void add(int64_t index, const ReachResult& reach, const ReachRules& rules);
   void merge(const Tally& other);
   nlohmann::json json(const ReachRules& rules) const;
