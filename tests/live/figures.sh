@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# tools/figures.sh draws every picture of docs/guarantees.md and docs/results.md, and the numbers on the second page are those that the
-# programs measure now.
+# tools/figures.sh draws every picture of docs/guarantees.md and of the pages of results, and the numbers on the latter are those that
+# the programs measure now. What needs an arm that is not here is skipped.
 #   tests/live/figures.sh BIN_FOLDER
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -12,8 +12,9 @@ fail() { echo "FAILED: $*"; failed=1; }
 new=$work/pictures
 "$root/tools/figures.sh" --into "$new" >"$work/said" || fail "figures.sh"
 cat "$work/said"
-for name in $(grep -oh '(pictures/guarantees/[a-z-]*\|(results/fig[0-9]*' "$root/docs/guarantees.md" "$root/docs/results.md" | sort -u | xargs -n 1 basename); do
-  grep -q "skipped: $name" "$work/said" || grep -q '</svg>' "$new/$name.svg" || fail "no picture $name"
+pages=(results.md results-protocols.md)
+for name in $(cd "$root/docs" && grep -oh '(pictures/guarantees/[a-z-]*\|(results/[a-z0-9-]*\.svg' guarantees.md "${pages[@]}" | sort -u | xargs -n 1 basename -s .svg); do
+  grep -q "skipped: $name " "$work/said" || grep -q '</svg>' "$new/$name.svg" || fail "no picture $name"
 done
 
 # agree OLD NEW: the same quantities of every figure that NEW has, to a thousandth.
@@ -36,7 +37,9 @@ written=$root/docs/results/measures.csv
 agree "$written" "$new/measures.csv" || fail "docs/results/measures.csv is not what is measured: run tools/figures.sh"
 # tables_agree PAGE: its tables are those of the written measures.
 tables_agree() { awk -f "$root/tools/figures/tables.awk" "$written" "$1" | diff - "$1"; }
-tables_agree "$root/docs/results.md" || fail "the tables of docs/results.md are not those of measures.csv: run tools/figures.sh"
+for page in "${pages[@]}"; do
+  tables_agree "$root/docs/$page" || fail "the tables of docs/$page are not those of measures.csv: run tools/figures.sh"
+done
 
 # Both checks can fail.
 awk -F, -v OFS=, 'NR == 5 { $4 *= 1.01 } { print }' "$written" >"$work/other.csv"
@@ -46,6 +49,17 @@ agree "$written" "$work/fewer.csv" >/dev/null && fail "a missing number is not n
 agree "$work/fewer.csv" "$written" >/dev/null && fail "a number too many is not noticed"
 sed 's/^| γ = 0\|^| paper; γ = 0 | 1/&7/' "$root/docs/results.md" >"$work/other.md"
 tables_agree "$work/other.md" >/dev/null && fail "a changed table is not noticed"
+
+# Where there is no other arm, what needs one is skipped, and its rows of the docs stay.
+mkdir -p "$work/alone/tools"
+cp -r "$root/tools/figures.sh" "$root/tools/figures" "$work/alone/tools/"
+cp -r "$root/docs" "$work/alone/"
+ln -s "$root/build" "$root/robots" "$work/alone/"
+"$work/alone/tools/figures.sh" fig1 orientation protocol-reaches-panda protocol-lemniscate-iiwa14 >"$work/said" || fail "figures.sh without other arms"
+[ "$(grep -c '^skipped: ' "$work/said")" -eq 3 ] || fail "not three are skipped: $(cat "$work/said")"
+agree "$written" "$work/alone/docs/results/measures.csv" || fail "figures.sh without other arms changes what is measured"
+[ "$(wc -l <"$written")" -eq "$(wc -l <"$work/alone/docs/results/measures.csv")" ] || fail "figures.sh without other arms drops rows"
+for page in "${pages[@]}"; do diff "$root/docs/$page" "$work/alone/docs/$page" || fail "figures.sh without other arms changes docs/$page"; done
 
 # refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
 refuses() {

@@ -1,4 +1,4 @@
-// What docs/results.md says of a motion: against motions whose quantities are known.
+// What the results in docs/ say of a motion: against motions whose quantities are known.
 #include "tools/figures/motion.hpp"
 
 #include <gtest/gtest.h>
@@ -82,6 +82,89 @@ TEST(Motion, AveragingTakesStepsOut) {
       1, [](double t) { return t; }, speed);
   EXPECT_GT(speed_peaks(stepped), 5);
   EXPECT_NEAR(moment_at(averaged(stepped, 0.05), 0.5).x_dot.x(), 1, 1e-9);
+}
+
+/// A straight minimum-jerk movement of one second by 0.2 m, paused for 0.1 s at `pause_at`, and rest until 2 s.
+Motion minimum_jerk(double pause_at = 2) {
+  constexpr double kTick = 0.001;
+  Motion motion;
+  double t = 0;
+  int paused = 0;
+  for (int k = 0; k <= 2000; ++k) {
+    const Eigen::Vector3d place(0.2 * t * t * t * (10 - 15 * t + 6 * t * t), 0, 0);
+    append_setpoint(motion, kTick, JointVector::Constant(1, place.x()), place);
+    if (t >= pause_at && paused++ < 100) continue;
+    t = std::min(1.0, t + kTick);
+  }
+  return motion;
+}
+
+TEST(Motion, AMinimumJerkMovementHasTheJerkOfTheClosedForm) {
+  const Motion motion = minimum_jerk();
+  EXPECT_NEAR(motion.back().x.x(), 0.2, 1e-12);
+  EXPECT_NEAR(straightness(motion), 1, 1e-9);
+  EXPECT_EQ(speed_peaks(motion), 1);
+  // It has 1 % left at T with 10 s^3 - 15 s^4 + 6 s^5 = 0.01 for s = 1 - T. The jerk is 60 - 360 t + 360 t^2.
+  double s = 0.1;
+  for (int k = 0; k < 50; ++k) s = std::cbrt(0.01 / (10 - 15 * s + 6 * s * s));
+  const double T = 1 - s, settled = settled_after(motion, {0.2, 0, 0}, 0.002);
+  EXPECT_NEAR(settled, T, 0.002);
+  double integral = 0;
+  constexpr int kParts = 100000;
+  for (int k = 0; k < kParts; ++k) {
+    const double t = T * (k + 0.5) / kParts, jerk = 60 - 360 * t + 360 * t * t;
+    integral += jerk * jerk * T / kParts;
+  }
+  EXPECT_NEAR(normalised_jerk(part(motion, 0, settled)), std::sqrt(0.5 * integral * std::pow(T, 5)) / 0.99, 0.1);
+}
+
+TEST(Motion, AMovementThatPausesIsLessSmooth) {
+  const Motion smooth = minimum_jerk(), halting = minimum_jerk(0.5);
+  EXPECT_EQ(speed_peaks(halting), 2);
+  const auto until_arrival = [](const Motion& motion) {
+    return normalised_jerk(part(motion, 0, settled_after(motion, {0.2, 0, 0}, 0.002)));
+  };
+  EXPECT_GT(until_arrival(halting), 10 * until_arrival(smooth));
+}
+
+TEST(Motion, AReachThatDoesNotArriveNeverSettles) {
+  EXPECT_TRUE(std::isnan(settled_after(minimum_jerk(), {0.3, 0, 0}, 0.003)));
+}
+
+TEST(Motion, PeaksThatDoNotStandOutAreNotCounted) {
+  EXPECT_EQ(count_peaks(std::vector<double>{}, 0.05), 0);
+  EXPECT_EQ(count_peaks(std::vector<double>{0, 0, 0}, 0.05), 0);
+  EXPECT_EQ(count_peaks(std::vector<double>{0, 1, 0.98, 1, 0}, 0.05), 1);
+  EXPECT_EQ(count_peaks(std::vector<double>{0, 1, 0.9, 1, 0}, 0.05), 2);
+  EXPECT_EQ(count_peaks(std::vector<double>{1, 0, 0.03, 0, 0.5}, 0.05), 2);
+}
+
+TEST(Motion, TheJerkOfASineIsItsThirdDerivative) {
+  Motion motion;
+  const double tick = 0.001, omega = 0.6 * std::numbers::pi;
+  for (int k = 0; k <= 10000; ++k) {
+    JointVector posture(2);
+    posture << std::sin(omega * k * tick), 1;
+    append_setpoint(motion, tick, posture, {0, 2 * posture[0], 1});
+  }
+  EXPECT_NEAR(joint_jerk(motion), std::pow(omega, 3) / std::sqrt(2), 1e-3);
+  EXPECT_NEAR(hand_jerk(motion), 2 * joint_jerk(motion), 1e-9);
+}
+
+TEST(Motion, SetpointsHaveTheVelocitiesThatLeadToThem) {
+  const Motion motion = minimum_jerk();
+  EXPECT_EQ(motion.front().x_dot.norm(), 0);
+  EXPECT_NEAR(motion[500].time, 0.5, 1e-12);
+  EXPECT_NEAR(motion[500].x_dot.x(), 0.2 * 1.875, 1e-4);
+  EXPECT_NEAR(motion[500].velocity[0], motion[500].x_dot.x(), 1e-12);
+}
+
+TEST(Motion, APartHasItsFirstAndLastMoment) {
+  const Motion middle = part(minimum_jerk(), 0.1, 0.3);
+  EXPECT_EQ(middle.size(), 201);
+  EXPECT_NEAR(middle.front().time, 0.1, 1e-12);
+  EXPECT_NEAR(middle.back().time, 0.3, 1e-12);
+  EXPECT_TRUE(part(middle, 0.4, 0.5).empty());
 }
 
 TEST(Motion, BetweenAndBeyondItsMoments) {

@@ -4,7 +4,6 @@
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
-#include "tools/figures/protocol_scenes.hpp"
 #include "tools/figures/scenes.hpp"
 
 namespace multireach {
@@ -17,33 +16,30 @@ Scene curves_of(Table (*scene)(const Chain&)) {
   return [scene](const SceneArm& arm) { return Figure{scene(arm.chain)}; };
 }
 
-const std::map<std::string, Scene> kScenes{
-    {"limits", curves_of(limits_scene)},
-    {"arrival", curves_of(arrival_scene)},
-    {"singularity", curves_of(singularity_scene)},
-    {"targets", curves_of(targets_scene)},
-    {"posture-choice", curves_of(posture_choice_scene)},
-    {"push", curves_of(push_scene)},
-    {"obstacle", curves_of(obstacle_scene)},
-    {"clutter", curves_of(clutter_scene)},
-    {"orientation", curves_of(orientation_scene)},
-    {"fig1", vite_scene},
-    {"fig4", weight_scene},
-    {"fig7", failures_scene},
-    {"fig8", unreached_scene},
-    {"gamma", gamma_scene},
-    {"fig9", attractors_scene},
-    {"fig10", executed_scene},
-    {"fig11", profile_scene},
-    {"fig12", straight_scene},
-    {"fig13", stretched_scene},
-    {"fig14", neck_scene},
-    {"fig15", displaced_scene},
-    {"fig16", pushed_scene},
-    {"protocol-reaches", curves_of(protocol_reaches_scene)},
-    {"protocol-reaches-measures", curves_of(protocol_reaches_measures_scene)},
-    {"protocol-lemniscate", curves_of(protocol_lemniscate_scene)},
-    {"protocol-lemniscate-measures", curves_of(protocol_lemniscate_measures_scene)}};
+const std::map<std::string, Scene> kScenes{{"limits", curves_of(limits_scene)},
+                                           {"arrival", curves_of(arrival_scene)},
+                                           {"singularity", curves_of(singularity_scene)},
+                                           {"targets", curves_of(targets_scene)},
+                                           {"posture-choice", curves_of(posture_choice_scene)},
+                                           {"push", curves_of(push_scene)},
+                                           {"obstacle", curves_of(obstacle_scene)},
+                                           {"clutter", curves_of(clutter_scene)},
+                                           {"orientation", curves_of(orientation_scene)},
+                                           {"fig1", vite_scene},
+                                           {"fig4", weight_scene},
+                                           {"fig7", failures_scene},
+                                           {"fig8", unreached_scene},
+                                           {"gamma", gamma_scene},
+                                           {"fig9", attractors_scene},
+                                           {"fig10", executed_scene},
+                                           {"fig11", profile_scene},
+                                           {"fig12", straight_scene},
+                                           {"fig13", stretched_scene},
+                                           {"fig14", neck_scene},
+                                           {"fig15", displaced_scene},
+                                           {"fig16", pushed_scene},
+                                           {"protocol-reaches", protocol_reaches_scene},
+                                           {"protocol-lemniscate", protocol_lemniscate_scene}};
 
 std::vector<std::string> scene_names() {
   std::vector<std::string> names;

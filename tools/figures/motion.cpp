@@ -6,6 +6,31 @@
 #include <limits>
 
 namespace multireach {
+namespace {
+
+double mean_tick(const Motion& motion) {
+  return (motion.back().time - motion.front().time) / static_cast<double>(motion.size() - 1);
+}
+
+/// Sum of the squares of the third differences of what a moment has.
+template <class Value>
+double third_differences(const Motion& motion, Value Moment::*value) {
+  double sum = 0;
+  for (size_t k = 0; k + 3 < motion.size(); ++k) {
+    sum +=
+        (motion[k + 3].*value - 3 * motion[k + 2].*value + 3 * motion[k + 1].*value - motion[k].*value).squaredNorm();
+  }
+  return sum;
+}
+
+template <class Value>
+double rms_jerk(const Motion& motion, Value Moment::*value) {
+  if (motion.size() < 4) return 0;
+  const double mean = third_differences(motion, value) / static_cast<double>(motion.size() - 3);
+  return std::sqrt(mean) / std::pow(mean_tick(motion), 3);
+}
+
+}  // namespace
 
 std::string measures_csv(const std::string& figure, const std::vector<Measure>& measures) {
   std::string text = "figure,law,quantity,value,unit\n";
@@ -42,6 +67,27 @@ Moment moment_at(const Motion& motion, double time) {
   return between;
 }
 
+void append_setpoint(Motion& motion, double tick_s, const JointVector& theta, const Eigen::Vector3d& x) {
+  Moment moment{.theta = theta,
+                .velocity = JointVector::Zero(theta.size()),
+                .theta_target = {},
+                .x = x,
+                .x_dot = Eigen::Vector3d::Zero()};
+  if (!motion.empty()) {
+    moment.time = static_cast<double>(motion.size()) * tick_s;
+    moment.velocity = (theta - motion.back().theta) / tick_s;
+    moment.x_dot = (x - motion.back().x) / tick_s;
+  }
+  motion.push_back(moment);
+}
+
+Motion part(const Motion& motion, double from, double until) {
+  constexpr double kRounding = 1e-9;
+  const auto earlier = [](double limit) { return [limit](const Moment& moment) { return moment.time < limit; }; };
+  const auto begin = std::ranges::partition_point(motion, earlier(from - kRounding));
+  return {begin, std::partition_point(begin, motion.end(), earlier(until + kRounding))};
+}
+
 double path_length(const Motion& motion) {
   double length = 0;
   for (size_t k = 1; k < motion.size(); ++k) length += (motion[k].x - motion[k - 1].x).norm();
@@ -69,29 +115,50 @@ SpeedPeak speed_peak(const Motion& motion) {
   return peak;
 }
 
-int speed_peaks(const Motion& motion) {
-  const double enough = 0.02 * speed_peak(motion).speed;
+int count_peaks(std::span<const double> values, double share) {
+  if (values.empty()) return 0;
+  const double enough = share * std::ranges::max(values);
+  if (!(enough > 0)) return 0;
   int peaks = 0;
-  bool rising = true;
-  double turn = 0;  // the largest speed since it began to rise, or the smallest since it began to fall
-  for (const Moment& moment : motion) {
-    const double speed = moment.x_dot.norm();
-    if (rising) {
-      turn = std::max(turn, speed);
-      if (speed < turn - enough) {
-        ++peaks;
-        rising = false;
-        turn = speed;
-      }
-    } else {
-      turn = std::min(turn, speed);
-      if (speed > turn + enough) {
-        rising = true;
-        turn = speed;
-      }
+  bool rising = false;
+  double high = 0, low = 0;  // since the last turn
+  for (const double value : values) {
+    high = std::max(high, value);
+    low = std::min(low, value);
+    if (!rising && value > low + enough) {
+      rising = true;
+      high = value;
+    } else if (rising && value < high - enough) {
+      ++peaks;
+      rising = false;
+      low = value;
     }
   }
-  return peaks;
+  return peaks + (rising ? 1 : 0);
+}
+
+int speed_peaks(const Motion& motion) {
+  std::vector<double> speeds;
+  speeds.reserve(motion.size());
+  for (const Moment& moment : motion) speeds.push_back(moment.x_dot.norm());
+  return count_peaks(speeds, 0.02);
+}
+
+double hand_jerk(const Motion& motion) {
+  return rms_jerk(motion, &Moment::x);
+}
+
+double joint_jerk(const Motion& motion) {
+  return rms_jerk(motion, &Moment::theta);
+}
+
+double normalised_jerk(const Motion& motion) {
+  // Before the movement the hand rested: the jerk of setting out belongs to it.
+  Motion with_rest(2, motion.front());
+  with_rest.insert(with_rest.end(), motion.begin(), motion.end());
+  const double duration = motion.back().time - motion.front().time, tick = mean_tick(motion);
+  const double integral = third_differences(with_rest, &Moment::x) / std::pow(tick, 5);
+  return std::sqrt(0.5 * integral * std::pow(duration, 5)) / path_length(motion);
 }
 
 double largest_joint_speed(const Motion& motion) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "kinematics/chain.hpp"
@@ -24,6 +25,12 @@ Moment moment_of(const Chain& chain, double time, const JointVector& theta, cons
 /// Between two moments everything is on a straight line; before the first and after the last nothing moves on.
 Moment moment_at(const Motion& motion, double time);
 
+/// Appends a set-point `tick_s` seconds after the last one, with the velocities that lead to it from there; the first
+/// one has the time 0 and rests.
+void append_setpoint(Motion& motion, double tick_s, const JointVector& theta, const Eigen::Vector3d& x);
+/// The moments from `from` to `until`, s, both included.
+Motion part(const Motion& motion, double from, double until);
+
 /// Length of the hand's path, m.
 double path_length(const Motion& motion);
 /// Path length over the distance between the hand's first and last place; 1 is a straight line.
@@ -35,8 +42,17 @@ struct SpeedPeak {
   double speed = 0, time = 0;
 };
 SpeedPeak speed_peak(const Motion& motion);
+/// Maxima of a series of positive numbers that rise and fall by `share` of the largest.
+int count_peaks(std::span<const double> values, double share);
 /// How many maxima the hand's speed has; two count as one where it does not fall by 2 % of the largest between them.
 int speed_peaks(const Motion& motion);
+/// Root mean square of the jerk of the hand, m/s^3, and of all joints together, rad/s^3, by third differences; the
+/// moments must be evenly spaced.
+double hand_jerk(const Motion& motion);
+double joint_jerk(const Motion& motion);
+/// sqrt(T^5 / (2 L^2) * integral of |jerk of the hand|^2) for a movement out of rest, T: its duration, L: its path. Has
+/// no unit, and so compares shapes. The moments must be evenly spaced.
+double normalised_jerk(const Motion& motion);
 /// The largest speed of any joint, rad/s.
 double largest_joint_speed(const Motion& motion);
 /// The largest change of any joint's velocity between two moments, rad/s.

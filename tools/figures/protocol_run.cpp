@@ -7,14 +7,14 @@
 #include "controller/paper_law.hpp"
 #include "controller/posture_search.hpp"
 #include "controller/reach_controller.hpp"
+#include "tools/figures/law_run.hpp"
 
 namespace multireach {
 namespace {
 
 using namespace controller;
 
-constexpr int kStepsPerTick = 7;
-constexpr double kStepsPerSecond = kStepsPerTick / kProtocolTick;
+constexpr int kStepsPerTick = static_cast<int>(kStepsPerSecond * kProtocolTick + 0.5);
 
 /// The paper's gamma, 350 rad^2/m^2 for an arm of 0.217 m, weighs the hand of a longer arm in the same proportion.
 PaperParameters paper_parameters(const Chain& chain) {
@@ -30,8 +30,7 @@ int64_t microseconds(double seconds) {
 ProtocolRun ticks(const Chain& chain, const JointVector& start, const std::vector<ProtocolTarget>& targets,
                   double seconds, const std::function<JointVector(const ProtocolTarget*, double now)>& tick) {
   ProtocolRun run;
-  run.theta.push_back(start);
-  run.hand.push_back(chain.position(start));
+  append_setpoint(run.motion, kProtocolTick, start, chain.position(start));
   size_t next = 0;
   for (int k = 0; k * kProtocolTick < seconds; ++k) {
     const double now = k * kProtocolTick;
@@ -40,8 +39,7 @@ ProtocolRun ticks(const Chain& chain, const JointVector& start, const std::vecto
     const JointVector theta = tick(fresh, now);
     run.finite = theta.allFinite();
     if (!run.finite) break;
-    run.theta.push_back(theta);
-    run.hand.push_back(chain.position(theta));
+    append_setpoint(run.motion, kProtocolTick, theta, chain.position(theta));
   }
   return run;
 }

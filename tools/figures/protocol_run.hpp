@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "kinematics/chain.hpp"
+#include "tools/figures/motion.hpp"
 
 namespace multireach {
 
@@ -23,11 +23,10 @@ enum class ProtocolLaw {
   kGuardedPose,         ///< as kGuarded, with the hand's orientation prescribed; for arms of 6 joints or more
 };
 
-/// Set-points at 20 Hz: element k is where the arm shall be at k * kProtocolTick seconds; element 0 is the start.
+/// Set-points at 20 Hz: moment k is where the arm shall be at k * kProtocolTick seconds; moment 0 is the start.
 struct ProtocolRun {
-  std::vector<JointVector> theta;
-  std::vector<Eigen::Vector3d> hand;  // m, in W
-  bool finite = true;                 // when false, the vectors end with the last finite set-point
+  Motion motion;
+  bool finite = true;  // when false, the motion ends with the last finite set-point
 };
 inline constexpr double kProtocolTick = 0.05;  // s
 

@@ -1,7 +1,7 @@
-#include "tools/figures/protocol_scenes.hpp"
-
+// Two tasks of Pattacini et al.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "controller/posture_search.hpp"
-#include "tools/figures/protocol_measures.hpp"
 #include "tools/figures/protocol_run.hpp"
+#include "tools/figures/scenes.hpp"
 
 namespace multireach {
 namespace {
@@ -22,6 +22,11 @@ constexpr double kReachSeconds = 9, kLemniscateSeconds = 300;
 constexpr double kApart = 0.2287 / 0.352, kHalfWidth = 0.13 / 0.352, kForward = 0.6;
 constexpr double kArrivalSeconds = 10;  // in which the hand comes to the curve; not counted
 constexpr double kMinimumJerkSeconds = 1.5;
+constexpr double kSettled = 0.01;    // of the distance
+constexpr size_t kPositionLaws = 4;  // the first of a field's laws, which the pictures show
+constexpr double kDegrees = 180 / std::numbers::pi;
+const char* const kHandJerk = "jerk of the hand; RMS";
+const char* const kTurned = "hand turned by at most";
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 JointVector middle_of(const Chain& chain) {
@@ -167,205 +172,214 @@ double turned(const Chain& chain, const JointVector& theta, const Eigen::Matrix3
   return Eigen::AngleAxisd(chain.pose(theta).linear().transpose() * orientation).angle();
 }
 
-/// Of the laws that take positions, for the pictures.
-std::vector<ProtocolRun> position_runs(const Chain& chain, const std::vector<ProtocolTarget>& targets, double seconds) {
-  if (!reaches_all(chain, targets, {})) {
-    throw std::invalid_argument("the arm does not reach all points of this task");
-  }
-  return all_runs(chain, {}, targets, seconds);
+/// Which reach is under way.
+size_t reach_at(const std::vector<ProtocolTarget>& targets, double now) {
+  return std::min(static_cast<size_t>((now + 1e-9) / kReachSeconds), targets.size() - 1);
 }
 
 size_t index_at(double seconds) {
   return static_cast<size_t>(std::llround(seconds / kProtocolTick));
 }
 
-/// The hand's place, or nothing after a run has ended.
-Eigen::Vector3d hand_at(const ProtocolRun& run, size_t k) {
-  return k < run.hand.size() ? run.hand[k] : Eigen::Vector3d::Constant(kNone);
+/// The hand at a set-point, or nothing after a run has ended.
+Moment moment_of(const ProtocolRun& run, size_t k) {
+  if (k < run.motion.size()) return run.motion[k];
+  const Eigen::Vector3d nothing = Eigen::Vector3d::Constant(kNone);
+  return {.theta = {}, .velocity = {}, .theta_target = {}, .x = nothing, .x_dot = nothing};
 }
 
-struct LimitMeasures {
-  double position_excess = 0, speed_part = 0;
-};
-
-LimitMeasures measure_limits(const Chain& chain, const ProtocolRun& run) {
-  LimitMeasures measures;
-  for (size_t k = 1; k < run.theta.size(); ++k) {
-    measures.position_excess = std::max(measures.position_excess, chain.limit_excess(run.theta[k]));
-    const Eigen::ArrayXd speed = (run.theta[k] - run.theta[k - 1]).array().abs() / kProtocolTick;
-    measures.speed_part = std::max(measures.speed_part, (speed / chain.velocity().array()).maxCoeff());
+std::string name_of(ProtocolLaw law) {
+  switch (law) {
+    case ProtocolLaw::kGuarded:
+      return "guarded";
+    case ProtocolLaw::kPaper:
+      return "paper";
+    case ProtocolLaw::kPaperLiteral:
+      return "paper; literal";
+    case ProtocolLaw::kDampedLeastSquares:
+      return "damped least squares";
+    case ProtocolLaw::kGuardedPose:
+      return "guarded; orientation held";
   }
-  return measures;
+  return {};
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return kNone;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() - 1) / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+double largest(const std::vector<double>& values) {
+  return values.empty() ? kNone : std::ranges::max(values);
+}
+
+/// What is asked of a whole run; its jerk from the time `from` on.
+void add_run_measures(Figure& figure, const std::string& law, const Chain& chain, const ProtocolRun& run, double from) {
+  const Motion counted = part(run.motion, from, run.motion.back().time);
+  double excess = 0, speed = 0;
+  for (const Moment& moment : run.motion) {
+    excess = std::max(excess, chain.limit_excess(moment.theta));
+    speed = std::max(speed, (moment.velocity.array().abs() / chain.velocity().array()).maxCoeff());
+  }
+  figure.add(law, kHandJerk, hand_jerk(counted), "m/s³");
+  figure.add(law, "jerk of the joints; RMS", joint_jerk(counted), "rad/s³");
+  figure.add(law, "farthest beyond a limit", excess * kDegrees, "°");
+  figure.add(law, "largest joint speed / its limit", speed);
+  if (!run.finite) figure.add(law, "not finite after", run.motion.back().time, "s");
 }
 
 /// Of all reaches but the first, which only brings the hand to where the second begins.
-std::vector<double> reach_measures(const Chain& chain, const ProtocolRun& run,
-                                   const std::vector<ProtocolTarget>& targets, const Eigen::Matrix3d& orientation) {
-  double most_turned = 0;
+void add_reaches(Figure& figure, const std::string& law, const Motion& motion,
+                 const std::vector<ProtocolTarget>& targets) {
   std::vector<double> error, ratio, settled, jerk, peaks;
   for (size_t k = 1; k < targets.size(); ++k) {
-    const size_t from = index_at(targets[k].time_s), to = from + index_at(kReachSeconds);
-    if (to >= run.hand.size()) break;
-    const ReachMeasures reach =
-        measure_reach(std::span(run.hand).subspan(from, to - from + 1), targets[k].position, kProtocolTick);
-    error.push_back(reach.error_m);
-    ratio.push_back(reach.path_ratio);
-    settled.push_back(reach.settled_s);
-    jerk.push_back(reach.normalised_jerk);
-    peaks.push_back(reach.speed_peaks);
-    most_turned = std::max(most_turned, turned(chain, run.theta[to], orientation));
+    const double from = targets[k].time_s, to = from + kReachSeconds;
+    if (to > motion.back().time + kProtocolTick / 2) break;
+    const Motion reach = part(motion, from, to);
+    const double distance = (targets[k].position - reach.front().x).norm();
+    const double after = settled_after(reach, targets[k].position, kSettled * distance);
+    const double until = std::isnan(after) ? to : after;
+    error.push_back(1e3 * (targets[k].position - reach.back().x).norm());
+    ratio.push_back(straightness(reach));
+    settled.push_back(until - from);
+    jerk.push_back(normalised_jerk(part(reach, from, until)));
+    peaks.push_back(speed_peaks(reach));
   }
-  const LimitMeasures limits = measure_limits(chain, run);
-  const size_t first = std::min(index_at(kReachSeconds), run.hand.size());
-  return {static_cast<double>(error.size()),
-          quantile_of(error, 0.5),
-          quantile_of(error, 1),
-          quantile_of(ratio, 0.5),
-          quantile_of(ratio, 1),
-          quantile_of(settled, 0.5),
-          quantile_of(jerk, 0.5),
-          quantile_of(peaks, 0.5),
-          quantile_of(peaks, 1),
-          rms_jerk(std::span(run.hand).subspan(first), kProtocolTick),
-          rms_jerk(std::span(run.theta).subspan(first), kProtocolTick),
-          limits.position_excess,
-          limits.speed_part,
-          most_turned};
+  figure.add(law, "reaches", static_cast<double>(error.size()));
+  figure.add(law, "hand to target at the end; median", median(error), "mm");
+  figure.add(law, "hand to target at the end; worst", largest(error), "mm");
+  figure.add(law, "path / distance; median", median(ratio));
+  figure.add(law, "path / distance; worst", largest(ratio));
+  figure.add(law, "within 1 % for good after; median", median(settled), "s");
+  figure.add(law, "normalised jerk; median", median(jerk));
+  figure.add(law, "most maxima of the hand speed", largest(peaks));
 }
 
-/// The straight movement with the least jerk, sampled as the others are.
-ProtocolRun minimum_jerk(const Chain& chain, const std::vector<ProtocolTarget>& targets, double seconds) {
-  ProtocolRun run;
+/// The largest angle between the hand and an orientation, of a motion's moments `every` seconds from `from` on.
+double most_turned(const Chain& chain, const Motion& motion, const Eigen::Matrix3d& orientation, double from,
+                   double every) {
+  double most = 0;
+  for (size_t k = index_at(from); k < motion.size(); k += index_at(every)) {
+    most = std::max(most, turned(chain, motion[k].theta, orientation));
+  }
+  return most;
+}
+
+/// The straight movement with the least jerk, sampled as the others are; it has no joints.
+Motion minimum_jerk(const std::vector<ProtocolTarget>& targets, double seconds) {
+  Motion motion;
   for (int k = 0; k <= std::llround(seconds / kProtocolTick); ++k) {
     const double now = k * kProtocolTick;
-    const auto reach = std::min(static_cast<size_t>((now + 1e-9) / kReachSeconds), targets.size() - 1);
+    const size_t reach = reach_at(targets, now);
     const Eigen::Vector3d& to = targets[reach].position;
     const Eigen::Vector3d& from = reach > 0 ? targets[reach - 1].position : to;
     const double t = std::min((now - targets[reach].time_s) / kMinimumJerkSeconds, 1.0);
-    run.hand.push_back(from + t * t * t * (10 - 15 * t + 6 * t * t) * (to - from));
-    run.theta.push_back(middle_of(chain));
+    append_setpoint(motion, kProtocolTick, JointVector(), from + t * t * t * (10 - 15 * t + 6 * t * t) * (to - from));
   }
-  return run;
+  return motion;
 }
 
-struct TrackingMeasures {
-  double rms_m = 0, most_m = 0, off_rms_m = 0, off_most_m = 0, seconds = 0, most_turned = 0;
-};
-
-TrackingMeasures measure_tracking(const Chain& chain, const Lemniscate& curve, const ProtocolRun& run,
-                                  const Eigen::Matrix3d& orientation) {
+/// How well a run follows the curve, once it has come to it.
+void add_tracking(Figure& figure, const std::string& law, const Lemniscate& curve, const ProtocolRun& run) {
   const double speed = lemniscate_speed(curve);
-  TrackingMeasures measures;
-  double squares = 0, off_squares = 0;
-  int samples = 0;
-  for (size_t k = index_at(kArrivalSeconds); k < run.hand.size(); ++k) {
-    const double now = static_cast<double>(k) * kProtocolTick;
-    const double apart = (run.hand[k] - curve.at(speed * now)).norm(), off = curve.distance(run.hand[k]);
+  const Motion counted = part(run.motion, kArrivalSeconds, kLemniscateSeconds);
+  double squares = 0, off_squares = 0, most = 0, off_most = 0;
+  for (const Moment& moment : counted) {
+    const double apart = (moment.x - curve.at(speed * moment.time)).norm(), off = curve.distance(moment.x);
     squares += apart * apart;
     off_squares += off * off;
-    measures.most_m = std::max(measures.most_m, apart);
-    measures.off_most_m = std::max(measures.off_most_m, off);
-    measures.most_turned = std::max(measures.most_turned, turned(chain, run.theta[k], orientation));
-    measures.seconds = now;
-    ++samples;
+    most = std::max(most, apart);
+    off_most = std::max(off_most, off);
   }
-  measures.rms_m = std::sqrt(squares / samples);
-  measures.off_rms_m = std::sqrt(off_squares / samples);
-  return measures;
+  const auto samples = static_cast<double>(counted.size());
+  figure.add(law, "hand to target; RMS", 1e3 * std::sqrt(squares / samples), "mm");
+  figure.add(law, "hand to target; worst", 1e3 * most, "mm");
+  figure.add(law, "hand to curve; RMS", 1e3 * std::sqrt(off_squares / samples), "mm");
+  figure.add(law, "hand to curve; worst", 1e3 * off_most, "mm");
+  figure.add(law, "path / curve", path_length(counted) / (speed * (counted.back().time - counted.front().time)));
 }
 
 }  // namespace
 
-Table protocol_reaches_scene(const Chain& chain) {
-  const std::vector<ProtocolTarget> targets = reaches(chain);
-  const double seconds = kReaches * kReachSeconds;
-  const std::vector<ProtocolRun> runs = position_runs(chain, targets, seconds);
-  Table table({"time", "distance_0", "speed_0", "distance_1", "speed_1", "distance_2", "speed_2", "distance_3",
-               "speed_3", "along_0", "aside_0", "along_1", "aside_1", "along_2", "aside_2", "along_3", "aside_3"});
-  const Eigen::Vector3d there = targets[0].position, line = (targets[1].position - there).normalized();
-  const size_t from = index_at((kReaches - 2) * kReachSeconds);
-  for (size_t k = from; k <= index_at(seconds); ++k) {
-    const double now = static_cast<double>(k) * kProtocolTick;
-    const auto reach = std::min(static_cast<size_t>((now + 1e-9) / kReachSeconds), targets.size() - 1);
-    std::vector<double> row{static_cast<double>(k - from) * kProtocolTick};
-    for (const ProtocolRun& run : runs) {
-      row.push_back((hand_at(run, k) - targets[reach].position).norm());
-      row.push_back((hand_at(run, k) - hand_at(run, k - 1)).norm() / kProtocolTick);
-    }
-    for (const ProtocolRun& run : runs) {
-      const Eigen::Vector3d way = hand_at(run, k) - there;
-      row.push_back(way.dot(line));
-      row.push_back((way - way.dot(line) * line).norm());
-    }
-    table.row(row);
-  }
-  return table;
-}
-
-Table protocol_reaches_measures_scene(const Chain& chain) {
+Figure protocol_reaches_scene(const SceneArm& arm) {
+  const Chain& chain = arm.chain;
   const std::vector<ProtocolTarget> targets = reaches(chain);
   const Field field = field_for(chain, targets);
   const double seconds = kReaches * kReachSeconds;
-  Table table({"law", "reaches", "error_p50", "error_max", "path_ratio_p50", "path_ratio_max", "settled_p50",
-               "normalised_jerk_p50", "speed_peaks_p50", "speed_peaks_max", "hand_jerk_rms", "joint_jerk_rms",
-               "limit_excess", "speed_part", "turned_max"});
-  const auto row = [&](double law, const ProtocolRun& run) {
-    std::vector<double> values = reach_measures(chain, run, targets, field.orientation);
-    values.insert(values.begin(), law);
-    table.row(values);
-  };
   const std::vector<ProtocolRun> runs = all_runs(chain, field, targets, seconds);
-  for (size_t k = 0; k < runs.size(); ++k) row(static_cast<double>(field.laws[k]), runs[k]);
-  row(-1, minimum_jerk(chain, targets, seconds));
-  return table;
+  Figure figure{
+      Table({"time", "distance_0", "speed_0", "distance_1", "speed_1", "distance_2", "speed_2", "distance_3", "speed_3",
+             "along_0", "aside_0", "along_1", "aside_1", "along_2", "aside_2", "along_3", "aside_3"})};
+  const Eigen::Vector3d there = targets[0].position, line = (targets[1].position - there).normalized();
+  const size_t from = index_at((kReaches - 2) * kReachSeconds);
+  for (size_t k = from; k <= index_at(seconds); ++k) {
+    const size_t reach = reach_at(targets, static_cast<double>(k) * kProtocolTick);
+    std::vector<double> row{static_cast<double>(k - from) * kProtocolTick};
+    for (size_t law = 0; law < kPositionLaws; ++law) {
+      const Moment moment = moment_of(runs[law], k);
+      row.push_back((moment.x - targets[reach].position).norm());
+      row.push_back(moment.x_dot.norm());
+    }
+    for (size_t law = 0; law < kPositionLaws; ++law) {
+      const Eigen::Vector3d way = moment_of(runs[law], k).x - there;
+      row.push_back(way.dot(line));
+      row.push_back((way - way.dot(line) * line).norm());
+    }
+    figure.curves.row(row);
+  }
+  for (size_t k = 0; k < runs.size(); ++k) {
+    const std::string law = name_of(field.laws[k]);
+    add_reaches(figure, law, runs[k].motion, targets);
+    add_run_measures(figure, law, chain, runs[k], kReachSeconds);
+    if (field.laws[k] != ProtocolLaw::kGuardedPose) continue;
+    figure.add(law, kTurned,
+               kDegrees * most_turned(chain, runs[k].motion, field.orientation, 2 * kReachSeconds, kReachSeconds), "°");
+  }
+  const Motion ideal = minimum_jerk(targets, seconds);
+  add_reaches(figure, "minimum jerk; 1.5 s", ideal, targets);
+  figure.add("minimum jerk; 1.5 s", kHandJerk, hand_jerk(part(ideal, kReachSeconds, seconds)), "m/s³");
+  return figure;
 }
 
-Table protocol_lemniscate_scene(const Chain& chain) {
+Figure protocol_lemniscate_scene(const SceneArm& arm) {
+  const Chain& chain = arm.chain;
   const Lemniscate curve = lemniscate(chain);
-  const std::vector<ProtocolRun> untold = position_runs(chain, points_of(curve, false), kLemniscateSeconds);
-  const std::vector<ProtocolRun> told = position_runs(chain, points_of(curve, true), kLemniscateSeconds);
-  Table table({"time", "target_y", "target_z", "y_0", "z_0", "y_1", "z_1", "y_2", "z_2", "y_3", "z_3", "untold_0",
-               "untold_1", "untold_2", "untold_3", "told_0", "told_1", "told_2", "told_3"});
+  const Field field = field_for(chain, points_of(curve, false));
+  std::array<std::vector<ProtocolRun>, 2> runs;  // without and with the velocity
+  for (const bool told : {false, true}) {
+    runs[told] = all_runs(chain, field, points_of(curve, told), kLemniscateSeconds);
+  }
+  Figure figure{Table({"time", "target_y", "target_z", "y_0", "z_0", "y_1", "z_1", "y_2", "z_2", "y_3", "z_3",
+                       "untold_0", "untold_1", "untold_2", "untold_3", "told_0", "told_1", "told_2", "told_3"})};
   constexpr size_t kEvery = 8;
   for (size_t k = 0; k <= index_at(kLemniscateSeconds); k += kEvery) {
     const double now = static_cast<double>(k) * kProtocolTick;
     const Eigen::Vector3d target = curve.at(lemniscate_speed(curve) * now);
     std::vector<double> row{now, target.y(), target.z()};
-    for (const ProtocolRun& run : untold) {
-      row.push_back(hand_at(run, k).y());
-      row.push_back(hand_at(run, k).z());
+    for (size_t law = 0; law < kPositionLaws; ++law) {
+      const Moment moment = moment_of(runs[0][law], k);
+      row.push_back(moment.x.y());
+      row.push_back(moment.x.z());
     }
-    for (const auto* runs : {&untold, &told}) {
-      for (const ProtocolRun& run : *runs) row.push_back((hand_at(run, k) - target).norm());
+    for (const std::vector<ProtocolRun>& way : runs) {
+      for (size_t law = 0; law < kPositionLaws; ++law) row.push_back((moment_of(way[law], k).x - target).norm());
     }
-    table.row(row);
+    figure.curves.row(row);
   }
-  return table;
-}
-
-Table protocol_lemniscate_measures_scene(const Chain& chain) {
-  const Lemniscate curve = lemniscate(chain);
-  const Field field = field_for(chain, points_of(curve, false));
-  Table table({"law", "told", "seconds", "error_rms", "error_max", "off_curve_rms", "off_curve_max", "path_ratio",
-               "hand_jerk_rms", "joint_jerk_rms", "limit_excess", "speed_part", "turned_max"});
   for (const bool told : {false, true}) {
-    const std::vector<ProtocolRun> runs = all_runs(chain, field, points_of(curve, told), kLemniscateSeconds);
-    for (size_t k = 0; k < runs.size(); ++k) {
-      const ProtocolRun& run = runs[k];
-      const TrackingMeasures tracking = measure_tracking(chain, curve, run, field.orientation);
-      const LimitMeasures limits = measure_limits(chain, run);
-      const size_t first = std::min(index_at(kArrivalSeconds), run.hand.size());
-      double length = 0;
-      for (size_t i = first + 1; i < run.hand.size(); ++i) length += (run.hand[i] - run.hand[i - 1]).norm();
-      const double way = lemniscate_speed(curve) * (tracking.seconds - kArrivalSeconds);
-      table.row({static_cast<double>(field.laws[k]), told ? 1.0 : 0.0, tracking.seconds, tracking.rms_m,
-                 tracking.most_m, tracking.off_rms_m, tracking.off_most_m, length / way,
-                 rms_jerk(std::span(run.hand).subspan(first), kProtocolTick),
-                 rms_jerk(std::span(run.theta).subspan(first), kProtocolTick), limits.position_excess,
-                 limits.speed_part, tracking.most_turned});
+    for (size_t k = 0; k < runs[told].size(); ++k) {
+      const std::string law = name_of(field.laws[k]) + (told ? "; velocity told" : "");
+      const ProtocolRun& run = runs[told][k];
+      add_tracking(figure, law, curve, run);
+      add_run_measures(figure, law, chain, run, kArrivalSeconds);
+      if (field.laws[k] != ProtocolLaw::kGuardedPose) continue;
+      figure.add(law, kTurned,
+                 kDegrees * most_turned(chain, run.motion, field.orientation, kArrivalSeconds, kProtocolTick), "°");
     }
   }
-  return table;
+  return figure;
 }
 
 }  // namespace multireach

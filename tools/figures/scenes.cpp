@@ -10,6 +10,7 @@
 #include "controller/proximity.hpp"
 #include "controller/reach_controller.hpp"
 #include "kinematics/random.hpp"
+#include "tools/figures/law_run.hpp"
 #include "tools/study/reach_sample.hpp"
 #include "tools/study/run_reach.hpp"
 
@@ -18,19 +19,8 @@ namespace {
 
 using namespace controller;
 
-constexpr double kStepsPerSecond = 140;
 constexpr uint64_t kSeed = 1;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-JointVector posture(const Chain& chain, std::initializer_list<double> degrees) {
-  if (chain.size() != static_cast<int>(degrees.size())) {
-    throw std::invalid_argument("this scene is made for the arm of the Hoap2, which has 4 joints");
-  }
-  JointVector theta(chain.size());
-  int i = 0;
-  for (const double angle : degrees) theta[i++] = angle * std::numbers::pi / 180;
-  return theta;
-}
 
 /// The first reach of the series for which `wanted` holds, of its result under the law `paper`.
 template <class Wanted>
@@ -112,7 +102,7 @@ Table arrival_scene(const Chain& chain) {
 
 Table singularity_scene(const Chain& chain) {
   const PaperParameters paper;
-  const JointVector start = posture(chain, {0, 0, 0, 0}), goal = posture(chain, {0, -90, 0, 0});
+  const JointVector start = hoap2_posture(chain, {0, 0, 0, 0}), goal = hoap2_posture(chain, {0, -90, 0, 0});
   const Eigen::Vector3d target = chain.position(goal);
   GuardedLaw law(chain, {.gamma = paper.gamma});
   law.start(start);
@@ -132,7 +122,7 @@ Table singularity_scene(const Chain& chain) {
 }
 
 Table targets_scene(const Chain& chain) {
-  const JointVector start = posture(chain, {12, -17, -12, -52});
+  const JointVector start = hoap2_posture(chain, {12, -17, -12, -52});
   const Eigen::Vector3d rest(0.12, -0.12, 0.10), elsewhere(0.06, -0.20, 0.08), far(0.30, -0.20, 0.05);
   ReachController controller(chain, {});
   controller.start(start);
@@ -179,7 +169,7 @@ Table targets_scene(const Chain& chain) {
 }
 
 Table posture_choice_scene(const Chain& chain) {
-  posture(chain, {0, 0, 0, 0});
+  hoap2_posture(chain, {0, 0, 0, 0});
   // Lines through the reachable space, until one is found along which theta_T is chosen anew.
   const ReachSampler sampler(chain, kSeed);
   for (uint64_t line = 0; line < 2000; ++line) {
@@ -215,7 +205,7 @@ Table posture_choice_scene(const Chain& chain) {
 }
 
 Table push_scene(const Chain& chain) {
-  const JointVector start = posture(chain, {12, -17, -12, -52});
+  const JointVector start = hoap2_posture(chain, {12, -17, -12, -52});
   const Eigen::Vector3d target(0.10, -0.12, 0.10);
   constexpr int kPushed = 1;
   constexpr double kPush = -0.35;
@@ -247,7 +237,8 @@ Table push_scene(const Chain& chain) {
 }
 
 Table obstacle_scene(const Chain& chain) {
-  const JointVector start = posture(chain, {-51, -6, 17, -69}), there = posture(chain, {-51, -63, -17, -63});
+  const JointVector start = hoap2_posture(chain, {-51, -6, 17, -69}),
+                    there = hoap2_posture(chain, {-51, -63, -17, -63});
   const GuardedParameters parameters{.body = {.link_radius_m = 0.02}};
   Obstacle wall{.shape = Obstacle::Shape::kBox, .size = {0.10, 0.01, 0.06}};
   wall.X_WO.translation() = 0.5 * (chain.position(start) + chain.position(there));

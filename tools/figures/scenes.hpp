@@ -55,4 +55,17 @@ Figure displaced_scene(const SceneArm& arm);
 /// Fig. 16: the arm is pushed during the reach.
 Figure pushed_scene(const SceneArm& arm);
 
+/// The two tasks by which Pattacini, Nori, Natale, Metta & Sandini compare Cartesian controllers ("An experimental
+/// evaluation of a novel minimum-jerk cartesian controller for humanoid robots", IROS 2010), scaled to the arm's reach;
+/// see docs/results-protocols.md. Each law of `ProtocolLaw` runs them from the middle of the joints' range. They throw
+/// std::invalid_argument for an arm that does not reach the task's points.
+
+/// 21 reaches between two points, a new one every 9 s. The curves are those of the last two: the hand's distance to the
+/// target, its speed, how far it is along the line between the points and aside of it. Measured are all but the first,
+/// and a straight minimum-jerk movement of 1.5 s beside them.
+Figure protocol_reaches_scene(const SceneArm& arm);
+/// A lemniscate of 1000 points, passed through twice in 300 s, with the target's velocity not told and told: the target
+/// and each hand (velocity not told), in the curve's plane, and the distances in both cases.
+Figure protocol_lemniscate_scene(const SceneArm& arm);
+
 }  // namespace multireach
