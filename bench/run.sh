@@ -27,6 +27,10 @@ awk -F, '
         if (("kdl_lma/" arm) in best) ratio = ratio sprintf(", 1/%.0f of KDL LMA", best["kdl_lma/" arm] / best[name])
         if (("kdl_wdls/" arm) in best) ratio = ratio sprintf("1/%.1f of KDL wdls", best["kdl_wdls/" arm] / best[name])
       }
+      if (name ~ /_batch\//) {
+        sub(/_[^_]*$/, "", arm)
+        ratio = sprintf("1/%.1f of plain Eigen, 1/%.1f of fixed-size Eigen", best["plain_step/" arm] / best[name], best["plain_fixed_step/" arm] / best[name])
+      }
       last = ""
       if (name in tail) last = sprintf("%.0f", tail[name])
       printf "| %s | %.0f | %s | %s |\n", name, best[name], last, ratio

@@ -119,22 +119,19 @@ void batch_step(benchmark::State& state, const Chain& chain, const std::string& 
   constexpr int kArms = 32;
   Batch batch(chain, parameters..., kArms);
   int k = 0, left = 0;
-  // Each pass of the loop is a step of one arm; all arms step when as many have passed.
-  int arm = 0;
-  for (auto _ : state) {
+  while (state.KeepRunningBatch(batch.size())) {  // each pass counts as a step of every arm
     if (left == 0) {
       for (int a = 0; a < batch.size(); ++a) {
         batch.start(a, all[k].start, all[k].target.position, all[k].target_posture);
         k = (k + 1) % kReaches;
       }
-      left = kStepsPerReach * batch.size();
+      left = kStepsPerReach;
     }
-    if (arm == 0) batch.step();
-    arm = (arm + 1) % batch.size();
+    batch.step();
     --left;
   }
   benchmark::DoNotOptimize(&batch.block(0));
-  controller::use_instruction_set("");
+  controller::use_instruction_set("");  // the widest
 }
 void guarded_batch(benchmark::State& state, const Chain& chain, const std::string& set) {
   batch_step<controller::GuardedBatch>(state, chain, set, controller::GuardedParameters{});
