@@ -12,6 +12,15 @@ ArmBatch::ArmBatch(int arms) {
   running_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
 }
 
+void ArmBatch::rest() {
+  const JointVector posture = chain().clamped(JointVector::Zero(chain().size()));
+  const Eigen::Vector3d hand = chain().position(posture);
+  for (int arm = 0; arm < size(); ++arm) {
+    start(arm, posture, hand, posture);
+    stop(arm);
+  }
+}
+
 bool ArmBatch::acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target,
                           const JointVector& theta_target, std::optional<double> gamma) const {
   const auto posture = [&](const JointVector& angles) {

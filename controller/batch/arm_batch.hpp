@@ -41,6 +41,8 @@ class ArmBatch {
 
  protected:
   explicit ArmBatch(int arms);
+  /// Puts every arm at rest, at the zero posture or the nearest to it inside the limits, and stops it.
+  void rest();
   /// Of each block, a mask: bit a is set where the arm of lane a runs.
   const std::vector<uint32_t>& running() const { return running_; }
   void run(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] |= 1U << arm % kRowLanes; }

@@ -52,12 +52,7 @@ GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& paramete
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
   if (parameters.acceleration.size() > 0) throw std::invalid_argument("a batch has no acceleration limits");
   blocks_.resize(running().size());
-  const JointVector rest = chain.clamped(JointVector::Zero(chain.size()));
-  const Eigen::Vector3d there = chain.position(rest);
-  for (int arm = 0; arm < size(); ++arm) {
-    start(arm, rest, there, rest);
-    stop(arm);
-  }
+  rest();
 }
 
 bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,

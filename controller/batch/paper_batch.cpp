@@ -63,12 +63,7 @@ PaperBatch::PaperBatch(const Chain& chain, const PaperParameters& parameters, do
       search_(chain) {
   if (!(rechoose_m >= 0)) throw std::invalid_argument("rechoose_m must be 0 or more");
   blocks_.resize(running().size());
-  const JointVector rest = chain.clamped(JointVector::Zero(chain.size()));
-  const Eigen::Vector3d there = chain.position(rest);
-  for (int arm = 0; arm < size(); ++arm) {
-    start(arm, rest, there, rest);
-    stop(arm);
-  }
+  rest();
 }
 
 bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
