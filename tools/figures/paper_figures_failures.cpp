@@ -129,7 +129,7 @@ Figure gamma_scene(const SceneArm& arm) {
          [](const Tally& tally) { return percent(tally.velocity_violations, tally.samples); });
     const auto ratio = [](double p) {
       return [p](const Tally& tally) {
-        return static_cast<double>(tally.path_ratio.quantile(p).value_or(0)) * Tally::kRatioBin;
+        return static_cast<double>(tally.path_ratio.quantile(p).value_or(0)) / Tally::kRatioBins;
       };
     };
     both("path / distance; median", "", ratio(0.5));

@@ -24,10 +24,10 @@ Histogram histogram_from(const json& list) {
   return histogram;
 }
 
-json quantiles(const Histogram& histogram, double unit) {
+json quantiles(const Histogram& histogram, double bins_per_unit) {
   const auto value = [&](double p) {
     const auto bin = histogram.quantile(p);
-    return bin && *bin != kNever ? json(static_cast<double>(*bin) * unit) : json(nullptr);
+    return bin && *bin != kNever ? json(static_cast<double>(*bin) / bins_per_unit) : json(nullptr);
   };
   return {{"p50", value(0.5)}, {"p95", value(0.95)}};
 }
@@ -50,7 +50,8 @@ std::pair<double, double> Tally::failure_interval() const {
   const auto n = static_cast<double>(samples);
   const double p = static_cast<double>(failures) / n, spread = z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
   const double middle = p + z * z / (2 * n), scale = 1 / (1 + z * z / n);
-  return {std::max(0.0, scale * (middle - spread)), std::min(1.0, scale * (middle + spread))};
+  return {failures == 0 ? 0 : std::max(0.0, scale * (middle - spread)),
+          failures == samples ? 1 : std::min(1.0, scale * (middle + spread))};
 }
 
 void Tally::add(int64_t index, const ReachResult& reach, const ReachRules& rules) {
@@ -71,7 +72,7 @@ void Tally::add(int64_t index, const ReachResult& reach, const ReachRules& rules
   max_limit_excess = std::max(max_limit_excess, reach.limit_excess);
   max_velocity_excess = std::max(max_velocity_excess, reach.velocity_excess);
   if (reach.distance_m > kShortest) {
-    path_ratio.add(std::llround(std::min(reach.path_m / reach.distance_m, 1e6) / kRatioBin));
+    path_ratio.add(std::llround(std::min(reach.path_m / reach.distance_m, 1e6) * kRatioBins));
   }
   settle_steps.add(reach.settled_step >= 0 ? reach.settled_step : kNever);
 }
@@ -111,8 +112,8 @@ json Tally::json(const ReachRules& rules) const {
           {"max_error_m", max_error_m},
           {"max_limit_excess_rad", max_limit_excess},
           {"max_velocity_excess_rad_s", max_velocity_excess},
-          {"path_ratio", quantiles(path_ratio, kRatioBin)},
-          {"settle_s", quantiles(settle_steps, 1 / rules.steps_per_second)},
+          {"path_ratio", quantiles(path_ratio, kRatioBins)},
+          {"settle_s", quantiles(settle_steps, rules.steps_per_second)},
           {"steps_total", steps_total},
           {"ns_per_step_per_core", steps_total ? 1e9 * seconds / static_cast<double>(steps_total) : 0.0}};
 }

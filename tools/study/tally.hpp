@@ -32,11 +32,11 @@ struct Tally {
   double max_error_m = 0;                                // of the reaches that ended finite
   double max_limit_excess = 0, max_velocity_excess = 0;  // of the same
   int64_t first_failure = -1;                            // the smallest index of a reach that failed
-  Histogram path_ratio{};                                // in units of kRatioBin; reaches over kShortest only
+  Histogram path_ratio{};                                // kRatioBins for 1; reaches over kShortest only
   Histogram settle_steps{};                              // of all reaches; those that never settled last
   double seconds = 0;                                    // of computing, summed over threads
 
-  static constexpr double kRatioBin = 1e-3;
+  static constexpr double kRatioBins = 1000;
   static constexpr double kShortest = 0.01;  // m: the ratio of a shorter reach says little
 
   /// Wilson's 95 % interval of the ratio of failures; 0 to 1 for no samples.
