@@ -87,8 +87,9 @@ class NearestPosture {
     const Vector cross{from[1] * to[2] - from[2] * to[1], from[2] * to[0] - from[0] * to[2],
                        from[0] * to[1] - from[1] * to[0]};
     const Lanes angle = finite_arc_tangent(dot_product(arm_.axis[i], cross), dot_product(from, to));
-    const auto open = (dot_product(from, from) < kSmall2 * scale2) | (dot_product(to, to) < kSmall2 * scale2);
-    return where(open, theta_[i], angle);
+    const auto from_on_axis = dot_product(from, from) < kSmall2 * scale2;
+    const auto to_on_axis = dot_product(to, to) < kSmall2 * scale2;
+    return where(from_on_axis | to_on_axis, theta_[i], angle);
   }
 
   /// Of the angles that differ by whole turns, the one inside joint i's limits that is nearest to theta's. Returns
