@@ -61,16 +61,9 @@ agree "$written" "$work/alone/docs/results/measures.csv" || fail "figures.sh wit
 [ "$(wc -l <"$written")" -eq "$(wc -l <"$work/alone/docs/results/measures.csv")" ] || fail "figures.sh without other arms drops rows"
 for page in "${pages[@]}"; do diff "$root/docs/$page" "$work/alone/docs/$page" || fail "figures.sh without other arms changes docs/$page"; done
 
-# refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
-refuses() {
-  local sentence=$1; shift
-  "$root/tools/figures.sh" "$@" >"$work/out" 2>"$work/err"
-  local code=$?
-  [ $code -eq 2 ] || fail "exit code $code, expected 2: $*"
-  { grep -qF -- "$sentence" "$work/err" && [ "$(wc -l <"$work/err")" -eq 1 ]; } || fail "'$sentence' is not all of '$(cat "$work/err")'"
-}
-refuses "unknown picture 'fig99'" --into "$work/none" fig99
-refuses "unknown option '--onto'" --onto "$work/none"
-refuses "--into needs a folder" --into
+. "$(dirname "${BASH_SOURCE[0]}")/refuses.sh"
+refuses "unknown picture 'fig99'" "$root/tools/figures.sh" --into "$work/none" fig99
+refuses "unknown option '--onto'" "$root/tools/figures.sh" --onto "$work/none"
+refuses "--into needs a folder" "$root/tools/figures.sh" --into
 [ ! -e "$work/none" ] || fail "a refused run leaves a folder"
 exit $failed

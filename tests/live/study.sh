@@ -46,29 +46,30 @@ awk -F, -v t="$target" -v e="$error" 'BEGIN { split(t, p, ",") }
   NR > 1 { d = sqrt(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2) - e; if (d < 1e-14 && d > -1e-14) found = 1 }
   END { exit !found }' "$work/trace.csv" || fail "the trace of reach $index never has the error of the study, $error"
 
-# refuses SENTENCE OPTIONS...: exit code 2 and one sentence.
-refuses() {
-  local sentence=$1; shift
-  "$bin/multireach-study" "$@" >"$work/out" 2>"$work/err"
-  local code=$?
-  [ $code -eq 2 ] || fail "exit code $code, expected 2: $*"
-  { grep -qF -- "$sentence" "$work/err" && [ "$(wc -l <"$work/err")" -eq 1 ]; } || fail "'$sentence' is not all of '$(cat "$work/err")'"
-}
-refuses "outside 0 to 1e12" "${arm[@]}" --gamma=100,-5
-refuses "--gamma" "${arm[@]}" --gamma=many
-refuses "expected i/n" "${arm[@]}" --shard 3/3
-refuses "nothing.urdf" --urdf nothing.urdf --base a --tip b
-refuses "--urdf is missing" --base a --tip b
+# Never chosen anew means the same in both programs.
+read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --rechoose-mm 0 --trace-sample 3)
+[[ "$never" == *"--rechoose-mm 0 "* ]] || fail "the command does not say so: $never"
+(cd "$bin" && eval "./$never --csv $work/trace.csv") || fail "$never"
+"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --rechoose-mm 0 --samples 600 --json "$work/never.json"
+"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --rechoose-mm 1e6 --samples 600 --json "$work/far.json"
+diff <(numbers "$work/never.json" | grep -v rechoose) <(numbers "$work/far.json" | grep -v rechoose) >/dev/null || fail "0 is not never"
+
+. "$(dirname "${BASH_SOURCE[0]}")/refuses.sh"
+refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5
+refuses "--gamma" "$bin/multireach-study" "${arm[@]}" --gamma=many
+refuses "expected i/n" "$bin/multireach-study" "${arm[@]}" --shard 3/3
+refuses "nothing.urdf" "$bin/multireach-study" --urdf nothing.urdf --base a --tip b
+refuses "--urdf is missing" "$bin/multireach-study" --base a --tip b
 study --seed 2 --shard 1/3 --json "$work/other.json"
-refuses "is a whole study" merge "$work/one.json"
-refuses "of another study" merge "$work/shard0.json" "$work/other.json"
-refuses "shard 0 once more" merge "$work/shard0.json" "$work/shard0.json"
-refuses "only 2 of the 3 shards" merge "$work/shard0.json" "$work/shard2.json"
+refuses "is a whole study" "$bin/multireach-study" merge "$work/one.json"
+refuses "of another study" "$bin/multireach-study" merge "$work/shard0.json" "$work/other.json"
+refuses "shard 0 once more" "$bin/multireach-study" merge "$work/shard0.json" "$work/shard0.json"
+refuses "only 2 of the 3 shards" "$bin/multireach-study" merge "$work/shard0.json" "$work/shard2.json"
 echo "{}" >"$work/empty.json"
-refuses "is not a result" merge "$work/empty.json"
-refuses "/dev/full" "${arm[@]}" --samples 10 --csv /dev/full --json /dev/null
+refuses "is not a result" "$bin/multireach-study" merge "$work/empty.json"
+refuses "/dev/full" "$bin/multireach-study" "${arm[@]}" --samples 10 --csv /dev/full --json /dev/null
 sed 's/lower="[^"]*" upper="[^"]*"/lower="0" upper="0"/' "$root/robots/hoap2/hoap2.urdf" >"$work/stiff.urdf"
-refuses "its workspace is empty" --urdf "$work/stiff.urdf" --base torso --tip right_hand
+refuses "its workspace is empty" "$bin/multireach-study" --urdf "$work/stiff.urdf" --base torso --tip right_hand
 
 # Killed in the middle it leaves no file.
 "$bin/multireach-study" "${arm[@]}" --samples 100000000 --json "$work/killed.json" &

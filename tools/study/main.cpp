@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
@@ -152,6 +153,10 @@ int merge(const Options& options) {
   return 0;
 }
 
+double rechoose_m_of(const Options& options) {
+  return options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+}
+
 /// Finds out before the work whether its results can be written.
 void check_outputs(const Options& options) {
   std::set<std::string> paths;
@@ -198,7 +203,7 @@ int study(const Options& options) {
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
   check_outputs(options);
-  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, options.rechoose_mm * 1e-3};
+  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, rechoose_m_of(options)};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
   const StudyResult result =
       run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
