@@ -7,7 +7,7 @@
 
 namespace multireach::controller {
 
-ArmBatch::ArmBatch(int arms) {
+ArmBatch::ArmBatch(const Chain& chain, int arms) : chain_(chain) {
   if (arms < 1) throw std::invalid_argument("a batch needs at least one arm");
   running_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
 }
@@ -28,6 +28,17 @@ bool ArmBatch::acceptable(int arm, const JointVector& theta, const Eigen::Vector
   };
   return arm >= 0 && arm < size() && posture(theta) && posture(theta_target) &&
          chain().limit_excess(theta_target) <= 0 && target.allFinite() && !(gamma && !(*gamma >= 0 && *gamma <= 1e12));
+}
+
+void ArmBatch::begin(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const {
+  for (int i = 0; i < chain_.size(); ++i) {
+    block.joints[static_cast<size_t>(i)].theta[lane] = theta[i];
+    block.joints[static_cast<size_t>(i)].velocity[lane] = 0;
+  }
+  for (int k = 0; k < 3; ++k) {
+    block.hand_velocity[static_cast<size_t>(k)][lane] = 0;
+    block.target[static_cast<size_t>(k)][lane] = target[k];
+  }
 }
 
 JointVector ArmBatch::theta(int arm) const {

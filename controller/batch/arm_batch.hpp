@@ -17,7 +17,7 @@ namespace multireach::controller {
 class ArmBatch {
  public:
   virtual ~ArmBatch() = default;
-  virtual const Chain& chain() const = 0;
+  const Chain& chain() const { return chain_; }
   int blocks() const { return static_cast<int>(running_.size()); }
   /// Arm a is lane a % kRowLanes of block a / kRowLanes.
   virtual const ArmBlock& block(int index) const = 0;
@@ -36,21 +36,30 @@ class ArmBatch {
   void stop(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << arm % kRowLanes); }
   /// One integration step of every arm that runs. What the others' numbers are then is not said.
   virtual void step() = 0;
-  /// How often theta_T was chosen anew, of all arms.
-  virtual int64_t posture_choices() const = 0;
-
- protected:
-  explicit ArmBatch(int arms);
-  /// Puts every arm at rest, at the zero posture or the nearest to it inside the limits, and stops it.
-  void rest();
   /// Of each block, a mask: bit a is set where the arm of lane a runs.
   const std::vector<uint32_t>& running() const { return running_; }
+  /// How often theta_T was chosen anew, of all arms.
+  int64_t posture_choices() const { return posture_choices_; }
+
+ protected:
+  /// Throws std::invalid_argument when `arms` is not positive.
+  ArmBatch(const Chain& chain, int arms);
+  /// Puts every arm at rest, at the zero posture or the nearest to it inside the limits, and stops it.
+  void rest();
   void run(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] |= 1U << arm % kRowLanes; }
   /// Whether start() may take these.
   bool acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
                   std::optional<double> gamma) const;
+  /// What every law begins with in a lane of a block: the posture, no velocity, the target.
+  void begin(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const;
+  static Eigen::Vector3d target_of(const ArmBlock& block, int lane) {
+    return {block.target[0][lane], block.target[1][lane], block.target[2][lane]};
+  }
+
+  int64_t posture_choices_ = 0;
 
  private:
+  Chain chain_;
   std::vector<uint32_t> running_;
 };
 

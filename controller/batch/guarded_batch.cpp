@@ -15,23 +15,14 @@ HWY_BEFORE_NAMESPACE();
 namespace multireach::controller {
 namespace HWY_NAMESPACE {
 
-template <int N>
-uint32_t step_of(const GuardedPlan& plan, GuardedBlock& block) {
-  uint32_t arms = 0;
-  for (int first = 0; first < kRowLanes; first += kWidth) {
-    arms |= bits_of(GuardedLanes<N>(plan, block, first).step()) << first;
-  }
-  return arms;
-}
-
 // Unrolled for the Hoap2's four joints. With seven the code would be larger than the processor's instruction cache, and
 // no faster than loops.
 uint32_t step_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  return plan.arm.size == 4 ? step_of<4>(plan, block) : step_of<0>(plan, block);
+  return plan.arm.size == 4 ? step_lanes<GuardedLanes<4>>(plan, block) : step_lanes<GuardedLanes<0>>(plan, block);
 }
 
 void refresh_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  for (int first = 0; first < kRowLanes; first += kWidth) GuardedLanes<0>(plan, block, first).refresh();
+  place_lanes(plan.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -45,8 +36,7 @@ HWY_EXPORT(step_guarded);
 HWY_EXPORT(refresh_guarded);
 
 GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
-    : ArmBatch(arms),
-      chain_(chain),
+    : ArmBatch(chain, arms),
       plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
       search_(chain, parameters.posture_search, parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
@@ -61,15 +51,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
   const double infinity = std::numeric_limits<double>::infinity();
-  const Eigen::Vector3d near = brought_near(chain_, {.position = target}).position;
-  for (int i = 0; i < chain_.size(); ++i) {
-    block.joints[i].theta[lane] = theta[i];
-    block.joints[i].velocity[lane] = 0;
-  }
-  for (int k = 0; k < 3; ++k) {
-    block.hand_velocity[k][lane] = 0;
-    block.target[k][lane] = near[k];
-  }
+  begin(block, lane, theta, brought_near(chain(), {.position = target}).position);
   block.largest_gamma[lane] = block.ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
   block.best_distance[lane] = block.stalled_distance[lane] = infinity;
   block.caution[lane] = 1;
@@ -83,7 +65,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
 
 void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target) {
   double distance2 = 0;
-  for (int i = 0; i < chain_.size(); ++i) {
+  for (int i = 0; i < chain().size(); ++i) {
     block.joints[i].theta_target[lane] = theta_target[i];
     const double apart = theta_target[i] - block.joints[i].theta[lane];
     distance2 += apart * apart;
@@ -98,8 +80,7 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
 void GuardedBatch::choose_posture(int arm) {
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
-  const Eigen::Vector3d target(block.target[0][lane], block.target[1][lane], block.target[2][lane]);
-  const FoundPosture found = search_.best({.position = target}, theta(arm));
+  const FoundPosture found = search_.best({.position = target_of(block, lane)}, theta(arm));
   ++posture_choices_;
   block.out_of_reach[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
   set_theta_target(block, lane, found.theta);

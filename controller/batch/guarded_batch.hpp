@@ -17,22 +17,18 @@ class GuardedBatch final : public ArmBatch {
   /// for parameters with a body or acceleration limits.
   GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms);
 
-  const Chain& chain() const override { return chain_; }
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
   bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
              std::optional<double> gamma = {}) override;
   void step() override;
-  int64_t posture_choices() const override { return posture_choices_; }
 
  private:
   void choose_posture(int arm);
   void set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target);
 
-  Chain chain_;
   GuardedPlan plan_;
   PostureSearch search_;
   std::vector<GuardedBlock> blocks_;
-  int64_t posture_choices_ = 0;
 };
 
 }  // namespace multireach::controller

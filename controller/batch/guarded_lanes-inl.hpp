@@ -26,9 +26,6 @@ class GuardedLanes {
   GuardedLanes(const GuardedPlan& plan, GuardedBlock& block, int first)
       : plan_(plan), settings_(plan.settings), block_(block), first_(first) {}
 
-  /// Must be called when theta or theta_T was changed from outside.
-  void refresh() { place_both(); }
-
   /// One step. Returns the arms whose theta_T should be chosen anew.
   LanesMask step() {
     const Lanes alpha = settings_.gains.alpha, beta = settings_.gains.beta, gamma = get(block_.gamma);
@@ -102,7 +99,8 @@ class GuardedLanes {
     const LanesMask slow = speed2 < Tuning::kStalledBelow * Tuning::kStalledBelow * pull2;
     schedule_gamma(slow, square_root(apart2), square_root(dot(error, error)), gamma);
     watch_posture(square_root(residual2));
-    place_both();
+    place<N, false>(plan_.arm, block_, first_);
+    place<N, true>(plan_.arm, block_, first_);
     return watch(theta, theta_target);
   }
 
@@ -117,12 +115,6 @@ class GuardedLanes {
   HWY_INLINE void put(Lanes value, Row& row) const { store(value, row, first_); }
   HWY_INLINE void put(LanesMask value, Row& row) const { store(where(value, 1, 0), row, first_); }
   HWY_INLINE LanesMask flag(const Row& row) const { return get(row) > 0; }
-
-  /// K and J at theta and theta_T.
-  HWY_INLINE void place_both() {
-    place<N, false>(plan_.arm, block_, first_);
-    place<N, true>(plan_.arm, block_, first_);
-  }
 
   /// velocity_range of joint_bounds.hpp.
   HWY_INLINE void range(int i, Lanes theta, Lanes& lower, Lanes& upper) const {

@@ -16,21 +16,12 @@ HWY_BEFORE_NAMESPACE();
 namespace multireach::controller {
 namespace HWY_NAMESPACE {
 
-template <int N>
-uint32_t paper_step_of(const PaperPlan& plan, ArmBlock& block) {
-  uint32_t arms = 0;
-  for (int first = 0; first < kRowLanes; first += kWidth) {
-    arms |= bits_of(PaperLanes<N>(plan, block, first).step()) << first;
-  }
-  return arms;
-}
-
 uint32_t step_paper(const PaperPlan& plan, ArmBlock& block) {
-  return plan.arm.size == 4 ? paper_step_of<4>(plan, block) : paper_step_of<0>(plan, block);
+  return plan.arm.size == 4 ? step_lanes<PaperLanes<4>>(plan, block) : step_lanes<PaperLanes<0>>(plan, block);
 }
 
 void refresh_paper(const PaperPlan& plan, ArmBlock& block) {
-  for (int first = 0; first < kRowLanes; first += kWidth) PaperLanes<0>(plan, block, first).refresh();
+  place_lanes(plan.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -56,11 +47,7 @@ HWY_EXPORT(step_paper);
 HWY_EXPORT(refresh_paper);
 
 PaperBatch::PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms)
-    : ArmBatch(arms),
-      chain_(chain),
-      plan_(plan_of(chain, parameters, rechoose_m)),
-      gamma_(parameters.gamma),
-      search_(chain) {
+    : ArmBatch(chain, arms), plan_(plan_of(chain, parameters, rechoose_m)), gamma_(parameters.gamma), search_(chain) {
   if (!(rechoose_m >= 0)) throw std::invalid_argument("rechoose_m must be 0 or more");
   blocks_.resize(running().size());
   rest();
@@ -71,14 +58,7 @@ bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d&
   if (!acceptable(arm, theta, target, theta_target, gamma)) return false;
   ArmBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
-  for (int i = 0; i < chain_.size(); ++i) {
-    block.joints[i].theta[lane] = theta[i];
-    block.joints[i].velocity[lane] = 0;
-  }
-  for (int k = 0; k < 3; ++k) {
-    block.hand_velocity[k][lane] = 0;
-    block.target[k][lane] = target[k];
-  }
+  begin(block, lane, theta, target);
   block.gamma[lane] = gamma.value_or(gamma_);
   set_theta_target(arm, theta_target);
   HWY_DYNAMIC_DISPATCH(refresh_paper)(plan_, block);
@@ -88,7 +68,7 @@ bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d&
 
 void PaperBatch::set_theta_target(int arm, const JointVector& theta_target) {
   ArmBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
-  for (int i = 0; i < chain_.size(); ++i) block.joints[i].theta_target[arm % kRowLanes] = theta_target[i];
+  for (int i = 0; i < chain().size(); ++i) block.joints[i].theta_target[arm % kRowLanes] = theta_target[i];
 }
 
 void PaperBatch::step() {
@@ -126,10 +106,7 @@ void PaperBatch::choose_postures() {
         set_theta_target(arm, posture);
         continue;
       }
-      const Eigen::Vector3d target(block.target[0][lane], block.target[1][lane], block.target[2][lane]);
-      if (const auto posture = search_.nearest(target, theta(arm))) {
-        set_theta_target(arm, *posture);
-      }
+      if (const auto nearest = search_.nearest(target_of(block, lane), theta(arm))) set_theta_target(arm, *nearest);
     }
   }
   for (size_t a = 0; a < drifted_.size(); ++a) {

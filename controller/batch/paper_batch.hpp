@@ -27,24 +27,20 @@ class PaperBatch final : public ArmBatch {
   /// std::invalid_argument when it is negative or `arms` is not positive.
   PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms);
 
-  const Chain& chain() const override { return chain_; }
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
   bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
              std::optional<double> gamma = {}) override;
   void step() override;
-  int64_t posture_choices() const override { return posture_choices_; }
 
  private:
   void choose_postures();
   void set_theta_target(int arm, const JointVector& theta_target);
 
-  Chain chain_;
   PaperPlan plan_;
   double gamma_;
   PostureSearch search_;
   std::vector<ArmBlock> blocks_;
   std::vector<int> drifted_;  // arms whose theta_T is to be chosen anew
-  int64_t posture_choices_ = 0;
 };
 
 }  // namespace multireach::controller

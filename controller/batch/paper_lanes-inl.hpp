@@ -22,12 +22,6 @@ class PaperLanes {
   /// The arms `first` to first + kWidth - 1 of the block.
   PaperLanes(const PaperPlan& plan, ArmBlock& block, int first) : plan_(plan), block_(block), first_(first) {}
 
-  /// Must be called when theta or theta_T was changed from outside.
-  void refresh() {
-    place<N, false>(plan_.arm, block_, first_);
-    place<N, true>(plan_.arm, block_, first_);
-  }
-
   /// One step. Returns the arms whose theta_T has drifted from the target.
   LanesMask step() {
     const auto [alpha, beta] = plan_.gains;

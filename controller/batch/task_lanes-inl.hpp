@@ -101,6 +101,22 @@ HWY_INLINE void place(const FastLinks<0, double>& arm, ArmBlock& block, int firs
   }
 }
 
+/// One step of a whole block. Returns a mask: bit a is set for the arm of lane a that Kernel::step returns.
+template <class Kernel, class Plan, class Block>
+uint32_t step_lanes(const Plan& plan, Block& block) {
+  uint32_t arms = 0;
+  for (int first = 0; first < kRowLanes; first += kWidth) arms |= bits_of(Kernel(plan, block, first).step()) << first;
+  return arms;
+}
+
+/// K and J of a whole block, whose theta or theta_T was changed from outside.
+inline void place_lanes(const FastLinks<0, double>& arm, ArmBlock& block) {
+  for (int first = 0; first < kRowLanes; first += kWidth) {
+    place<0, false>(arm, block, first);
+    place<0, true>(arm, block, first);
+  }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace multireach::controller
 HWY_AFTER_NAMESPACE();

@@ -1,6 +1,5 @@
 #include "tools/study/batch_runner.hpp"
 
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -24,8 +23,7 @@ BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vec
     : batch_(make_batch(chain, law, law.guarded ? kGuardedArms : kPaperArms)),
       plan_(chain, {}),
       watches_(static_cast<size_t>(batch_->blocks())),
-      running_(static_cast<size_t>(batch_->size())),
-      busy_(static_cast<size_t>(batch_->blocks())),
+      under_way_(static_cast<size_t>(batch_->size())),
       gammas_(gammas),
       tallies_(gammas.size()),
       keep_failed_(keep_failed) {
@@ -43,47 +41,41 @@ void BatchRunner::add(int64_t index, const ReachSample& sample) {
 void BatchRunner::begin_next(int arm) {
   const auto block = static_cast<size_t>(arm / kRowLanes);
   const int lane = arm % kRowLanes;
-  Job& job = running_[static_cast<size_t>(arm)] = jobs_[next_job_++];
+  Job& job = under_way_[static_cast<size_t>(arm)] = jobs_[next_job_++];
   if (!batch_->start(arm, job.sample.start, job.sample.target, job.sample.target_posture, gammas_[job.gamma])) {
     throw std::logic_error("reach " + std::to_string(job.index) + " of the study cannot be started");
   }
   watches_[block].begin(batch_->block(static_cast<int>(block)), lane);
-  busy_[block] |= 1U << lane;
 }
 
 void BatchRunner::harvest(int arm) {
   const auto block = static_cast<size_t>(arm / kRowLanes);
-  const Job& job = running_[static_cast<size_t>(arm)];
+  const Job& job = under_way_[static_cast<size_t>(arm)];
   const ReachResult result = watches_[block].result(plan_, arm % kRowLanes);
   tallies_[job.gamma].add(job.index, result, plan_.rules);
   batch_->stop(arm);
   ++finished_;
   if (result.arrived || !keep_failed_) return;
-  const controller::ArmBlock& rows = batch_->block(static_cast<int>(block));
-  const int lane = arm % kRowLanes;
-  FailedReach failed{job.gamma, job.index, job.sample.start, job.sample.start, job.sample.target, {}, result.error_m};
-  for (int i = 0; i < plan_.n; ++i) failed.end[i] = rows.joints[static_cast<size_t>(i)].theta[lane];
-  for (int k = 0; k < 3; ++k) failed.hand[k] = rows.x[static_cast<size_t>(k)][lane];
-  failed_.push_back(failed);
+  failed_.push_back(
+      {job.gamma, job.index, job.sample.start, batch_->theta(arm), job.sample.target, batch_->x(arm), result.error_m});
 }
 
 bool BatchRunner::step() {
+  const std::vector<uint32_t>& running = batch_->running();
   bool some = false;
-  for (size_t block = 0; block < busy_.size(); ++block) {
-    for (int lane = 0; lane < kRowLanes && busy_[block] != 0xff && waiting() > 0; ++lane) {
-      if ((busy_[block] >> lane & 1) == 0) begin_next(static_cast<int>(block) * kRowLanes + lane);
+  for (size_t block = 0; block < running.size(); ++block) {
+    for (int lane = 0; lane < kRowLanes && waiting() > 0; ++lane) {
+      if ((running[block] >> lane & 1) == 0) begin_next(static_cast<int>(block) * kRowLanes + lane);
     }
-    some = some || busy_[block] != 0;
+    some = some || running[block] != 0;
   }
   if (!some) return false;
   batch_->step();
-  for (size_t block = 0; block < busy_.size(); ++block) {
-    const uint32_t over = watches_[block].take(plan_, batch_->block(static_cast<int>(block))) & busy_[block];
-    if (over == 0) continue;
-    for (int lane = 0; lane < kRowLanes; ++lane) {
+  for (size_t block = 0; block < running.size(); ++block) {
+    const uint32_t over = watches_[block].take(plan_, batch_->block(static_cast<int>(block))) & running[block];
+    for (int lane = 0; over >> lane != 0; ++lane) {
       if (over >> lane & 1) harvest(static_cast<int>(block) * kRowLanes + lane);
     }
-    busy_[block] &= ~over;
   }
   return true;
 }

@@ -22,8 +22,8 @@ struct FailedReach {
 struct StudyLaw {
   bool guarded = true;
   controller::ViteGains gains{0.08, 0.02};
-  double rechoose_m =
-      0.01;  ///< law paper: theta_T is chosen anew when K(theta_T) is further than this from the target; 0 for never
+  /// Law paper: theta_T is chosen anew when K(theta_T) is further than this from the target; may be infinite.
+  double rechoose_m = 0.01;
 };
 
 /// A batch of at least so many arms under `law`.
@@ -67,8 +67,7 @@ class BatchRunner {
   std::vector<WatchBlock> watches_;
   std::vector<Job> jobs_;  // those from next_job_ on wait
   size_t next_job_ = 0;
-  std::vector<Job> running_;    // of each arm
-  std::vector<uint32_t> busy_;  // of each block, a mask of arms
+  std::vector<Job> under_way_;  // of each arm that runs
   std::vector<double> gammas_;
   std::vector<Tally> tallies_;
   bool keep_failed_;

@@ -68,13 +68,8 @@ class Candidates {
 }  // namespace
 
 ReachSample ReachSampler::sample(uint64_t index) const {
-  ReachSample sample;
-  sample_one_by_one(index, sample);
-  return sample;
-}
-
-void ReachSampler::sample_one_by_one(uint64_t index, ReachSample& sample) const {
   const CounterRandom random(seed_, index);
+  ReachSample sample;
   sample.start = uniform_posture(chain_, random, 0);
   if (from_space()) {
     Candidates candidates(chain_, random);
@@ -83,15 +78,15 @@ void ReachSampler::sample_one_by_one(uint64_t index, ReachSample& sample) const 
       if (!posture) continue;
       sample.target = *target;
       sample.target_posture = *posture;
-      return;
+      return sample;
     }
   }
-  sample = sample_of_postures(random, sample);
+  return sample_of_postures(random, sample);
 }
 
 void ReachSampler::sample(uint64_t first, std::span<ReachSample> samples) const {
   if (!from_space()) {
-    for (size_t k = 0; k < samples.size(); ++k) sample_one_by_one(first + k, samples[k]);
+    for (size_t k = 0; k < samples.size(); ++k) samples[k] = sample(first + k);
     return;
   }
   // One question for each reach that has no target yet; a new one takes the place of one that is answered.

@@ -34,7 +34,6 @@ class ReachSampler {
 
  private:
   bool from_space() const { return targets_ == TargetsFrom::kSpace && search_.closed_form(); }
-  void sample_one_by_one(uint64_t index, ReachSample& sample) const;
   ReachSample sample_of_postures(const CounterRandom& random, ReachSample sample) const;
 
   Chain chain_;

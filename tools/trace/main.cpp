@@ -85,16 +85,13 @@ std::string paper_rows(const Chain& chain, const Options& options, const JointVe
       options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
   controller::PaperBatch batch(chain, law, rechoose_m, 1);
   if (!batch.start(0, start, x_T, theta_target)) throw refused();
-  const controller::ArmBlock& arm = batch.block(0);
-  JointVector theta(chain.size()), goal(chain.size());
+  const controller::ArmBlock& block = batch.block(0);
+  JointVector goal(chain.size());
   std::string rows;
   for (int64_t step = 0; step <= options.steps; ++step) {
     if (step > 0) batch.step();
-    for (int i = 0; i < chain.size(); ++i) {
-      theta[i] = arm.joints[static_cast<size_t>(i)].theta[0];
-      goal[i] = arm.joints[static_cast<size_t>(i)].theta_target[0];
-    }
-    rows += row_of(step, theta, Eigen::Vector3d(arm.x[0][0], arm.x[1][0], arm.x[2][0]), goal);
+    for (int i = 0; i < chain.size(); ++i) goal[i] = block.joints[static_cast<size_t>(i)].theta_target[0];
+    rows += row_of(step, batch.theta(0), batch.x(0), goal);
   }
   return rows;
 }
