@@ -45,7 +45,10 @@ Config::Config(std::string file, std::string path, const YAML::Node& node)
 }
 
 Config Config::load(const std::string& path) {
-  const std::string text = read_text_file(path);
+  return parse(path, read_text_file(path));
+}
+
+Config Config::parse(const std::string& path, const std::string& text) {
   try {
     return Config(path, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {
@@ -138,6 +141,33 @@ std::vector<double> Config::numbers(const std::string& key, int size,
     const auto value = finite_number(item);
     if (!value) fail(key, expected);
     values.push_back(*value);
+  }
+  return values;
+}
+
+std::vector<double> Config::matrix(const std::string& key, int rows, int columns) const {
+  const std::string expected = std::to_string(rows) + " lists of " + std::to_string(columns) + " finite numbers";
+  const YAML::Node node = get(key);
+  if (!node.IsSequence() || static_cast<int>(node.size()) != rows) fail(key, expected);
+  std::vector<double> values;
+  for (const YAML::Node& row : node) {
+    if (!row.IsSequence() || static_cast<int>(row.size()) != columns) fail(key, expected);
+    for (const YAML::Node& item : row) {
+      const auto value = finite_number(item);
+      if (!value) fail(key, expected);
+      values.push_back(*value);
+    }
+  }
+  return values;
+}
+
+std::vector<std::string> Config::texts(const std::string& key) const {
+  const YAML::Node node = get(key);
+  if (!node.IsSequence()) fail(key, "a list of texts");
+  std::vector<std::string> values;
+  for (const YAML::Node& item : node) {
+    if (!item.IsScalar()) fail(key, "a list of texts");
+    values.push_back(item.Scalar());
   }
   return values;
 }

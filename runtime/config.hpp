@@ -23,6 +23,8 @@ class Config {
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   static Config load(const std::string& path);
+  /// The same of a text that was read already; `path` is what errors call it.
+  static Config parse(const std::string& path, const std::string& text);
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
@@ -38,6 +40,10 @@ class Config {
   /// A list of finite numbers; of `size` numbers, unless that is -1.
   std::vector<double> numbers(const std::string& key, int size,
                               std::optional<std::vector<double>> otherwise = {}) const;
+  /// The same of a matrix, row by row: a list of lists, one for each row.
+  std::vector<double> matrix(const std::string& key, int rows, int columns) const;
+  /// A list of texts.
+  std::vector<std::string> texts(const std::string& key) const;
   /// Names to numbers.
   std::map<std::string, double> named_numbers(const std::string& key) const;
   /// A map under a key (required), or the maps in a list.

@@ -1,8 +1,10 @@
 #include "runtime/files.hpp"
 
 #include <fcntl.h>
+#include <glob.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -93,6 +95,23 @@ Chain load_chain(const std::string& urdf_path, const std::string& base, const st
   } catch (const std::invalid_argument& fault) {
     throw InputError(urdf_path + ": " + fault.what());
   }
+}
+
+std::vector<std::string> matching_files(const std::string& option, const std::string& pattern) {
+  std::vector<std::string> files;
+  std::error_code error;
+  if (std::filesystem::is_directory(pattern, error)) {
+    for (const auto& entry : std::filesystem::directory_iterator(pattern)) {
+      if (entry.is_regular_file()) files.push_back(entry.path().string());
+    }
+    std::ranges::sort(files);
+  } else {
+    glob_t found = {};
+    if (glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+    globfree(&found);
+  }
+  if (files.empty()) throw InputError(option + ": no file matches '" + pattern + "'");
+  return files;
 }
 
 std::string beside(const std::string& file, const std::string& path) {

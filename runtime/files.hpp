@@ -49,6 +49,10 @@ void write_json_file(const std::string& path, const nlohmann::json& json);
 /// The chain between two links of a URDF file. Throws InputError that names the file.
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip);
 
+/// The files that `pattern` names, in the order of their names: a file, all files of a folder, or a pattern with * and
+/// ?. Throws InputError that names `option`, by which the pattern came, when there is none.
+std::vector<std::string> matching_files(const std::string& option, const std::string& pattern);
+
 /// `path` as it is when absolute, else as seen from the folder of `file`.
 std::string beside(const std::string& file, const std::string& path);
 

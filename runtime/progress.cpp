@@ -11,7 +11,7 @@ using std::chrono::steady_clock;
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0), begin_(steady_clock::now()), last_(begin_) {}
 
 void Progress::show(double part) {
-  if (!terminal_ || ++skipped_ % 64 != 0) return;
+  if (!terminal_) return;
   const auto now = steady_clock::now();
   if (now - last_ < std::chrono::milliseconds(200)) return;
   last_ = now;

@@ -20,7 +20,6 @@ class Progress {
 
  private:
   bool terminal_, shown_ = false;
-  int skipped_ = 0;
   std::chrono::steady_clock::time_point begin_, last_;
 };
 

@@ -3,48 +3,15 @@
 #include <charconv>
 #include <future>
 
-#include "kinematics/trigonometry.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/files.hpp"
+#include "runtime/nodes/rig_config.hpp"
 
 namespace multireach {
 
 using vision::CameraModel;
 using vision::Sighting;
-
-CameraModel camera_model_from(const Config& config) {
-  CameraModel camera;
-  camera.width = static_cast<int>(config.integer("width_px", 2, 16384));
-  camera.height = static_cast<int>(config.integer("height_px", 2, 16384));
-  camera.fx = config.number("fx_px", 1, 1e6);
-  camera.fy = config.number("fy_px", 1, 1e6);
-  camera.cx = config.number("cx_px", -1e6, 1e6);
-  camera.cy = config.number("cy_px", -1e6, 1e6);
-  const std::vector<double> distortion = config.numbers("distortion", -1, std::vector<double>{});
-  if (distortion.size() > camera.distortion.size())
-    config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
-  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
-  config.finish();
-  return camera;
-}
-
-Eigen::Isometry3d transform_from(const Config& config) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(config.numbers("translation_m", 3).data());
-  if (config.has("rotation")) {
-    if (config.has("rpy_rad")) config.fail("rpy_rad", "either 'rotation' or 'rpy_rad', not both");
-    const std::vector<double> values = config.numbers("rotation", 9);
-    X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
-    const bool rotation = (X.linear() * X.linear().transpose()).isIdentity(1e-6) && X.linear().determinant() > 0;
-    if (!rotation) config.fail("rotation", "a rotation matrix, row by row");
-  } else {
-    const std::vector<double> rpy = config.numbers("rpy_rad", 3, std::vector<double>{0, 0, 0});
-    X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
-  }
-  config.finish();
-  return X;
-}
 
 namespace {
 
@@ -72,13 +39,9 @@ vision::ColourClass colour_class_from(const Config& config) {
 VisionConfig VisionConfig::load(const std::string& path) {
   const Config file = Config::load(path);
   VisionConfig vision;
-  vision.digest = digest_of(read_text_file(path));
-  const Config cameras = file.section("cameras");
-  vision.tracker.rig.left = camera_model_from(cameras.section("left"));
-  vision.tracker.rig.right = camera_model_from(cameras.section("right"));
-  vision.tracker.rig.X_RL = transform_from(cameras.section("left_to_right"));
-  vision.tracker.rig.X_WL = transform_from(cameras.section("left_to_robot"));
-  cameras.finish();
+  const RigConfig cameras = load_rig(file.section("cameras"));
+  vision.digest = digest_of(read_text_file(path) + cameras.files);
+  vision.tracker.rig = cameras.rig;
   vision.tracker.colour = colour_class_from(file.section("colour"));
   vision.target_name = "target";
   if (file.has("tracker")) {

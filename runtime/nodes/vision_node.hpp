@@ -19,10 +19,6 @@ struct VisionConfig {
   static VisionConfig load(const std::string& path);
 };
 
-/// One camera of `cameras`, and a rigid transform given by `translation_m` and `rpy_rad` or `rotation` (row by row).
-vision::CameraModel camera_model_from(const Config& config);
-Eigen::Isometry3d transform_from(const Config& config);
-
 /// What one message of STEREO_IMAGES shows, whatever came before.
 struct Glimpse {
   bool decoded = false;  ///< it is a message of images

@@ -1,11 +1,8 @@
 #include "tools/camera/file_sources.hpp"
 
-#include <glob.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <charconv>
-#include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -33,22 +30,6 @@ Frame frame_of(vision::ImageCodec& codec, const cv::Mat& bgr, int64_t utime, int
   frame.row_stride = static_cast<int>(packed.step);
   frame.data.assign(packed.data, packed.data + packed.total() * packed.elemSize());
   return frame;
-}
-
-std::vector<std::string> matching_files(const std::string& option, const std::string& pattern) {
-  std::vector<std::string> files;
-  if (std::filesystem::is_directory(pattern)) {
-    for (const auto& entry : std::filesystem::directory_iterator(pattern)) {
-      if (entry.is_regular_file()) files.push_back(entry.path().string());
-    }
-    std::ranges::sort(files);
-  } else {
-    glob_t found = {};
-    if (glob(pattern.c_str(), 0, nullptr, &found) == 0) files.assign(found.gl_pathv, found.gl_pathv + found.gl_pathc);
-    globfree(&found);
-  }
-  if (files.empty()) throw InputError(option + ": no file matches '" + pattern + "'");
-  return files;
 }
 
 class ImagesSource : public CameraSource {

@@ -1,0 +1,87 @@
+#include "tools/calibrate/board_images.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+
+#include "runtime/files.hpp"
+
+namespace multireach {
+namespace {
+
+cv::Mat read_grey(const std::string& path, cv::Size& size, const std::string& first) {
+  const std::vector<uint8_t> bytes = read_binary_file(path);
+  cv::Mat image;
+  if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+  if (image.empty()) throw InputError(path + ": is not an image that can be read");
+  if (size.empty()) size = image.size();
+  if (image.size() != size) {
+    throw InputError(fmt::format("{}: is {} x {} pixels and {} is {} x {}; a calibration needs images of one size",
+                                 path, image.cols, image.rows, first, size.width, size.height));
+  }
+  return image;
+}
+
+/// The last number in a file's name, without leading zeros; "" for none.
+std::string number_of(const std::string& path) {
+  const std::string name = std::filesystem::path(path).stem().string();
+  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  const auto end = std::find_if(name.rbegin(), name.rend(), digit).base();
+  auto begin = std::find_if_not(std::make_reverse_iterator(end), name.rend(), digit).base();
+  while (begin != end && *begin == '0') ++begin;
+  return {begin, end};
+}
+
+}  // namespace
+
+BoardImages find_boards(const std::string& left_pattern, const std::string& right_pattern, const Board& board,
+                        const std::function<void(double)>& progress) {
+  BoardImages images;
+  images.left_files = matching_files("--left", left_pattern);
+  images.right_files = matching_files("--right", right_pattern);
+  const size_t count = images.left_files.size();
+  if (count != images.right_files.size()) {
+    throw InputError(
+        fmt::format("--left has {} files and --right {}; they must be pairs", count, images.right_files.size()));
+  }
+  for (size_t k = 0; k < count; ++k) {
+    const std::string &left = images.left_files[k], &right = images.right_files[k];
+    progress(static_cast<double>(k) / static_cast<double>(count));
+    if (left == right) throw InputError(left + ": is named for both cameras");
+    if (number_of(left) != number_of(right))
+      images.complaints.push_back(left + " and " + right + ": are taken as a pair, but their numbers differ");
+    const auto l = find_board(read_grey(left, images.size, images.left_files[0]), board);
+    const auto r = find_board(read_grey(right, images.size, images.left_files[0]), board);
+    for (const auto& [found, path] : {std::pair(&l, &left), std::pair(&r, &right)}) {
+      if (!*found)
+        images.complaints.push_back(
+            fmt::format("{}: no board of {}x{} inner corners is seen as a whole", *path, board.columns, board.rows));
+    }
+    if (!l || !r) continue;
+    images.shown_in.push_back(k);
+    images.pairs.push_back({*l, *r});
+    count_alike(board, images.pairs.back().left, images.pairs.back().right);
+  }
+  return images;
+}
+
+double coverage(const std::vector<Corners>& corners, cv::Size image_size) {
+  constexpr int kColumns = 8, kRows = 6;
+  std::set<int> fields;
+  for (const Corners& list : corners) {
+    for (const cv::Point2f& corner : list) {
+      const int column =
+          std::clamp(static_cast<int>(corner.x * kColumns / static_cast<float>(image_size.width)), 0, kColumns - 1);
+      const int row =
+          std::clamp(static_cast<int>(corner.y * kRows / static_cast<float>(image_size.height)), 0, kRows - 1);
+      fields.insert(row * kColumns + column);
+    }
+  }
+  return static_cast<double>(fields.size()) / (kColumns * kRows);
+}
+
+}  // namespace multireach

@@ -1,0 +1,176 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "runtime/files.hpp"
+#include "runtime/program.hpp"
+#include "runtime/progress.hpp"
+#include "tools/calibrate/board_images.hpp"
+#include "tools/calibrate/camera_output.hpp"
+#include "tools/calibrate/commands.hpp"
+#include "tools/calibrate/reprojection_picture.hpp"
+
+namespace multireach {
+namespace {
+
+struct CamerasOptions {
+  std::string left, right, pattern, lens, picture, json;
+  double square_mm = 0;
+  bool leave_out_poor = false, leave_one_out = false;
+  CameraOutput output;
+};
+
+Lens lens_of(const CamerasOptions& options) {
+  const CameraFormat format = options.output.format();
+  if (options.lens.empty()) return format == CameraFormat::kKalibr ? Lens::kRadtan : Lens::kPlumbBob;
+  if (format == CameraFormat::kKalibr && options.lens != "radtan")
+    throw InputError("--lens " + options.lens + ": Kalibr's files have radtan only");
+  return options.lens == "radtan" ? Lens::kRadtan : options.lens == "rational" ? Lens::kRational : Lens::kPlumbBob;
+}
+
+nlohmann::json result_json(const BoardImages& images, const StereoCalibration& calibration,
+                           const std::vector<double>& left_out) {
+  nlohmann::json json{{"stereo_rms_px", calibration.stereo_rms_px},
+                      {"left_rms_px", calibration.left_rms_px},
+                      {"right_rms_px", calibration.right_rms_px},
+                      {"left_fx_sigma_px", calibration.left_fx_sigma_px},
+                      {"right_fx_sigma_px", calibration.right_fx_sigma_px},
+                      {"baseline_m", calibration.rig.baseline_m()},
+                      {"width_px", images.size.width},
+                      {"height_px", images.size.height},
+                      {"pairs_given", images.left_files.size()},
+                      {"views", nlohmann::json::array()},
+                      {"complaints", images.complaints}};
+  int64_t used = 0;
+  std::vector<Corners> left, right;
+  for (size_t k = 0; k < images.pairs.size(); ++k) {
+    const PairFit& fit = calibration.fits[k];
+    json["views"].push_back({{"left", images.left_files[images.shown_in[k]]},
+                             {"right", images.right_files[images.shown_in[k]]},
+                             {"left_rms_px", fit.left_rms_px},
+                             {"right_rms_px", fit.right_rms_px},
+                             {"poor", fit.poor},
+                             {"used", fit.used}});
+    if (!fit.used) continue;
+    ++used;
+    left.push_back(images.pairs[k].left);
+    right.push_back(images.pairs[k].right);
+  }
+  json["pairs_used"] = used;
+  json["left_coverage"] = coverage(left, images.size);
+  json["right_coverage"] = coverage(right, images.size);
+  if (!left_out.empty()) {
+    json["leave_one_out"] = {{"median_squares", left_out[left_out.size() / 2]},
+                             {"p95_squares", left_out[left_out.size() * 95 / 100]},
+                             {"max_squares", left_out.back()},
+                             {"corners", left_out.size()}};
+  }
+  return json;
+}
+
+void say_what_is_wrong(const BoardImages& images, const StereoCalibration& calibration) {
+  for (size_t k = 0; k < images.pairs.size(); ++k) {
+    const PairFit& fit = calibration.fits[k];
+    if (!fit.poor) continue;
+    spdlog::warn("{} and {}: fit far worse than the others ({:.2f} px){}", images.left_files[images.shown_in[k]],
+                 images.right_files[images.shown_in[k]], fit.rms_px(),
+                 fit.used ? "; leave them out with --leave-out-poor" : "; left out");
+  }
+  const auto doubt = [](double sigma, double fx, const char* side) {
+    if (sigma > 0.01 * fx)
+      spdlog::warn("the {} camera's focal length is known to {:.1f} % only: tilt the board more", side,
+                   100 * sigma / fx);
+  };
+  doubt(calibration.left_fx_sigma_px, calibration.rig.left.fx, "left");
+  doubt(calibration.right_fx_sigma_px, calibration.rig.right.fx, "right");
+}
+
+std::string table_of(const nlohmann::json& json) {
+  std::string text = fmt::format(
+      "pairs used      {} of {}\nstereo rms      {:.4f} px (left alone {:.4f}, right alone {:.4f})\nbaseline        "
+      "{:.3f} "
+      "mm\nfields covered  left {:.0f} %, right {:.0f} %\n",
+      json["pairs_used"].get<int>(), json["pairs_given"].get<int>(), json["stereo_rms_px"].get<double>(),
+      json["left_rms_px"].get<double>(), json["right_rms_px"].get<double>(), 1e3 * json["baseline_m"].get<double>(),
+      100 * json["left_coverage"].get<double>(), 100 * json["right_coverage"].get<double>());
+  if (json.contains("leave_one_out")) {
+    const nlohmann::json& out = json["leave_one_out"];
+    text += fmt::format("left-out boards median {:.4f}, 95 % {:.4f}, max {:.4f} squares\n",
+                        out["median_squares"].get<double>(), out["p95_squares"].get<double>(),
+                        out["max_squares"].get<double>());
+  }
+  return text;
+}
+
+int calibrate_cameras(const CamerasOptions& options) {
+  const auto [columns, rows] = parse_size("--pattern", options.pattern, 3, 50);
+  const Board board{columns, rows, options.square_mm * 1e-3};
+  const Lens lens = lens_of(options);
+  options.output.check();
+
+  // About how the time is shared.
+  const double finding = options.leave_one_out ? 0.3 : 0.7, calibrating = 0.9 * (1 - finding);
+  Progress progress;
+  const BoardImages images =
+      find_boards(options.left, options.right, board, [&](double part) { progress.show(finding * part); });
+  progress.end();
+  for (const std::string& sentence : images.complaints) spdlog::warn("{}", sentence);
+  if (images.pairs.size() < 3) {
+    throw std::runtime_error(
+        fmt::format("of {} pairs, {} show the whole board in both images; at least 3 must. --pattern {} counts inner "
+                    "corners, where "
+                    "four squares meet: a board of 10 x 7 squares is 9x6",
+                    images.left_files.size(), images.pairs.size(), options.pattern));
+  }
+  progress.show(finding);
+  const StereoCalibration calibration = calibrate(images.pairs, board, images.size, lens, options.leave_out_poor);
+  std::vector<double> left_out;
+  if (options.leave_one_out) {
+    left_out = leave_one_out(images.pairs, board, images.size, lens, calibration,
+                             [&](double part) { progress.show(1 - calibrating * (1 - part)); });
+  }
+  progress.end();
+  say_what_is_wrong(images, calibration);
+  check_rig(calibration.rig, "--left, --right");
+
+  const nlohmann::json json = result_json(images, calibration, left_out);
+  if (!options.picture.empty()) {
+    std::vector<uint8_t> png;
+    cv::imencode(".png", reprojection_picture(images.pairs, calibration, images.size), png);
+    OutputFile file(options.picture);
+    file.write(png);
+    file.finish();
+  }
+  if (!options.json.empty()) write_json_file(options.json, json);
+  options.output.write(calibration.rig, false);
+  if (options.json != "-") write_text_file("-", table_of(json));
+  return 0;
+}
+
+}  // namespace
+
+Command cameras_command(CLI::App& cli) {
+  const auto options = std::make_shared<CamerasOptions>();
+  CLI::App* app = cli.add_subcommand("cameras", "two cameras from pairs of photographs of a chessboard");
+  app->add_option("--left", options->left, "the left camera's photographs: folder, or pattern in quotes")->required();
+  app->add_option("--right", options->right, "the right camera's, paired in the order of their names")->required();
+  app->add_option("--pattern", options->pattern, "COLUMNSxROWS of inner corners, as 9x6")->required();
+  app->add_option("--square-mm", options->square_mm, "side of a square, mm")
+      ->required()
+      ->check(finite_range(0.01, 10000));
+  app->add_option("--lens", options->lens,
+                  "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default but for Kalibr) or rational (k1 to k6)")
+      ->check(CLI::IsMember({"radtan", "plumb_bob", "rational"}));
+  app->add_flag("--leave-out-poor", options->leave_out_poor, "do not use pairs that fit far worse than the others");
+  app->add_flag("--leave-one-out", options->leave_one_out,
+                "also calibrate without each pair in turn and say how well its board is measured then");
+  app->add_option("--picture", options->picture, "PNG of all corners and their residuals");
+  app->add_option("--json", options->json, "where to write numbers for each pair; - for standard output");
+  options->output.add_options(*app);
+  return {app, [options] { return calibrate_cameras(*options); }};
+}
+
+}  // namespace multireach

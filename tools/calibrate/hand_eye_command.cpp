@@ -1,0 +1,137 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "runtime/nodes/camera_files.hpp"
+#include "runtime/nodes/robot_config.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "runtime/program.hpp"
+#include "tools/calibrate/commands.hpp"
+#include "tools/calibrate/hand_eye_places.hpp"
+
+namespace multireach {
+namespace {
+
+struct HandEyeArguments {
+  std::string log, pairs, config, vision, output, json, offset = "0,0,0";
+  LogChoice choice;
+  double still_mm = 2, seen_sigma_mm = 1, hand_sigma_mm = 1;
+};
+
+HandEyeOptions options_of(const HandEyeArguments& arguments) {
+  HandEyeOptions options{.hand_sigma_m = arguments.hand_sigma_mm * 1e-3};
+  options.estimate_offset = arguments.offset == "estimate";
+  if (options.estimate_offset) return options;
+  const std::vector<double> values = parse_numbers("--offset", arguments.offset);
+  if (values.size() != 3 || !(std::hypot(values[0], values[1], values[2]) < 10))
+    throw InputError("--offset is '" + arguments.offset + "'; expected x,y,z in metres, or estimate");
+  options.p_HT = {values[0], values[1], values[2]};
+  return options;
+}
+
+std::vector<HandEyePlace> places_of(const HandEyeArguments& arguments) {
+  if (arguments.log.empty() == arguments.pairs.empty()) throw InputError("hand-eye: give either --log or --pairs");
+  if (!arguments.pairs.empty()) return places_from_csv(arguments.pairs, arguments.seen_sigma_mm * 1e-3);
+  if (arguments.config.empty() || arguments.vision.empty())
+    throw InputError(
+        "hand-eye: --log needs the robot's file (--config) and the vision file that the log was made with (--vision)");
+  const RobotConfig robot = RobotConfig::load(arguments.config);
+  LogChoice choice = arguments.choice;
+  choice.still_m = arguments.still_mm * 1e-3;
+  return places_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).tracker.rig.X_WL, choice);
+}
+
+nlohmann::json list(const auto& values) {
+  return std::vector<double>(values.begin(), values.end());
+}
+
+nlohmann::json json_of(const HandEye& result, const HandEyeOptions& options) {
+  const Eigen::Matrix3d R = result.X_WL.linear();
+  nlohmann::json json{{"translation_m", list(result.X_WL.translation().eval())},
+                      {"rms_m", result.rms_m},
+                      {"chi2_per_dof", result.chi2_per_dof},
+                      {"places", result.outlier.size()},
+                      {"places_used", std::ranges::count(result.outlier, false)},
+                      {"distances_m", result.distances_m},
+                      {"outlier", result.outlier},
+                      {"offset_m", list(result.p_HT)},
+                      {"offset_estimated", options.estimate_offset}};
+  for (int row = 0; row < 3; ++row) json["rotation"].push_back(list(R.row(row)));
+  // Rotation (rad, about W's axes), then translation (m, in W).
+  for (int row = 0; row < 6; ++row) json["covariance"].push_back(list(result.covariance.row(row)));
+  for (int row = 0; row < 3; ++row) json["offset_covariance_m2"].push_back(list(result.offset_covariance.row(row)));
+  return json;
+}
+
+std::string summary_of(const HandEye& result, const HandEyeOptions& options) {
+  const auto sigmas = [](const auto& covariance, int from, double scale) {
+    const Eigen::Vector3d s = scale * covariance.diagonal().template segment<3>(from).cwiseSqrt();
+    return fmt::format("{:.3f}, {:.3f}, {:.3f}", s.x(), s.y(), s.z());
+  };
+  const Eigen::Vector3d t = 1e3 * result.X_WL.translation();
+  std::string text = fmt::format(
+      "places used   {} of {}, {:.2f} mm rms, chi2 per degree of freedom {:.2f}\n"
+      "left camera   {:.2f}, {:.2f}, {:.2f} mm in W, sigma {} mm; turned with sigma {} degrees\n",
+      std::ranges::count(result.outlier, false), result.outlier.size(), 1e3 * result.rms_m, result.chi2_per_dof, t.x(),
+      t.y(), t.z(), sigmas(result.covariance, 3, 1e3), sigmas(result.covariance, 0, 180 / std::numbers::pi));
+  if (options.estimate_offset) {
+    const Eigen::Vector3d o = 1e3 * result.p_HT;
+    text += fmt::format("target        {:.2f}, {:.2f}, {:.2f} mm in the hand's frame, sigma {} mm\n", o.x(), o.y(),
+                        o.z(), sigmas(result.offset_covariance, 0, 1e3));
+  }
+  return text;
+}
+
+int hand_eye(const HandEyeArguments& arguments) {
+  const HandEyeOptions options = options_of(arguments);
+  const HandEye result = solve_hand_eye(places_of(arguments), options);
+  if (result.chi2_per_dof > 4) {
+    spdlog::warn("the places fit {:.1f} times worse than their covariances say{}", std::sqrt(result.chi2_per_dof),
+                 options.estimate_offset ? "" : "; is the target elsewhere in the hand (--offset)?");
+  }
+  const std::string summary = summary_of(result, options);
+  std::string comment = "# " + summary;
+  for (size_t at = comment.find('\n'); at + 1 < comment.size(); at = comment.find('\n', at + 1))
+    comment.insert(at + 1, "# ");
+  write_text_file(arguments.output,
+                  comment + "left_to_robot:   # X_WL: a point in the left camera's frame to the robot's base\n" +
+                      transform_text(result.X_WL, "  "));
+  if (!arguments.json.empty()) write_json_file(arguments.json, json_of(result, options));
+  if (arguments.json != "-" && arguments.output != "-") write_text_file("-", summary);
+  return 0;
+}
+
+}  // namespace
+
+Command hand_eye_command(CLI::App& cli) {
+  const auto arguments = std::make_shared<HandEyeArguments>();
+  CLI::App* app = cli.add_subcommand("hand-eye", "where the left camera is, from a target that the robot's hand holds");
+  app->add_option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each place");
+  app->add_option("--config", arguments->config, "with --log: the robot's file");
+  app->add_option("--vision", arguments->vision, "with --log: the vision file that it was made with");
+  app->add_option("--target", arguments->choice.target, "with --log: the target's name, where it has several");
+  app->add_option("--still-mm", arguments->still_mm, "with --log: the hand stands while it stays within this")
+      ->check(finite_range(0.01, 1000))
+      ->capture_default_str();
+  app->add_option("--pairs", arguments->pairs,
+                  "instead: CSV with seen_x_m,... (left camera's frame), hand_x_m,... (robot's base) [, hand_qw,..., "
+                  "sigma_m]");
+  app->add_option("--seen-sigma-mm", arguments->seen_sigma_mm,
+                  "with --pairs: of what is seen, where there is no sigma_m")
+      ->check(finite_range(0.001, 1000))
+      ->capture_default_str();
+  app->add_option("--hand-sigma-mm", arguments->hand_sigma_mm, "of what the robot says, per coordinate")
+      ->check(finite_range(0.001, 1000))
+      ->capture_default_str();
+  app->add_option("--offset", arguments->offset, "x,y,z: the target in the hand's frame, m; or estimate")
+      ->capture_default_str();
+  app->add_option("-o,--output", arguments->output, "left_to_robot, for a vision file")->required();
+  app->add_option("--json", arguments->json, "where to write all numbers, covariances too; - for standard output");
+  return {app, [arguments] { return hand_eye(*arguments); }};
+}
+
+}  // namespace multireach
