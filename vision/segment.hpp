@@ -7,6 +7,9 @@
 
 namespace multireach::vision {
 
+// Apart from the Blob of vision/blob.hpp, which replaces it.
+inline namespace outlined {
+
 /// A connected region of a mask, its holes (highlights) filled.
 struct Blob {
   Eigen::Vector2d centroid;              ///< pixels, centre of the first pixel at (0, 0)
@@ -14,6 +17,8 @@ struct Blob {
   double area = 0;                       ///< pixels
   bool cut_off = false;                  ///< touches the border of the image, so its centroid is not the object's
 };
+
+}  // namespace outlined
 
 /// The centroid of the area inside a closed polygon; nothing when it has no area.
 std::optional<Eigen::Vector2d> polygon_centroid(const std::vector<Eigen::Vector2d>& polygon);
