@@ -1,0 +1,110 @@
+// multireach-bench-vision: finding a coloured ball in rendered, noisy images, beside what one would write with OpenCV; and
+// the JPEG decoding that comes before.
+#include <benchmark/benchmark.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "controller/batch/arm_batch.hpp"
+#include "tools/camera/ball_renderer.hpp"
+#include "vision/find.hpp"
+#include "vision/image_codec.hpp"
+
+namespace multireach {
+namespace {
+
+using vision::CameraModel;
+
+CameraModel camera(int width, int height) {
+  const double focal = 500.0 * width / 640;
+  return {.width = width, .height = height, .fx = focal, .fy = focal, .cx = width / 2.0, .cy = height / 2.0};
+}
+
+/// A ball of 2 cm at half a metre before a wall with discs of other colours; noise of three grey levels.
+cv::Mat scene(int width, int height, uint64_t stream = 0) {
+  const Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  const BallRenderer renderer({.noise_grey_levels = 3}, camera(width, height), X, X);
+  return renderer.render(Eigen::Vector3d(0.03, -0.02, 0.5), stream);
+}
+
+vision::ColourClass ball_colours() {
+  return {.references = {{220, 40, 110}}, .tolerance = 0.55};
+}
+
+void find(benchmark::State& state, const cv::Mat& bgr, const cv::Rect& part) {
+  const vision::PixelClass colours(model_of(ball_colours()));
+  vision::Finder finder;
+  if (finder.find(bgr, part, colours).blobs.size() != 1) state.SkipWithError("not one blob");
+  for (auto _ : state) benchmark::DoNotOptimize(finder.find(bgr, part, colours).blobs.data());
+}
+
+void find_everywhere(benchmark::State& state, int width, int height, const std::string& instruction_set) {
+  controller::use_instruction_set(instruction_set);
+  find(state, scene(width, height), {0, 0, width, height});
+  controller::use_instruction_set("");
+}
+
+void find_in_window(benchmark::State& state, int width, int height) {
+  find(state, scene(width, height), {width * 7 / 16, height * 6 / 16, width / 4, height / 4});
+}
+
+/// Hue, saturation and value in a box, opened, outlines: the recipe of the tutorials. One thread.
+void opencv_find(benchmark::State& state, int width, int height) {
+  cv::setNumThreads(1);
+  const cv::Mat bgr = scene(width, height), kernel = cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5});
+  cv::Mat hsv, mask;
+  std::vector<std::vector<cv::Point>> outlines;
+  for (auto _ : state) {
+    cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
+    cv::inRange(hsv, cv::Scalar(155, 120, 40), cv::Scalar(175, 255, 255), mask);
+    cv::morphologyEx(mask, mask, cv::MORPH_OPEN, kernel);
+    cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+    benchmark::DoNotOptimize(outlines.data());
+  }
+  if (outlines.size() != 1) state.SkipWithError("not one outline");
+}
+
+void prepare_class(benchmark::State& state, size_t components, size_t background) {
+  vision::ColourModel model = model_of(ball_colours());
+  model.object.resize(components, model.object[0]);
+  for (size_t i = 0; i < background; ++i) {
+    model.background.push_back({{0.1 * static_cast<double>(i), 0.1}, 0.02 * Eigen::Matrix2d::Identity()});
+  }
+  for (auto _ : state) benchmark::DoNotOptimize(vision::PixelClass(model, {1.1, 0.9}));
+}
+
+void memory(benchmark::State& state, int width, int height) {
+  const cv::Mat bgr = scene(width, height);
+  const size_t words = static_cast<size_t>(width) * static_cast<size_t>(height) * 3 / 8;
+  const auto* data = reinterpret_cast<const uint64_t*>(bgr.data);
+  for (auto _ : state) {
+    uint64_t sum = 0;
+    for (size_t i = 0; i < words; ++i) sum += data[i];
+    benchmark::DoNotOptimize(sum);
+  }
+}
+
+void register_all() {
+  constexpr auto kUnit = benchmark::kMicrosecond;
+  for (const auto& [width, height] : {std::pair(640, 480), std::pair(1920, 1080)}) {
+    const std::string size = std::to_string(width) + "x" + std::to_string(height);
+    for (const std::string& name : controller::instruction_sets()) {
+      benchmark::RegisterBenchmark(("find/" + size + "/" + name).c_str(), find_everywhere, width, height, name)->Unit(kUnit);
+    }
+    benchmark::RegisterBenchmark(("find_in_window/" + size).c_str(), find_in_window, width, height)->Unit(kUnit);
+    benchmark::RegisterBenchmark(("opencv_find/" + size).c_str(), opencv_find, width, height)->Unit(kUnit);
+    benchmark::RegisterBenchmark(("sum_of_bytes/" + size).c_str(), memory, width, height)->Unit(kUnit);
+  }
+  benchmark::RegisterBenchmark("prepare_class/1+0", prepare_class, 1, 0)->Unit(kUnit);
+  benchmark::RegisterBenchmark("prepare_class/3+4", prepare_class, 3, 4)->Unit(kUnit);
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  multireach::register_all();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
