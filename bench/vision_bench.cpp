@@ -1,5 +1,5 @@
-// multireach-bench-vision: finding a coloured ball in rendered, noisy images, beside what one would write with OpenCV; and
-// the JPEG decoding that comes before.
+// multireach-bench-vision: finding a coloured ball in rendered, noisy images, beside what one would write with OpenCV;
+// and the JPEG decoding that comes before.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/imgproc.hpp>
@@ -88,7 +88,8 @@ void register_all() {
   for (const auto& [width, height] : {std::pair(640, 480), std::pair(1920, 1080)}) {
     const std::string size = std::to_string(width) + "x" + std::to_string(height);
     for (const std::string& name : controller::instruction_sets()) {
-      benchmark::RegisterBenchmark(("find/" + size + "/" + name).c_str(), find_everywhere, width, height, name)->Unit(kUnit);
+      benchmark::RegisterBenchmark(("find/" + size + "/" + name).c_str(), find_everywhere, width, height, name)
+          ->Unit(kUnit);
     }
     benchmark::RegisterBenchmark(("find_in_window/" + size).c_str(), find_in_window, width, height)->Unit(kUnit);
     benchmark::RegisterBenchmark(("opencv_find/" + size).c_str(), opencv_find, width, height)->Unit(kUnit);

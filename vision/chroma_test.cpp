@@ -8,21 +8,24 @@ namespace multireach::vision {
 
 ChromaTest::ChromaTest(const ColourModel& model, const ColourShift& shift)
     : model_(model),
-      shift_(shift),
       tolerance2_(model.tolerance * model.tolerance),
       variance_(model.noise_grey_levels * model.noise_grey_levels) {
   check(model);
   for (const ChromaComponent& component : model.object) object_.push_back(component_of(component));
   for (const ChromaComponent& component : model.background) background_.push_back(component_of(component));
+  set_shift(shift);
 }
 
-ChromaTest::Component ChromaTest::component_of(const ChromaComponent& component) const {
+void ChromaTest::set_shift(const ColourShift& shift) {
+  shift_ = shift;
+  // Of Y times U or V: |1 - U/4| <= 1.5, |1 + U/2| <= 3, |U/4| <= 1, times the gains.
+  largest_variance_ = variance_ * 12.25 * std::max({1.0, shift.red * shift.red, shift.blue * shift.blue});
+}
+
+ChromaTest::Component ChromaTest::component_of(const ChromaComponent& component) {
   const Eigen::Matrix2d& C = component.covariance;
-  Component result{component.mean.x(), component.mean.y(), C(0, 0), C(0, 1), C(1, 1), 0, colour_of(component.mean)};
-  result.handicap = natural_log(C(0, 0) * C(1, 1) - C(0, 1) * C(0, 1)) - 2 * natural_log(component.weight);
-  result.colour.r /= shift_.red;
-  result.colour.b /= shift_.blue;
-  return result;
+  const double handicap = natural_log(C(0, 0) * C(1, 1) - C(0, 1) * C(0, 1)) - 2 * natural_log(component.weight);
+  return {component.mean.x(), component.mean.y(), C(0, 0), C(0, 1), C(1, 1), handicap, colour_of(component.mean)};
 }
 
 double ChromaTest::distance2(const Component& component, const Chroma& chroma) {
@@ -43,27 +46,36 @@ ChromaTest::Chroma ChromaTest::chroma_of_pixel(double r, double g, double b) con
           scale * (vr * vr + vg * vg + vb * vb)};
 }
 
-bool ChromaTest::fits(const Component& component, const Rgb& pixel) const {
-  const bool clipped_r = pixel.r >= kClipped, clipped_g = pixel.g >= kClipped, clipped_b = pixel.b >= kClipped;
-  double r = pixel.r, g = pixel.g, b = pixel.b;
-  if (clipped_r || clipped_g || clipped_b) {
-    // How bright the object is here, by least squares from the channels that are not clipped.
-    const Rgb& colour = component.colour;
-    double top = 0, bottom = 0;
-    const auto count = [&](bool clipped, double value, double of_unit) {
-      if (clipped) return;
-      top += value * of_unit;
-      bottom += of_unit * of_unit;
-    };
-    count(clipped_r, r, colour.r);
-    count(clipped_g, g, colour.g);
-    count(clipped_b, b, colour.b);
-    const double y = bottom > 0 ? top / bottom : 0;
-    if (clipped_r) r = std::max(r, y * colour.r);
-    if (clipped_g) g = std::max(g, y * colour.g);
-    if (clipped_b) b = std::max(b, y * colour.b);
-  }
-  const Chroma chroma = chroma_of_pixel(r, g, b);
+bool ChromaTest::may_fit(const Component& component, const Rgb& pixel) const {
+  const double r = pixel.r * shift_.red, b = pixel.b * shift_.blue, y = 0.25 * (r + 2 * pixel.g + b);
+  const double du = r - pixel.g - component.u * y, dv = b - pixel.g - component.v * y;  // times Y: no division
+  return du * du <= tolerance2_ * (component.uu * y * y + largest_variance_) &&
+         dv * dv <= tolerance2_ * (component.vv * y * y + largest_variance_);
+}
+
+Rgb ChromaTest::unclipped(const Component& component, const Rgb& pixel) const {
+  // How bright the object is here, by least squares from the channels that are not clipped.
+  const Rgb colour{component.colour.r / shift_.red, component.colour.g, component.colour.b / shift_.blue};
+  double top = 0, bottom = 0;
+  const auto count = [&](double value, double of_unit) {
+    if (value >= kClipped) return;
+    top += value * of_unit;
+    bottom += of_unit * of_unit;
+  };
+  count(pixel.r, colour.r);
+  count(pixel.g, colour.g);
+  count(pixel.b, colour.b);
+  const double y = bottom > 0 ? top / bottom : 0;
+  const auto above = [&](double value, double of_unit) {
+    return value >= kClipped ? std::max(value, y * of_unit) : value;
+  };
+  return {above(pixel.r, colour.r), above(pixel.g, colour.g), above(pixel.b, colour.b)};
+}
+
+bool ChromaTest::fits(const Component& component, Rgb pixel) const {
+  if (pixel.r >= kClipped || pixel.g >= kClipped || pixel.b >= kClipped) pixel = unclipped(component, pixel);
+  if (!may_fit(component, pixel)) return false;
+  const Chroma chroma = chroma_of_pixel(pixel.r, pixel.g, pixel.b);
   const double own = distance2(component, chroma);
   if (!(own <= tolerance2_)) return false;
   return std::ranges::none_of(background_, [&](const Component& other) {
@@ -78,10 +90,12 @@ bool ChromaTest::contains(const Rgb& pixel) const {
   return std::ranges::any_of(object_, [&](const Component& component) { return fits(component, pixel); });
 }
 
-size_t ChromaTest::nearest(const Rgb& pixel) const {
+Rgb ChromaTest::expected(const Rgb& pixel) const {
   const Chroma chroma = chroma_of_pixel(pixel.r, pixel.g, pixel.b);
   const auto distance = [&](const Component& component) { return distance2(component, chroma); };
-  return static_cast<size_t>(std::ranges::min_element(object_, {}, distance) - object_.begin());
+  const Rgb& colour = std::ranges::min_element(object_, {}, distance)->colour;
+  const double y = luma_of({pixel.r * shift_.red, pixel.g, pixel.b * shift_.blue});
+  return {y * colour.r, y * colour.g, y * colour.b};
 }
 
 }  // namespace multireach::vision

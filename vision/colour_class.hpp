@@ -18,7 +18,7 @@ struct Rgb {
 struct ColourClass {
   std::vector<Rgb> references;
   double tolerance = 0.3;
-  double darkest = 25, brightest = 250;
+  double darkest = 12, brightest = 250;
 };
 
 /// A colour class as a table over the upper five bits of each channel, 32 KiB.

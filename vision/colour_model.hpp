@@ -34,7 +34,7 @@ inline constexpr double kSmallestGain = 0.5, kLargestGain = 2;
 struct ColourModel {
   std::vector<ChromaComponent> object, background;
   double tolerance = 3;
-  double darkest = 15, brightest = 250;  ///< Y, grey levels
+  double darkest = 12, brightest = 250;  ///< Y, grey levels
   double noise_grey_levels = 2;          ///< standard deviation
 };
 inline constexpr int kClipped = 248;

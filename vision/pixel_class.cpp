@@ -54,8 +54,9 @@ PixelClass::PixelClass() {
   }
 }
 
-PixelClass::PixelClass(const ColourModel& model, const ColourShift& shift) : PixelClass() {
-  const ChromaTest test(model, shift);
+PixelClass::PixelClass(const ColourModel& model, const ColourShift& shift) : PixelClass(ChromaTest(model, shift)) {}
+
+PixelClass::PixelClass(const ChromaTest& test) : PixelClass() {
   for (int r = 0; r < kCodes; ++r) {
     for (int g = 0; g < kCodes; ++g) {
       uint32_t row = 0;

@@ -8,6 +8,8 @@
 
 namespace multireach::vision {
 
+class ChromaTest;
+
 /// A coarse class that holds at least the members of a fine one: eight boxes in the upper four bits of the channels.
 /// Bit k of a channel's entry says whether box k holds that value; a pixel is a candidate when a bit is set in all
 /// three.
@@ -24,6 +26,7 @@ class PixelClass {
   PixelClass();
   /// Throws std::invalid_argument for a model that check() refuses.
   explicit PixelClass(const ColourModel& model, const ColourShift& shift = {});
+  explicit PixelClass(const ChromaTest& test);
 
   bool contains(uint8_t b, uint8_t g, uint8_t r) const {
     return rows_[static_cast<size_t>(code_[r]) << 5 | code_[g]] >> code_[b] & 1;
