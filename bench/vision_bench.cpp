@@ -1,6 +1,7 @@
 // multireach-bench-vision: finding a coloured ball in rendered, noisy images, beside what one would write with OpenCV;
 // and the JPEG decoding that comes before.
 #include <benchmark/benchmark.h>
+#include <turbojpeg.h>
 
 #include <opencv2/imgproc.hpp>
 
@@ -26,6 +27,11 @@ cv::Mat scene(int width, int height, uint64_t stream = 0) {
   return renderer.render(Eigen::Vector3d(0.03, -0.02, 0.5), stream);
 }
 
+/// A quarter of the width and height, around the ball.
+cv::Rect window(int width, int height) {
+  return {width * 7 / 16, height * 6 / 16, width / 4, height / 4};
+}
+
 vision::ColourClass ball_colours() {
   return {.references = {{220, 40, 110}}, .tolerance = 0.55};
 }
@@ -44,7 +50,7 @@ void find_everywhere(benchmark::State& state, int width, int height, const std::
 }
 
 void find_in_window(benchmark::State& state, int width, int height) {
-  find(state, scene(width, height), {width * 7 / 16, height * 6 / 16, width / 4, height / 4});
+  find(state, scene(width, height), window(width, height));
 }
 
 /// Hue, saturation and value in a box, opened, outlines: the recipe of the tutorials. One thread.
@@ -72,6 +78,37 @@ void prepare_class(benchmark::State& state, size_t components, size_t background
   for (auto _ : state) benchmark::DoNotOptimize(vision::PixelClass(model, {1.1, 0.9}));
 }
 
+/// Two JPEGs of quality 90, one thread: the part of vision's time that is not vision's.
+void decode_jpeg_pair(benchmark::State& state, int width, int height, const cv::Rect& part) {
+  vision::ImageCodec codec;
+  const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
+                             right = codec.encode_jpeg(scene(width, height, 1), 90);
+  cv::Mat bgr;
+  for (auto _ : state) {
+    for (const std::vector<uint8_t>* jpeg : {&left, &right}) {
+      const bool read = codec.decode(
+          {.width = width, .height = height, .format = vision::PixelFormat::kMjpeg, .data = *jpeg}, part, bgr);
+      if (!read) state.SkipWithError("not decoded");
+    }
+  }
+}
+
+/// The same two by the bare library.
+void turbojpeg_pair(benchmark::State& state, int width, int height) {
+  vision::ImageCodec codec;
+  const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
+                             right = codec.encode_jpeg(scene(width, height, 1), 90);
+  cv::Mat bgr(height, width, CV_8UC3);
+  tjhandle handle = tjInitDecompress();
+  for (auto _ : state) {
+    for (const std::vector<uint8_t>* jpeg : {&left, &right}) {
+      tjDecompress2(handle, jpeg->data(), jpeg->size(), bgr.data, width, static_cast<int>(bgr.step), height, TJPF_BGR,
+                    TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING);
+    }
+  }
+  tjDestroy(handle);
+}
+
 void memory(benchmark::State& state, int width, int height) {
   const cv::Mat bgr = scene(width, height);
   const size_t words = static_cast<size_t>(width) * static_cast<size_t>(height) * 3 / 8;
@@ -93,6 +130,12 @@ void register_all() {
     }
     benchmark::RegisterBenchmark(("find_in_window/" + size).c_str(), find_in_window, width, height)->Unit(kUnit);
     benchmark::RegisterBenchmark(("opencv_find/" + size).c_str(), opencv_find, width, height)->Unit(kUnit);
+    benchmark::RegisterBenchmark(("turbojpeg_pair/" + size).c_str(), turbojpeg_pair, width, height)->Unit(kUnit);
+    const cv::Rect whole(0, 0, width, height), part = window(width, height);
+    benchmark::RegisterBenchmark(("decode_jpeg_pair/" + size).c_str(), decode_jpeg_pair, width, height, whole)
+        ->Unit(kUnit);
+    benchmark::RegisterBenchmark(("decode_jpeg_pair_in_window/" + size).c_str(), decode_jpeg_pair, width, height, part)
+        ->Unit(kUnit);
     benchmark::RegisterBenchmark(("sum_of_bytes/" + size).c_str(), memory, width, height)->Unit(kUnit);
   }
   benchmark::RegisterBenchmark("prepare_class/1+0", prepare_class, 1, 0)->Unit(kUnit);

@@ -6,7 +6,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
 packages=(g++ cmake ninja-build git iproute2 util-linux
   liblcm-dev liblcm-bin libglib2.0-dev libopencv-dev libeigen3-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev
-  libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libgtest-dev libbenchmark-dev libfcl-dev libhwy-dev
+  libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libjpeg62-turbo-dev libgtest-dev libbenchmark-dev libfcl-dev libhwy-dev
   libxxhash-dev libmatio-dev liblodepng-dev
   liborocos-kdl-dev liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless)
 while [ $# -gt 0 ]; do

@@ -5,13 +5,15 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "vision/jpeg_decoder.hpp"
+
 namespace multireach::vision {
 namespace {
 
 /// How the raw formats are laid out: bytes per row, rows of data, what OpenCV calls them.
 struct Layout {
   int bytes_per_row, rows, type, to_bgr;
-  bool even_width, even_height;
+  bool even_width, even_height;  // of which the height: a row needs others
 };
 
 constexpr int kAsItIs = -1;
@@ -64,24 +66,16 @@ ImageCodec::ImageCodec() : handles_(std::make_unique<Handles>()) {
 ImageCodec::~ImageCodec() = default;
 
 bool ImageCodec::decode(const EncodedImage& image, cv::Mat& bgr) {
+  return decode(image, {0, 0, image.width, image.height}, bgr);
+}
+
+bool ImageCodec::decode(const EncodedImage& image, const cv::Rect& wanted, cv::Mat& bgr) {
   constexpr int kLargest = 16384;  // pixels on a side
   if (image.width < 2 || image.height < 2 || image.width > kLargest || image.height > kLargest) return false;
-  if (image.format == PixelFormat::kMjpeg) {
-    // A new decompressor for each image: one that was used keeps tables of the images before, and after a damaged
-    // header it refuses all that follow.
-    const std::unique_ptr<void, int (*)(tjhandle)> decompressor(tjInitDecompress(), &tjDestroy);
-    if (!decompressor) return false;
-    int width = 0, height = 0, subsampling = 0, colours = 0;
-    const auto size = static_cast<unsigned long>(image.data.size());
-    if (tjDecompressHeader3(decompressor.get(), image.data.data(), size, &width, &height, &subsampling, &colours) != 0)
-      return false;
-    if (width != image.width || height != image.height) return false;
-    bgr.create(height, width, CV_8UC3);
-    // The exact transforms, so that the same JPEG gives the same pixels with and without SIMD; a warning is damaged
-    // data.
-    return tjDecompress2(decompressor.get(), image.data.data(), size, bgr.data, width, static_cast<int>(bgr.step),
-                         height, TJPF_BGR, TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING) == 0;
-  }
+  const cv::Size size(image.width, image.height);
+  const cv::Rect part = wanted & cv::Rect({}, size);
+  if (part.empty()) return false;
+  if (image.format == PixelFormat::kMjpeg) return decode_jpeg(image.data, size, part, bgr);
   const auto layout = layout_of(image);
   if (!layout || (layout->even_width && image.width % 2) || (layout->even_height && image.height % 2)) return false;
   const int stride = image.row_stride == 0 ? layout->bytes_per_row : image.row_stride;
@@ -92,10 +86,13 @@ bool ImageCodec::decode(const EncodedImage& image, cv::Mat& bgr) {
     return false;  // planes with padding: not defined
   const cv::Mat raw(layout->rows, image.width, layout->type, const_cast<uint8_t*>(image.data.data()),
                     static_cast<size_t>(stride));
+  bgr.create(size, CV_8UC3);
+  const cv::Range rows = layout->even_height ? cv::Range::all() : cv::Range(part.y, part.br().y);
+  cv::Mat some = bgr.rowRange(rows);
   if (layout->to_bgr == kAsItIs) {
-    raw.copyTo(bgr);
+    raw.rowRange(rows).copyTo(some);
   } else {
-    cv::cvtColor(raw, bgr, layout->to_bgr);
+    cv::cvtColor(raw.rowRange(rows), some, layout->to_bgr);
   }
   return true;
 }

@@ -43,6 +43,10 @@ class ImageCodec {
   /// Decodes into 8-bit BGR. Returns false when the format is not known, the data are too short for the size, the size
   /// is odd where the format needs it even, or a JPEG is damaged or of another size than stated. `bgr` is made to fit.
   bool decode(const EncodedImage& image, cv::Mat& bgr);
+  /// The same for a part of the image, in less time: at least the part's pixels are as if the whole were decoded, the
+  /// others are undefined. What of the part is outside of the image is ignored; returns false when nothing is left of
+  /// it, and for a JPEG only when it is damaged before the end of the part.
+  bool decode(const EncodedImage& image, const cv::Rect& part, cv::Mat& bgr);
   /// A JPEG (4:2:0) of an 8-bit BGR image, `quality` 1 to 100.
   std::vector<uint8_t> encode_jpeg(const cv::Mat& bgr, int quality);
 

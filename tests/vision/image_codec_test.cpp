@@ -1,8 +1,12 @@
 #include "vision/image_codec.hpp"
 
 #include <gtest/gtest.h>
+#include <turbojpeg.h>
 
+#include <iostream>
 #include <opencv2/imgproc.hpp>
+
+#include "kinematics/random.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -100,6 +104,139 @@ TEST(ImageCodec, HonoursTheRowStride) {
   ASSERT_TRUE(
       codec.decode({.width = 10, .height = 6, .row_stride = 32, .format = PixelFormat::kBgr, .data = padded}, out));
   EXPECT_EQ(difference(out, bgr), 0);
+}
+
+/// A picture with fine structure and sharp colours, so that every neighbour counts.
+cv::Mat busy_picture(int width, int height, uint64_t seed) {
+  const CounterRandom random(seed);
+  cv::Mat image(height, width, CV_8UC3);
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const auto patch = static_cast<uint64_t>((row / 3) * 1000 + column / 5);
+      for (int k = 0; k < 3; ++k) {
+        image.at<cv::Vec3b>(row, column)[k] = static_cast<uint8_t>(random.bits(3 * patch + static_cast<uint64_t>(k)));
+      }
+    }
+  }
+  return image;
+}
+
+std::vector<uint8_t> jpeg_of(const cv::Mat& bgr, int subsampling, int flags) {
+  unsigned char* data = nullptr;
+  unsigned long size = 0;
+  tjhandle handle = tjInitCompress();
+  EXPECT_EQ(tjCompress2(handle, bgr.data, bgr.cols, static_cast<int>(bgr.step), bgr.rows, TJPF_BGR, &data, &size,
+                        subsampling, 85, flags),
+            0);
+  std::vector<uint8_t> jpeg(data, data + size);
+  tjFree(data);
+  tjDestroy(handle);
+  return jpeg;
+}
+
+cv::Rect random_part(const CounterRandom& random, uint64_t k, cv::Size size) {
+  const auto draw = [&](uint64_t at, int limit) { return static_cast<int>(random.uniform(4 * k + at, 0, limit)); };
+  const int x = draw(0, size.width), y = draw(1, size.height);
+  return {x, y, 1 + draw(2, size.width - x), 1 + draw(3, size.height - y)};
+}
+
+/// How many of `number` parts of an image are not, bit for bit, as in the whole.
+int different_parts(const EncodedImage& image, const cv::Mat& whole, int number, uint64_t seed) {
+  ImageCodec codec;
+  const CounterRandom random(seed);
+  int different = 0;
+  for (int k = 0; k < number; ++k) {
+    const cv::Rect part = random_part(random, static_cast<uint64_t>(k), whole.size());
+    cv::Mat out(whole.size(), CV_8UC3, cv::Scalar(1, 2, 3));
+    const bool read = codec.decode(image, part, out) && out.size() == whole.size();
+    different += read && cv::norm(out(part), whole(part), cv::NORM_INF) == 0 ? 0 : 1;
+  }
+  return different;
+}
+
+TEST(ImageCodec, APartOfAJpegIsAsInTheWhole) {
+  std::cout << "seeds 1 to 48\n";
+  uint64_t seed = 1;
+  for (const int subsampling : {TJSAMP_420, TJSAMP_422, TJSAMP_444, TJSAMP_440, TJSAMP_411, TJSAMP_GRAY}) {
+    for (const int flags : {0, TJFLAG_PROGRESSIVE}) {
+      for (const cv::Size size : {cv::Size(160, 120), cv::Size(131, 97), cv::Size(16, 300), cv::Size(5, 3)}) {
+        const std::vector<uint8_t> jpeg = jpeg_of(busy_picture(size.width, size.height, seed), subsampling, flags);
+        const EncodedImage image{
+            .width = size.width, .height = size.height, .format = PixelFormat::kMjpeg, .data = jpeg};
+        // The whole, by the other interface of the library.
+        cv::Mat whole(size, CV_8UC3);
+        tjhandle handle = tjInitDecompress();
+        ASSERT_EQ(tjDecompress2(handle, jpeg.data(), jpeg.size(), whole.data, size.width, static_cast<int>(whole.step),
+                                size.height, TJPF_BGR, TJFLAG_ACCURATEDCT),
+                  0);
+        tjDestroy(handle);
+        cv::Mat out;
+        ASSERT_TRUE(ImageCodec().decode(image, out));
+        EXPECT_EQ(cv::norm(out, whole, cv::NORM_INF), 0);
+        EXPECT_EQ(different_parts(image, whole, 60, seed), 0) << "sampling " << subsampling << ", " << size;
+        // A checker that cannot see the difference is none.
+        whole ^= cv::Scalar(1, 0, 0);
+        EXPECT_EQ(different_parts(image, whole, 10, seed), 10);
+        ++seed;
+      }
+    }
+  }
+}
+
+TEST(ImageCodec, APartOfOtherFormatsIsAsInTheWhole) {
+  const cv::Size size(34, 26);
+  const std::vector<uint8_t> raw = bytes_of(busy_picture(3 * size.width, size.height, 5));
+  ImageCodec codec;
+  for (const PixelFormat format :
+       {PixelFormat::kGray, PixelFormat::kRgb, PixelFormat::kBgr, PixelFormat::kYuyv, PixelFormat::kUyvy,
+        PixelFormat::kI420, PixelFormat::kNv12, PixelFormat::kBayerBggr, PixelFormat::kBayerRggb}) {
+    const EncodedImage image{.width = size.width, .height = size.height, .format = format, .data = raw};
+    cv::Mat whole;
+    ASSERT_TRUE(codec.decode(image, whole));
+    EXPECT_EQ(different_parts(image, whole, 100, 6), 0) << static_cast<int>(format);
+  }
+}
+
+TEST(ImageCodec, APartOutsideOfTheImageCannotBeRead) {
+  const cv::Mat bgr = picture(64, 48);
+  ImageCodec codec;
+  const std::vector<uint8_t> jpeg = codec.encode_jpeg(bgr, 90), raw = bytes_of(bgr);
+  for (const auto& [format, data] : {std::pair(PixelFormat::kMjpeg, &jpeg), std::pair(PixelFormat::kBgr, &raw)}) {
+    const EncodedImage image{.width = 64, .height = 48, .format = format, .data = *data};
+    cv::Mat out;
+    EXPECT_FALSE(codec.decode(image, {64, 0, 5, 5}, out));
+    EXPECT_FALSE(codec.decode(image, {3, 3, 0, 5}, out));
+    EXPECT_TRUE(codec.decode(image, {-3, -3, 9, 100}, out)) << "what is inside counts";
+  }
+}
+
+TEST(ImageCodec, DamageMattersWhereItIsRead) {
+  const cv::Mat bgr = busy_picture(160, 120, 3);
+  const std::vector<uint8_t> jpeg = jpeg_of(bgr, TJSAMP_420, 0);
+  const std::span<const uint8_t> half(jpeg.data(), jpeg.size() / 2);
+  const EncodedImage image{.width = 160, .height = 120, .format = PixelFormat::kMjpeg, .data = half};
+  ImageCodec codec;
+  cv::Mat out;
+  EXPECT_FALSE(codec.decode(image, out));
+  EXPECT_FALSE(codec.decode(image, {0, 100, 20, 10}, out));
+  EXPECT_TRUE(codec.decode(image, {0, 0, 20, 10}, out));
+  // Bytes turned to others anywhere: a part or the whole may be refused, and nothing worse happens.
+  const CounterRandom random(12);
+  std::cout << "seed 12\n";
+  int refused = 0;
+  for (uint64_t k = 0; k < 2000; ++k) {
+    std::vector<uint8_t> spoilt = jpeg;
+    for (uint64_t byte = 0; byte < 3; ++byte) {
+      spoilt[random.bits(8 * k + 2 * byte) % spoilt.size()] = static_cast<uint8_t>(random.bits(8 * k + 2 * byte + 1));
+    }
+    const cv::Rect part = random_part(random, k + 10000, bgr.size());
+    const bool read =
+        codec.decode({.width = 160, .height = 120, .format = PixelFormat::kMjpeg, .data = spoilt}, part, out);
+    refused += read ? 0 : 1;
+  }
+  EXPECT_GT(refused, 100);
+  EXPECT_TRUE(codec.decode({.width = 160, .height = 120, .format = PixelFormat::kMjpeg, .data = jpeg}, out))
+      << "what came before must not matter";
 }
 
 TEST(ImageCodec, RefusesWhatCannotBeRead) {
