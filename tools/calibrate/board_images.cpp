@@ -13,17 +13,26 @@
 namespace multireach {
 namespace {
 
-cv::Mat read_grey(const std::string& path, cv::Size& size, const std::string& first) {
+cv::Mat read_grey(const std::string& path) {
   const std::vector<uint8_t> bytes = read_binary_file(path);
   cv::Mat image;
   if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
   if (image.empty()) throw InputError(path + ": is not an image that can be read");
-  if (size.empty()) size = image.size();
-  if (image.size() != size) {
-    throw InputError(fmt::format("{}: is {} x {} pixels and {} is {} x {}; a calibration needs images of one size",
-                                 path, image.cols, image.rows, first, size.width, size.height));
-  }
   return image;
+}
+
+cv::Size common_size(const BoardImages& images) {
+  const std::string& first = images.left_files[0];
+  const cv::Size size = read_grey(first).size();
+  for (const auto* files : {&images.left_files, &images.right_files}) {
+    for (const std::string& file : *files) {
+      const cv::Mat image = read_grey(file);
+      if (image.size() == size) continue;
+      throw InputError(fmt::format("{}: is {} x {} pixels and {} is {} x {}; a calibration needs images of one size",
+                                   file, image.cols, image.rows, first, size.width, size.height));
+    }
+  }
+  return size;
 }
 
 /// The last number in a file's name, without leading zeros; "" for none.
@@ -48,14 +57,19 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
     throw InputError(
         fmt::format("--left has {} files and --right {}; they must be pairs", count, images.right_files.size()));
   }
+  // What is unusable is said before the long search.
+  images.size = common_size(images);
   for (size_t k = 0; k < count; ++k) {
     const std::string &left = images.left_files[k], &right = images.right_files[k];
-    progress(static_cast<double>(k) / static_cast<double>(count));
     if (left == right) throw InputError(left + ": is named for both cameras");
     if (number_of(left) != number_of(right))
       images.complaints.push_back(left + " and " + right + ": are taken as a pair, but their numbers differ");
-    const auto l = find_board(read_grey(left, images.size, images.left_files[0]), board);
-    const auto r = find_board(read_grey(right, images.size, images.left_files[0]), board);
+  }
+  for (size_t k = 0; k < count; ++k) {
+    const std::string &left = images.left_files[k], &right = images.right_files[k];
+    progress(static_cast<double>(k) / static_cast<double>(count));
+    const auto l = find_board(read_grey(left), board);
+    const auto r = find_board(read_grey(right), board);
     for (const auto& [found, path] : {std::pair(&l, &left), std::pair(&r, &right)}) {
       if (!*found)
         images.complaints.push_back(

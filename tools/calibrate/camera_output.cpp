@@ -27,11 +27,16 @@ void CameraOutput::check() const {
                                  : "-o: this format is one file; expected one name");
   }
   if (wanted == 2 && paths[0] == paths[1]) throw InputError("-o: '" + paths[0] + "' is named for both cameras");
+  for (const std::string& path : paths) check_writable(path);
 }
 
 void CameraOutput::write(const vision::StereoRig& rig, bool robot) const {
   const std::vector<std::string> texts = camera_file_texts(rig, format(), robot);
   for (size_t k = 0; k < texts.size(); ++k) write_text_file(paths[k], texts[k]);
+}
+
+void check_writable(const std::string& path) {
+  if (!path.empty() && path != "-" && !path.starts_with("/dev/")) OutputFile probe(path);
 }
 
 std::pair<int, int> parse_size(const std::string& option, const std::string& text, int min, int max) {

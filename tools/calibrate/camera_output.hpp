@@ -16,10 +16,14 @@ struct CameraOutput {
 
   void add_options(CLI::App& app);
   CameraFormat format() const;
-  /// Throws InputError when the number of names is not that of the format's files.
+  /// Before the work: throws InputError when the number of names is not that of the format's files, or one cannot be
+  /// written.
   void check() const;
   void write(const vision::StereoRig& rig, bool robot) const;
 };
+
+/// Throws InputError when a file of this name cannot be written; "" is none.
+void check_writable(const std::string& path);
 
 /// "9x6" as two whole numbers from `min` to `max`; throws InputError that names `option`.
 std::pair<int, int> parse_size(const std::string& option, const std::string& text, int min, int max);

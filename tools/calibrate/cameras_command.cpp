@@ -110,6 +110,7 @@ int calibrate_cameras(const CamerasOptions& options) {
   const Board board{columns, rows, options.square_mm * 1e-3};
   const Lens lens = lens_of(options);
   options.output.check();
+  for (const std::string& path : {options.picture, options.json}) check_writable(path);
 
   // About how the time is shared.
   const double finding = options.leave_one_out ? 0.3 : 0.7, calibrating = 0.9 * (1 - finding);
@@ -117,7 +118,9 @@ int calibrate_cameras(const CamerasOptions& options) {
   const BoardImages images =
       find_boards(options.left, options.right, board, [&](double part) { progress.show(finding * part); });
   progress.end();
-  for (const std::string& sentence : images.complaints) spdlog::warn("{}", sentence);
+  if (!images.pairs.empty()) {
+    for (const std::string& sentence : images.complaints) spdlog::warn("{}", sentence);
+  }
   if (images.pairs.size() < 3) {
     throw std::runtime_error(
         fmt::format("of {} pairs, {} show the whole board in both images; at least 3 must. --pattern {} counts inner "

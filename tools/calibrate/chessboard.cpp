@@ -62,11 +62,20 @@ std::vector<cv::Point3f> Board::corners() const {
 }
 
 std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
+  // The board is searched in a small image, as that is slow, and its corners are refined in the whole one.
+  constexpr double kSearched = 1000;
+  const double scale = std::max(1.0, std::max(grey.cols, grey.rows) / kSearched);
+  cv::Mat searched = grey;
+  if (scale > 1) cv::resize(grey, searched, {}, 1 / scale, 1 / scale, cv::INTER_AREA);
   Corners corners;
-  const bool found = cv::findChessboardCorners(grey, board.size(), corners,
+  const bool found = cv::findChessboardCorners(searched, board.size(), corners,
                                                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
-                     cv::findChessboardCornersSB(grey, board.size(), corners, cv::CALIB_CB_NORMALIZE_IMAGE);
+                     cv::findChessboardCornersSB(searched, board.size(), corners, cv::CALIB_CB_NORMALIZE_IMAGE);
   if (!found) return std::nullopt;
+  const auto enlarged = [](float at, double factor) { return static_cast<float>((at + 0.5) * factor - 0.5); };
+  const double across = static_cast<double>(grey.cols) / searched.cols,
+               down = static_cast<double>(grey.rows) / searched.rows;
+  for (cv::Point2f& corner : corners) corner = {enlarged(corner.x, across), enlarged(corner.y, down)};
   refine(grey, board, corners);
   return corners;
 }

@@ -1,0 +1,296 @@
+#include "tools/calibrate/hand_eye.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <multireach/robot_state_t.hpp>
+#include <multireach/target_t.hpp>
+
+#include "kinematics/random.hpp"
+#include "kinematics/trigonometry.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/log_file.hpp"
+#include "runtime/message.hpp"
+#include "runtime/nodes/joint_fields.hpp"
+#include "runtime/nodes/robot_config.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "tools/calibrate/hand_eye_places.hpp"
+#include "tools/camera/ball_renderer.hpp"
+
+namespace multireach {
+namespace {
+
+/// Random places of a hand, seen with noise that grows with the distance, mostly along the line of sight.
+class Synthetic {
+ public:
+  explicit Synthetic(uint64_t seed) : random_(seed) {
+    X_WL_.linear() = rotation_from_rpy({uniform(-3, 3), uniform(-1, 1), uniform(-3, 3)});
+    X_WL_.translation() = point(0.5);
+  }
+
+  std::vector<HandEyePlace> places(int count, const Eigen::Vector3d& p_HT, double turned_rad = 1) {
+    std::vector<HandEyePlace> places;
+    for (int k = 0; k < count; ++k) {
+      HandEyePlace place;
+      const Eigen::Vector3d p_L = point(0.15) + Eigen::Vector3d(0, 0, 0.6);
+      place.X_WH.linear() =
+          rotation_from_rpy(turned_rad * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
+      place.X_WH.translation() = X_WL_ * p_L - place.X_WH.linear() * p_HT;
+      const Eigen::Vector3d along = p_L.normalized();
+      constexpr double kAcross = 0.0005, kAlong = 0.004;
+      place.covariance = kAcross * kAcross * Eigen::Matrix3d::Identity() + kAlong * kAlong * along * along.transpose();
+      place.p_LT = p_L + kAcross * noise() + kAlong * normal() * along;
+      place.X_WH.translation() += kHand * noise();
+      places.push_back(place);
+    }
+    return places;
+  }
+  double uniform(double from, double to) { return random_.uniform(counter_++, from, to); }
+  /// Sum of twelve uniform numbers: variance 1.
+  double normal() {
+    double sum = -6;
+    for (int k = 0; k < 12; ++k) sum += uniform(0, 1);
+    return sum;
+  }
+  Eigen::Vector3d noise() { return {normal(), normal(), normal()}; }
+  Eigen::Vector3d point(double reach) {
+    return {uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)};
+  }
+
+  static constexpr double kHand = 0.001;
+  Eigen::Isometry3d X_WL_ = Eigen::Isometry3d::Identity();
+
+ private:
+  CounterRandom random_;
+  uint64_t counter_ = 0;
+};
+
+/// Rotation (about W's axes) and translation from the estimate to the truth.
+Eigen::Matrix<double, 6, 1> error_of(const Eigen::Isometry3d& truth, const Eigen::Isometry3d& estimate) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(truth.linear() * estimate.linear().transpose()));
+  Eigen::Matrix<double, 6, 1> error;
+  error << turn.angle() * turn.axis(), truth.translation() - estimate.translation();
+  return error;
+}
+
+std::string refusal(const std::vector<HandEyePlace>& places, const HandEyeOptions& options = {}) {
+  try {
+    solve_hand_eye(places, options);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(HandEye, ItsCovarianceIsHonest) {
+  const Eigen::Vector3d p_HT(0.01, -0.02, 0.05);
+  for (const bool estimate : {false, true}) {
+    double nees = 0, offset_nees = 0, chi2 = 0;
+    constexpr int kRuns = 200;
+    for (int run = 0; run < kRuns; ++run) {
+      Synthetic synthetic(static_cast<uint64_t>(run));
+      const auto places = synthetic.places(20, p_HT);
+      HandEyeOptions options{.estimate_offset = estimate, .hand_sigma_m = Synthetic::kHand};
+      if (!estimate) options.p_HT = p_HT;
+      const HandEye result = solve_hand_eye(places, options);
+      const auto error = error_of(synthetic.X_WL_, result.X_WL);
+      nees += error.dot(result.covariance.inverse() * error) / (6 * kRuns);
+      chi2 += result.chi2_per_dof / kRuns;
+      if (!estimate) continue;
+      const Eigen::Vector3d offset_error = p_HT - result.p_HT;
+      offset_nees += offset_error.dot(result.offset_covariance.inverse() * offset_error) / (3 * kRuns);
+      EXPECT_LT(offset_error.norm(), 0.01) << "seed " << run;
+    }
+    // chi^2 above its mean enlarges the covariance and one below does not shrink it: a little on the safe side.
+    EXPECT_GT(nees, 0.75) << "seeds 0 to 199, offset estimated " << estimate;
+    EXPECT_LT(nees, 1.15);
+    EXPECT_NEAR(chi2, 1, 0.05);
+    if (estimate) {
+      EXPECT_GT(offset_nees, 0.7);
+      EXPECT_LT(offset_nees, 1.2);
+    }
+    std::printf("offset estimated %d: NEES/6 %.3f, of the offset / 3 %.3f, chi2/dof %.3f\n", estimate, nees,
+                offset_nees, chi2);
+  }
+}
+
+TEST(HandEye, WrongPlacesAreLeftOut) {
+  for (uint64_t seed = 0; seed < 20; ++seed) {
+    Synthetic synthetic(seed);
+    auto places = synthetic.places(30, Eigen::Vector3d::Zero());
+    for (size_t k = 0; k < 9; ++k) places[3 * k].p_LT += synthetic.point(0.3);
+    const HandEye result = solve_hand_eye(places, {.hand_sigma_m = Synthetic::kHand});
+    const auto error = error_of(synthetic.X_WL_, result.X_WL);
+    EXPECT_LT(error.head<3>().norm(), 0.02) << "seed " << seed;
+    EXPECT_LT(error.dot(result.covariance.inverse() * error), 40) << "seed " << seed;
+    for (size_t k = 0; k < places.size(); ++k) {
+      if (result.distances_m[k] > 0.05) {
+        EXPECT_TRUE(result.outlier[k]) << "seed " << seed << ", place " << k;
+      }
+    }
+    EXPECT_LE(std::ranges::count(result.outlier, true), 10) << "seed " << seed;
+  }
+}
+
+TEST(HandEye, LargerResidualsThanSaidEnlargeTheCovariance) {
+  Synthetic synthetic(5);
+  auto places = synthetic.places(30, Eigen::Vector3d::Zero());
+  const HandEye honest = solve_hand_eye(places, {.hand_sigma_m = Synthetic::kHand});
+  for (HandEyePlace& place : places) place.covariance *= 0.01;
+  const HandEye boasting = solve_hand_eye(places, {.hand_sigma_m = 0.0001});
+  EXPECT_GT(boasting.chi2_per_dof, 20);
+  EXPECT_NEAR(boasting.covariance.trace() / honest.covariance.trace(), 1, 0.5);
+}
+
+TEST(HandEye, RefusesWhatDeterminesNothing) {
+  Synthetic synthetic(7);
+  const auto places = synthetic.places(12, Eigen::Vector3d::Zero(), 0);
+  EXPECT_NE(refusal({places.begin(), places.begin() + 3}).find("3 places"), std::string::npos);
+  EXPECT_NE(refusal({}).find("0 places"), std::string::npos);
+  EXPECT_NE(refusal(places, {.estimate_offset = true}).find("orientation varies too little"), std::string::npos)
+      << refusal(places, {.estimate_offset = true});
+  auto line = places, same = places, shuffled = places;
+  for (size_t k = 0; k < places.size(); ++k) {
+    line[k].X_WH.translation() = Eigen::Vector3d(0.1, 0.2, 0.3) * (0.1 * static_cast<double>(k));
+    line[k].p_LT = synthetic.X_WL_.inverse() * line[k].X_WH.translation();
+    same[k] = places[0];
+    shuffled[k].p_LT = places[(k * 5 + 3) % places.size()].p_LT;
+  }
+  EXPECT_NE(refusal(line).find("on a line"), std::string::npos);
+  EXPECT_NE(refusal(same).find("on a line"), std::string::npos);
+  const std::string sentence = refusal(shuffled);
+  EXPECT_TRUE(sentence.find("agree") != std::string::npos || sentence.find("does not move") != std::string::npos)
+      << sentence;
+}
+
+class HandEyeFiles : public ::testing::Test {
+ protected:
+  void TearDown() override { std::remove(path_.c_str()); }
+  const std::string path_ = std::filesystem::temp_directory_path() / ("hand_eye." + std::to_string(getpid()));
+};
+
+/// Postures whose hand is well inside both images.
+std::vector<JointVector> postures_in_view(const Chain& chain, const vision::StereoRig& rig, size_t count) {
+  std::vector<JointVector> postures;
+  const CounterRandom random(21);
+  for (uint64_t counter = 0; postures.size() < count && counter < 100000;) {
+    JointVector theta(chain.size());
+    for (int i = 0; i < chain.size(); ++i) theta[i] = random.uniform(counter++, chain.lower()[i], chain.upper()[i]);
+    const Eigen::Vector3d p_L = rig.X_WL.inverse() * chain.position(theta);
+    const auto inside = [](const vision::CameraModel& camera, const Eigen::Vector3d& p_C) {
+      if (p_C.z() < 0.25 || p_C.z() > 0.65) return false;
+      const Eigen::Vector2d pixel = camera.project(p_C);
+      return pixel.x() > 40 && pixel.y() > 40 && pixel.x() < camera.width - 40 && pixel.y() < camera.height - 40;
+    };
+    if (inside(rig.left, p_L) && inside(rig.right, rig.X_RL * p_L)) postures.push_back(theta);
+  }
+  return postures;
+}
+
+TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
+  // The ball is rendered where the hand is; the vision stage believes that its cameras are elsewhere.
+  VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
+  const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
+  const vision::StereoRig truth = vision.tracker.rig;
+  const SceneOptions scene{.distractors = 0, .noise_grey_levels = 2};
+  const BallRenderer left(scene, truth.left, truth.X_WL, truth.X_WL),
+      right(scene, truth.right, truth.X_WL * truth.X_RL.inverse(), truth.X_WL);
+  Eigen::Isometry3d believed = Eigen::Isometry3d::Identity();
+  believed.linear() = rotation_from_rpy({-2, 0.3, -1});
+  believed.translation() = Eigen::Vector3d(0.3, 0.1, 0.2);
+  vision.tracker.rig.X_WL = believed;
+  vision::StereoTracker tracker(vision.tracker);
+
+  const std::vector<JointVector> postures = postures_in_view(chain, truth, 40);
+  ASSERT_EQ(postures.size(), 40U);
+  LogWriter log(path_);
+  int64_t utime = 1000000;
+  uint64_t stream = 0;
+  for (const JointVector& theta : postures) {
+    robot_state_t state{};
+    state.joint_name = joint_names(chain);
+    state.angle_rad = to_field(theta);
+    state.num_joints = chain.size();
+    state.velocity_rad_s = state.torque_n_m = std::vector<double>(state.angle_rad.size(), 0.0);
+    // The first image is of where the hand was before: it comes too soon to be believed.
+    for (int frame = 0; frame < 4; ++frame, utime += 200000) {
+      state.utime = utime;
+      const auto state_bytes = encode(state);
+      log.write(utime, channel::kRobotState, *state_bytes);
+      const Eigen::Vector3d ball = frame == 0 ? Eigen::Vector3d(0.1, -0.12, 0.1) : chain.position(theta);
+      const vision::Sighting sighting = tracker.find(left.render(ball, stream), right.render(ball, stream + 1));
+      stream += 2;
+      target_t target{};
+      target.utime = utime - 5000000;  // another clock
+      target.name = "ball";
+      target.status =
+          sighting.status == vision::Sighting::Status::kSeen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
+      Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting.point.p_W;
+      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting.point.covariance;
+      const auto target_bytes = encode(target);
+      log.write(utime + 50000, channel::kTarget, *target_bytes);
+    }
+  }
+  log.close();
+
+  const auto places = places_from_log(path_, chain, believed, {});
+  EXPECT_GE(places.size(), 38U);
+  for (const bool estimate : {false, true}) {
+    const HandEye result = solve_hand_eye(places, {.estimate_offset = estimate});
+    const auto error = error_of(truth.X_WL, result.X_WL);
+    std::printf(
+        "offset estimated %d: rotation %.2f mrad, translation %.2f mm, rms %.2f mm, chi2/dof %.2f, NEES/6 %.2f\n",
+        estimate, 1e3 * error.head<3>().norm(), 1e3 * error.tail<3>().norm(), 1e3 * result.rms_m, result.chi2_per_dof,
+        error.dot(result.covariance.inverse() * error) / 6);
+    EXPECT_LT(error.head<3>().norm(), 0.01);
+    EXPECT_LT((truth.X_WL * Eigen::Vector3d(0, 0, 0.45) - result.X_WL * Eigen::Vector3d(0, 0, 0.45)).norm(), 0.003);
+  }
+  EXPECT_THROW(places_from_log(path_, chain, believed, {.target = "cup"}), InputError);
+}
+
+TEST_F(HandEyeFiles, ATableIsRead) {
+  Synthetic synthetic(3);
+  const auto places = synthetic.places(15, Eigen::Vector3d(0, 0, 0.05));
+  const auto write = [&](const std::string& header, const std::string& extra = "") {
+    std::string text = header + "\n";
+    for (const HandEyePlace& place : places) {
+      const Eigen::Quaterniond q(Eigen::Matrix3d(place.X_WH.linear()));
+      char line[400];
+      std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", place.p_LT.x(),
+                    place.p_LT.y(), place.p_LT.z(), place.X_WH.translation().x(), place.X_WH.translation().y(),
+                    place.X_WH.translation().z(), q.w(), q.x(), q.y(), q.z());
+      text += line;
+    }
+    write_text_file(path_, text + extra);
+  };
+  const auto sentence = [&] {
+    try {
+      places_from_csv(path_, 0.001);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing was refused");
+  };
+  const std::string header = "seen_x_m,seen_y_m,seen_z_m,hand_x_m,hand_y_m,hand_z_m,hand_qw,hand_qx,hand_qy,hand_qz";
+  write(header);
+  const auto back = places_from_csv(path_, 0.001);
+  ASSERT_EQ(back.size(), places.size());
+  for (size_t k = 0; k < places.size(); ++k) {
+    EXPECT_EQ(back[k].p_LT, places[k].p_LT);
+    EXPECT_TRUE(back[k].X_WH.isApprox(places[k].X_WH, 1e-12));
+    EXPECT_EQ(back[k].covariance(1, 1), 1e-6);
+  }
+  write(header, "1,2,3\n");
+  EXPECT_NE(sentence().find(":17: expected 10 finite numbers"), std::string::npos) << sentence();
+  write(header, "1,2,3,4,5,6,7,8,9,nothing\n");
+  EXPECT_NE(sentence().find(":17: 'nothing' is not a number"), std::string::npos) << sentence();
+  write(header, "1,2,3,4,5,6,7,8,9,10\n");
+  EXPECT_NE(sentence().find("quaternion"), std::string::npos) << sentence();
+  write("a,b,c,d,e,f,g,h,i,j");
+  EXPECT_NE(sentence().find("has no column 'seen_x_m'"), std::string::npos) << sentence();
+}
+
+}  // namespace
+}  // namespace multireach
