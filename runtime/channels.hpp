@@ -17,11 +17,13 @@ inline constexpr std::string_view kNodeInputs = "NODE_INPUTS";
 inline constexpr std::string_view kReplayStep = "REPLAY_STEP";
 inline constexpr std::string_view kReplayDone = "REPLAY_DONE";
 inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
+inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
+inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
 
 /// Images have a UDP group of their own: on the control group they would make the 1 kHz stream lose messages, because
 /// every socket of a group receives all of its traffic. The truth of a rendered image travels with the image.
 constexpr bool on_image_group(std::string_view channel) {
-  return channel == kStereoImages || channel == kTargetTruth;
+  return channel == kStereoImages || channel == kTargetTruth || channel == kVisionDebug;
 }
 
 /// Where the two groups are unless --lcm-url and --image-url say otherwise: LCM's own default group, and the next.

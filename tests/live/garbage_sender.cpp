@@ -33,6 +33,7 @@ int send() {
       {channel::kRobotState, beginning_of<robot_state_t>()},
       {channel::kPerturbation, {}},
       {channel::kObstacles, {}},
+      {channel::kVisionDebugRequest, {}},
       {channel::kNodeStatus, {}}};
   const CounterRandom random(99);
   for (uint64_t k = 0; k < 200; ++k) {

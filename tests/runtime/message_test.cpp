@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <multireach/controller_state_t.hpp>
+#include <multireach/debug_request_t.hpp>
 #include <multireach/images_t.hpp>
 #include <multireach/joint_command_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
@@ -67,6 +68,12 @@ perturbation_t example(perturbation_t*) {
   m.link_name = "right_hand";
   return m;
 }
+debug_request_t example(debug_request_t*) {
+  debug_request_t m{};
+  m.utime = 9;
+  m.name = "ball";
+  return m;
+}
 node_status_t example(node_status_t*) {
   node_status_t m{};
   m.node = "vision";
@@ -108,7 +115,8 @@ class EveryType : public ::testing::Test {
   static Message message() { return example(static_cast<Message*>(nullptr)); }
 };
 using Types = ::testing::Types<images_t, image_t, image_metadata_t, target_t, obstacle_t, obstacles_t, perturbation_t,
-                               node_status_t, joint_setpoint_t, joint_command_t, robot_state_t, controller_state_t>;
+                               debug_request_t, node_status_t, joint_setpoint_t, joint_command_t, robot_state_t,
+                               controller_state_t>;
 TYPED_TEST_SUITE(EveryType, Types);
 
 TYPED_TEST(EveryType, ComesBackAsItWas) {
@@ -198,6 +206,7 @@ TEST(Fingerprints, AreThoseOfTheWireAsItWasFixed) {
   EXPECT_EQ(fingerprint<joint_command_t>(), 0x673bb772e319ad9fU);
   EXPECT_EQ(fingerprint<robot_state_t>(), 0x415b55983e86a48eU);
   EXPECT_EQ(fingerprint<perturbation_t>(), 0x33043e86c34bd651U);
+  EXPECT_EQ(fingerprint<debug_request_t>(), 0x01848a2e575a842eU);
   EXPECT_EQ(fingerprint<node_status_t>(), 0x9fa807e962267c60U);
 }
 

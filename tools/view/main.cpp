@@ -1,28 +1,59 @@
-// multireach-view: a live line of the traffic, or waiting until nodes run.
+// multireach-view: a live line of the traffic, or waiting until nodes run, or what vision sees as a picture.
 #include <unistd.h>
 
 #include <iostream>
 
+#include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
+#include "tools/view/picture_node.hpp"
 #include "tools/view/view_node.hpp"
+
+namespace multireach {
+namespace {
+
+int keep_picture(const std::string& path, const LiveOptions& live) {
+  PictureNode node(path, wall_us());
+  const int result = run_live(node, live);
+  node.flush();
+  if (node.pictures() > 0) return result;
+  std::cerr << "multireach-view: no picture came; does vision run, and does it get images?\n";
+  return 1;
+}
+
+int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, const LiveOptions& live) {
+  ViewNode node(robot, {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
+  const int result = run_live(node, live);
+  for (const std::string& missing : node.missing())
+    std::cerr << "multireach-view: " << missing << " was not heard of\n";
+  return node.missing().empty() ? result : 1;
+}
+
+}  // namespace
+}  // namespace multireach
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-view", "A live line: target, hand, distance, rates. Or wait until nodes run.");
-  std::string config;
+  Program program(
+      "multireach-view",
+      "A live line: target, hand, distance, rates. Or wait until nodes run. Or a picture of what vision sees.");
+  std::string config, picture;
   std::vector<std::string> wait_for;
-  program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  auto* robot = program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml");
+  auto* nodes =
+      program.cli()
+          .add_option("--wait-for", wait_for,
+                      "nodes, with commas between them: end with 0 when all have been heard of, with 1 after --seconds")
+          ->delimiter(',');
   program.cli()
-      .add_option("--wait-for", wait_for,
-                  "nodes, with commas between them: end with 0 when all have been heard of, with 1 after --seconds")
-      ->delimiter(',');
+      .add_option("--picture", picture,
+                  "ask vision for its debug picture and keep the newest in this JPEG file, until --seconds or Ctrl-C; "
+                  "end with 1 when none came")
+      ->excludes(robot)
+      ->excludes(nodes);
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
-    ViewNode node(RobotConfig::load(config),
-                  {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
-    const int result = run_live(node, live);
-    for (const std::string& missing : node.missing())
-      std::cerr << "multireach-view: " << missing << " was not heard of\n";
-    return node.missing().empty() ? result : 1;
+    if (!picture.empty()) return keep_picture(picture, live);
+    if (config.empty()) throw InputError("--config is required, or --picture");
+    return watch(RobotConfig::load(config), wait_for, live);
   });
 }
