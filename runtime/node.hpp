@@ -67,7 +67,7 @@ class Node {
   /// A message that it had taken in cannot be had again, but this is what it sent for it: remembers what it would then.
   /// Returns false where that is not enough.
   virtual bool adopt(std::span<const uint8_t>) { return false; }
-  /// One or two words for NODE_STATUS.
+  /// A few words for NODE_STATUS.
   virtual std::string state() const = 0;
 
   const NodeCounters& counters() const { return counters_; }

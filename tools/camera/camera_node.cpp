@@ -34,7 +34,7 @@ std::optional<int64_t> CameraNode::next_tick() const {
 void CameraNode::tick(Outbox& out) {
   auto pair = source_->next();
   if (!pair) {
-    finished_ = true;
+    finished_ = !source_->waiting();
     return;
   }
   if (pair->truth) {

@@ -6,17 +6,9 @@
 #include <optional>
 
 #include "runtime/node.hpp"
+#include "tools/camera/frame.hpp"
 
 namespace multireach {
-
-/// One image as it goes on the wire.
-struct Frame {
-  int64_t utime = 0;
-  int width = 0, height = 0;
-  int row_stride = 0;
-  int32_t pixelformat = 0;
-  std::vector<uint8_t> data;
-};
 
 struct StereoPair {
   int64_t utime = 0;
@@ -28,11 +20,15 @@ struct StereoPair {
 class CameraSource {
  public:
   virtual ~CameraSource() = default;
-  /// The next pair, or nothing at the end. Its time is at least that of `next_utime`.
+  /// The next pair; nothing at the end, or when none has come yet and `waiting` says so.
   virtual std::optional<StereoPair> next() = 0;
+  /// Whether pairs may come although there was none.
+  virtual bool waiting() const { return false; }
   /// When the next pair is due, microseconds.
   virtual int64_t next_utime() const = 0;
   virtual int64_t period_us() const = 0;
+  /// For NODE_STATUS.
+  virtual std::string state() const { return "running"; }
 };
 
 /// A source as a node: STEREO_IMAGES out, with the number of the pair as metadata "sequence", and TARGET_TRUTH where
@@ -48,7 +44,7 @@ class CameraNode : public Node {
   int64_t tick_period_us() const override { return source_->period_us(); }
   void tick(Outbox& out) override;
   bool finished() const override { return finished_; }
-  std::string state() const override { return finished_ ? "finished" : "running"; }
+  std::string state() const override { return finished_ ? "finished" : source_->state(); }
 
  private:
   std::unique_ptr<CameraSource> source_;

@@ -19,16 +19,4 @@ struct ImagesOptions {
 /// cannot be read.
 std::unique_ptr<CameraSource> make_images_source(const ImagesOptions& options);
 
-struct DeviceOptions {
-  std::string left, right;        ///< device numbers, or video files
-  std::string side_by_side;       ///< one device or file whose image holds left and right beside each other
-  int width = 640, height = 480;  ///< of one image
-  int64_t rate_hz = 30;
-  int jpeg_quality = 90;
-};
-
-/// V4L2 devices (or video files) through OpenCV; frames are stamped with the wall clock when grabbed, left before
-/// right. Throws InputError when a device cannot be opened.
-std::unique_ptr<CameraSource> make_device_source(const DeviceOptions& options);
-
 }  // namespace multireach

@@ -1,5 +1,7 @@
 // multireach-camera: stereo images from a rendered scene, from files, or from devices.
 #include "runtime/program.hpp"
+#include "tools/camera/device_arguments.hpp"
+#include "tools/camera/device_source.hpp"
 #include "tools/camera/file_sources.hpp"
 #include "tools/camera/render_source.hpp"
 
@@ -29,21 +31,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
 
-  DeviceOptions devices;
-  CLI::App* device = cli.add_subcommand("device", "two cameras, or one that gives both images side by side");
-  auto* left = device->add_option("--left", devices.left, "device number or video file");
-  auto* right = device->add_option("--right", devices.right, "device number or video file");
-  auto* both = device->add_option("--side-by-side", devices.side_by_side, "device number or video file");
-  left->needs(right)->excludes(both);
-  right->needs(left)->excludes(both);
-  device->add_option("--width", devices.width, "of one image, pixels")
-      ->check(CLI::Range(2, 16384))
-      ->capture_default_str();
-  device->add_option("--height", devices.height, "pixels")->check(CLI::Range(2, 16384))->capture_default_str();
-  device->add_option("--rate", devices.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
-  device->add_option("--jpeg-quality", devices.jpeg_quality, "0 sends raw BGR")
-      ->check(CLI::Range(0, 100))
-      ->capture_default_str();
+  DeviceArguments devices;
+  add_device_command(cli, devices);
 
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);
@@ -53,9 +42,8 @@ int main(int argc, char** argv) {
     } else if (*files) {
       source = make_images_source(images);
     } else {
-      if (devices.left.empty() && devices.side_by_side.empty())
-        throw InputError("device: give --left and --right, or --side-by-side");
-      source = make_device_source(devices);
+      if (live.speed != 1) throw InputError("device: --speed must be 1: cameras cannot be made slower or faster");
+      source = make_device_source(devices.options());
     }
     CameraNode node(std::move(source));
     return run_live(node, live);

@@ -1,0 +1,115 @@
+#include "tools/camera/capture_thread.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "runtime/files.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kGrabTimeout = 100000;        // us; how soon it notices that it shall stop
+constexpr int64_t kReopenPeriod = 500000;       // us
+constexpr int64_t kLongWithoutImage = 1000000;  // us
+constexpr int64_t kComplaintPeriod = 5000000;   // us
+
+}  // namespace
+
+CaptureThread::CaptureThread(const Camera& camera, const CaptureClock& clock, StereoBuffer& buffer)
+    : camera_(camera), clock_(clock), buffer_(buffer), maker_(camera.form), image_us_(monotonic_us()) {
+  OpenedDevice opened = open_device(camera_.name, camera_.request);
+  if (!opened.device) throw InputError(opened.fault);
+  for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
+  device_ = std::move(opened.device);
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+std::vector<Side> CaptureThread::sides() const {
+  return camera_.both ? std::vector{Side::kLeft, Side::kRight} : std::vector{camera_.side};
+}
+
+std::string CaptureThread::who() const {
+  const char* side = camera_.both ? "" : camera_.side == Side::kLeft ? "left " : "right ";
+  return std::string(side) + "camera " + camera_.name;
+}
+
+/// `lasting`: until an image comes; else it is one image that was lost, which only the log hears of.
+void CaptureThread::complain(const std::string& reason, bool lasting) {
+  const int64_t now = monotonic_us();
+  const std::string sentence = who() + " " + reason;
+  if (lasting) {
+    if (in_trouble_ && reason == reason_) return;
+    for (const Side side : sides()) buffer_.set_trouble(side, sentence);
+    in_trouble_ = true;
+  }
+  if (lasting || complained_us_ == 0 || now - complained_us_ > kComplaintPeriod) {
+    spdlog::warn("{}", sentence);
+    complained_us_ = now;
+  }
+  reason_ = reason;
+}
+
+void CaptureThread::recover() {
+  image_us_ = monotonic_us();
+  reason_.clear();
+  if (!in_trouble_) return;
+  in_trouble_ = false;
+  for (const Side side : sides()) buffer_.set_trouble(side, "");
+  spdlog::info("{} gives images", who());
+}
+
+void CaptureThread::run(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    if (!device_) {
+      reopen(stop);
+      continue;
+    }
+    if (device_->patient() && !buffer_.wait_for_room(camera_.side, kGrabTimeout)) continue;
+    Grab grab = device_->grab(kGrabTimeout);
+    switch (grab.kind) {
+      case Grab::Kind::kImage:
+        deliver(std::move(grab.image));
+        break;
+      case Grab::Kind::kDamaged:
+        complain(grab.reason, false);
+        break;
+      case Grab::Kind::kGone:
+        device_.reset();
+        for (const Side side : sides()) buffer_.forget(side);
+        complain(grab.reason + ", trying again", true);
+        break;
+      case Grab::Kind::kEnded:
+        spdlog::warn("{} gives no more images", who());
+        for (const Side side : sides()) buffer_.end(side);
+        return;
+      case Grab::Kind::kNothing:
+        break;
+    }
+    if (device_ && !in_trouble_ && monotonic_us() - image_us_ > kLongWithoutImage) {
+      complain(reason_.empty() ? "gives no images" : std::string(reason_), true);
+    }
+  }
+}
+
+void CaptureThread::reopen(const std::stop_token& stop) {
+  for (int64_t waited = 0; waited < kReopenPeriod && !stop.stop_requested(); waited += kGrabTimeout) {
+    std::this_thread::sleep_for(std::chrono::microseconds(kGrabTimeout));
+  }
+  if (stop.stop_requested()) return;
+  OpenedDevice opened = open_device(camera_.name, camera_.request);
+  device_ = std::move(opened.device);
+  if (!device_ && !opened.absent) complain("was not opened again (" + opened.fault + "), trying again", true);
+  if (!device_) return;
+  image_us_ = monotonic_us();
+  for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
+}
+
+void CaptureThread::deliver(RawImage image) {
+  const int64_t utime = clock_.utime_at(image.monotonic_us);
+  auto made = maker_.make(std::move(image), utime);
+  if (const auto* reason = std::get_if<std::string>(&made)) return complain(*reason, false);
+  recover();
+  auto& frames = std::get<std::vector<Frame>>(made);
+  for (size_t i = 0; i < frames.size(); ++i) buffer_.put(sides()[i], std::move(frames[i]));
+}
+
+}  // namespace multireach

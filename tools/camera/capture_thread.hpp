@@ -1,0 +1,48 @@
+#pragma once
+
+#include <thread>
+
+#include "tools/camera/camera_device.hpp"
+#include "tools/camera/capture_clock.hpp"
+#include "tools/camera/frame_maker.hpp"
+#include "tools/camera/stereo_buffer.hpp"
+
+namespace multireach {
+
+/// One camera and its thread: grabs images, stamps and forms them, and puts them into the buffer. A device that is gone
+/// is opened again, every half second, until it is there.
+class CaptureThread {
+ public:
+  struct Camera {
+    std::string name{};  ///< of the device
+    Side side = Side::kLeft;
+    bool both = false;  ///< it gives both sides
+    DeviceRequest request{};
+    FrameForm form{};
+  };
+
+  /// Opens the device and starts. Throws InputError when it cannot be opened now. `buffer` must outlive it.
+  CaptureThread(const Camera& camera, const CaptureClock& clock, StereoBuffer& buffer);
+
+ private:
+  void run(const std::stop_token& stop);
+  void reopen(const std::stop_token& stop);
+  void deliver(RawImage image);
+  void complain(const std::string& reason, bool lasting);
+  void recover();
+  std::vector<Side> sides() const;
+  std::string who() const;
+
+  Camera camera_;
+  CaptureClock clock_;
+  StereoBuffer& buffer_;
+  FrameMaker maker_;
+  std::unique_ptr<CameraDevice> device_;
+  int64_t image_us_;           // when the last good image came
+  int64_t complained_us_ = 0;  // when the log last heard of a lost image
+  std::string reason_;         // why the newest images were not good
+  bool in_trouble_ = false;
+  std::jthread thread_;  // last: it uses all the others
+};
+
+}  // namespace multireach
