@@ -85,7 +85,8 @@ bool ChromaTest::fits(const Component& component, Rgb pixel) const {
 
 bool ChromaTest::contains(const Rgb& pixel) const {
   const double luma = luma_of(pixel);
-  if (luma < model_.darkest || luma > model_.brightest || !(luma > 0)) return false;
+  if (luma < model_.darkest || luma > model_.brightest) return false;
+  if (!(luma > 0)) return true;  // black without a limit of darkness: any chroma
   if (pixel.r >= kClipped && pixel.g >= kClipped && pixel.b >= kClipped) return false;
   return std::ranges::any_of(object_, [&](const Component& component) { return fits(component, pixel); });
 }

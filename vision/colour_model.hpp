@@ -25,7 +25,9 @@ struct ColourShift {
 inline constexpr double kSmallestGain = 0.5, kLargestGain = 2;
 
 /// The colours of one object as one camera sees them. A pixel belongs to the object when
-/// - its Y is between `darkest` and `brightest`, and not all its channels are clipped (kClipped or more),
+/// - its Y is between `darkest` and `brightest`, and not all its channels are clipped (kClipped or more); Y = 0, where
+/// that
+///   is allowed, is enough,
 /// - its Mahalanobis distance from one of `object` is at most `tolerance`, the uncertainty of its own chroma, from
 /// noise of
 ///   `noise_grey_levels` in each channel, added to the component's covariance,

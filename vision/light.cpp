@@ -7,6 +7,7 @@ namespace multireach::vision {
 namespace {
 
 constexpr int64_t kFewestPixels = 30;
+constexpr int kDark = 16;       // grey levels: below, offsets of the camera are larger than what the light does
 constexpr double kRate = 0.15;  // of the way, per frame: white balance that drifts by 50 % in a second is 7 % behind
 constexpr double kLargestStep = 0.05;  // per frame: one wrong blob does little
 constexpr double kRelaxation = 0.01;   // per frame: half of the way in two seconds at 30 Hz
@@ -71,7 +72,8 @@ LightSample LitModel::sample(const ColourShift& shift, const cv::Mat& bgr, const
     const int inset = margin(run.end - run.begin);
     for (int column = run.begin + inset; column < run.end - inset; ++column) {
       const auto& pixel = bgr.at<cv::Vec3b>(run.row, column);
-      if (std::max({pixel[0], pixel[1], pixel[2]}) >= kClipped) continue;
+      const int brightest = std::max({pixel[0], pixel[1], pixel[2]});
+      if (brightest < kDark || brightest >= kClipped) continue;
       const Rgb seen{static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
       ++sample.pixels;
       sample.seen += seen;
