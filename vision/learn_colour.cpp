@@ -14,6 +14,7 @@ constexpr int kFewest = 40;              // pixels
 constexpr double kDark = 12;             // grey levels, below which chroma is noise
 constexpr double kMoreFrequent = 2;      // in the rectangle than elsewhere
 constexpr double kSmallestObject = 0.2;  // share of the rectangle
+constexpr double kSwamped = 0.05;        // share of the background beyond which chroma is no help: grey things
 constexpr double kClean = 0.002;         // share of the background that may be members of a model that is good
 
 /// The pixels of `part` that are not in `without`, at most about `most` of them, on a grid.
@@ -166,7 +167,7 @@ bool tune(ColourModel& model, const Pictures& pictures) {
   choose_tolerance(model, pictures);
   const Grade by_chroma = grade(model, pictures);
   bool by_brightness = false;
-  if (by_chroma.background > kClean || by_chroma.kept < 0.8) {
+  if (by_chroma.background > kSwamped) {
     ColourModel limited = model;
     limited.tolerance = 4;
     by_brightness = separate_by_brightness(limited, pictures);

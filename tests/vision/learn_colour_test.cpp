@@ -1,0 +1,134 @@
+#include "vision/learn_colour.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "kinematics/random.hpp"
+#include "vision/find.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240, kRadius = 30;
+const cv::Point kCentre(150, 110);
+const cv::Rect kAround(115, 75, 70, 70);  // a little more than the object: its corners are wall
+
+/// A shaded disc of one colour, with a stripe of skin across, before a wall of a grey texture with an arm of skin.
+/// Scaled by `exposure`, with noise of two grey levels.
+cv::Mat scene(const Rgb& object, double wall, double exposure, uint64_t seed) {
+  const CounterRandom random(seed);
+  cv::Mat image(kHeight, kWidth, CV_8UC3);
+  uint64_t counter = 0;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const double texture = wall * (0.75 + 0.25 * std::sin(0.15 * column) * std::sin(0.23 * row));
+      Rgb colour{1.01 * texture, texture, 0.97 * texture};
+      const double from = std::hypot(column - kCentre.x, row - kCentre.y), shade = 1 - 0.4 * (row - 80) / 60;
+      if (from < kRadius) colour = {object.r * shade, object.g * shade, object.b * shade};
+      if (std::abs(row - 120) < 5 && column > 140) colour = {190, 140, 110};
+      if (std::abs(row - 120) < 20 && column > 200) colour = {190, 140, 110};
+      for (const auto& [channel, value] : {std::pair(0, colour.b), std::pair(1, colour.g), std::pair(2, colour.r)}) {
+        const double noise = 2 * std::sqrt(12.0) * (random.uniform(counter++) - 0.5);
+        image.at<cv::Vec3b>(row, column)[channel] =
+            static_cast<uint8_t>(std::clamp(exposure * value + noise + 0.5, 0.0, 255.0));
+      }
+    }
+  }
+  return image;
+}
+
+/// The largest blob of a learned model.
+Blob largest(const LearnedColour& learned, const cv::Mat& image) {
+  Finder finder;
+  const Found found = finder.find(image, {0, 0, image.cols, image.rows}, PixelClass(learned.model));
+  return found.blobs.empty() ? Blob() : found.blobs[0];
+}
+
+/// How far the largest blob is from being the disc less its stripe.
+double distance_from_disc(const Blob& blob) {
+  const double area = 3.14159 * kRadius * kRadius - 9 * 39;
+  return (blob.centroid - Eigen::Vector2d(kCentre.x, kCentre.y)).norm() + 20 * std::abs(blob.area / area - 1);
+}
+
+TEST(LearnColour, FindsTheObjectInThePictureAndInOtherLight) {
+  std::cout << "seeds 1 to 12\n";
+  uint64_t seed = 1;
+  for (const Rgb& object : {Rgb{220, 40, 110}, Rgb{40, 150, 60}, Rgb{50, 90, 200}, Rgb{210, 200, 40}}) {
+    const LearnedColour learned = learn_colour(scene(object, 150, 1, seed), kAround);
+    ASSERT_EQ(learned.status, LearnedColour::Status::kLearned) << description(learned.status);
+    EXPECT_FALSE(learned.by_brightness);
+    EXPECT_GT(learned.kept, 0.85);
+    EXPECT_LT(learned.background, 0.002);
+    for (const double exposure : {1.0, 0.4, 1.5}) {
+      EXPECT_LT(distance_from_disc(largest(learned, scene(object, 150, exposure, ++seed))), 5)
+          << object.r << " " << object.g << " " << object.b << ", exposure " << exposure;
+    }
+    EXPECT_LT((learned.model.object[0].mean - chroma_of(object)).norm(), 0.1);
+  }
+}
+
+TEST(LearnColour, TellsBlackAndWhiteByBrightness) {
+  std::cout << "seed 3\n";
+  for (const auto& [object, wall] :
+       {std::pair(Rgb{22, 21, 23}, 190.0), std::pair(Rgb{0, 0, 0}, 190.0), std::pair(Rgb{215, 220, 225}, 60.0)}) {
+    const cv::Mat image = scene(object, wall, 1, 3);
+    const LearnedColour learned = learn_colour(image, kAround);
+    ASSERT_EQ(learned.status, LearnedColour::Status::kLearned) << description(learned.status);
+    EXPECT_TRUE(learned.by_brightness);
+    EXPECT_GT(learned.kept, 0.85);
+    EXPECT_LT(learned.background, 0.01);
+    EXPECT_LT(distance_from_disc(largest(learned, image)), 5) << object.g;
+  }
+}
+
+TEST(LearnColour, SaysWhatItCannotLearn) {
+  using Status = LearnedColour::Status;
+  const cv::Mat image = scene({220, 40, 110}, 150, 1, 4);
+  EXPECT_EQ(learn_colour(cv::Mat(), kAround).status, Status::kBadImage);
+  EXPECT_EQ(learn_colour(cv::Mat(50, 50, CV_8UC1), kAround).status, Status::kBadImage);
+  EXPECT_EQ(learn_colour(image, {400, 10, 50, 50}).status, Status::kBadRectangle);
+  EXPECT_EQ(learn_colour(image, {10, 10, 6, 6}).status, Status::kBadRectangle);
+  EXPECT_EQ(learn_colour(image, {10, 10, -60, 60}).status, Status::kBadRectangle);
+  EXPECT_EQ(learn_colour(image, {20, 150, 60, 60}).status, Status::kLikeTheRest) << "a piece of wall";
+  EXPECT_EQ(learn_colour(scene({255, 240, 250}, 60, 3, 5), kAround).status, Status::kOverexposed);
+  for (const Status status :
+       {Status::kLearned, Status::kBadImage, Status::kBadRectangle, Status::kOverexposed, Status::kLikeTheRest}) {
+    EXPECT_STRNE(description(status), "");
+  }
+}
+
+TEST(LearnColour, WorksWithoutARest) {
+  cv::Mat image(40, 40, CV_8UC3, cv::Scalar(110, 40, 220));
+  const LearnedColour learned = learn_colour(image, {0, 0, 40, 40});
+  ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+  EXPECT_EQ(learned.background, 0);
+  EXPECT_EQ(largest(learned, image).area, 1600);
+}
+
+TEST(LearnColour, FindsTheSolidsOfAPhotographInBothViews) {
+  const std::string folder = std::string(MULTIREACH_SHARED_DIR) + "/data/moebius/";
+  if (!std::filesystem::exists(folder + "view1.png")) GTEST_SKIP() << folder << " is not there";
+  const cv::Mat left = cv::imread(folder + "view1.png"), right = cv::imread(folder + "view5.png");
+  // Rectangles in the left view, by eye: the pink solid, the red star, the red, a blue solid.
+  for (const cv::Rect& rectangle :
+       {cv::Rect(198, 222, 66, 58), cv::Rect(75, 175, 92, 78), cv::Rect(212, 22, 80, 62), cv::Rect(308, 303, 58, 55)}) {
+    const LearnedColour learned = learn_colour(left, rectangle);
+    ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+    EXPECT_GT(learned.kept, 0.75);
+    EXPECT_LT(learned.background, 0.04) << "other things of that colour are in the picture";
+    const Blob here = largest(learned, left), there = largest(learned, right);
+    EXPECT_GT((here.box & rectangle).area(), 0.85 * here.box.area()) << rectangle;
+    // Rectified: in the same rows, farther to the left.
+    EXPECT_NEAR(here.centroid.y(), there.centroid.y(), 4) << rectangle;
+    EXPECT_GT(here.centroid.x(), there.centroid.x()) << rectangle;
+    EXPECT_NEAR(there.area / here.area, 1, 0.25) << rectangle;
+  }
+}
+
+}  // namespace
+}  // namespace multireach::vision
