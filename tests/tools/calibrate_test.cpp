@@ -253,6 +253,8 @@ TEST(StereoCalibration, TooFewOrAllAlikePairsAreRefused) {
   const RenderedSession& session = RenderedSession::get();
   const std::vector<BoardPair> two(session.pairs.begin(), session.pairs.begin() + 2);
   EXPECT_THROW(calibrate(two, kBoard, session.size, Lens::kPlumbBob, false), std::runtime_error);
+  const std::vector<BoardPair> alike(5, session.pairs[0]);
+  EXPECT_THROW(calibrate(alike, kBoard, session.size, Lens::kRadtan, false), std::runtime_error);
 }
 
 TEST(StereoCalibration, RealPhotographsOfOpenCv) {

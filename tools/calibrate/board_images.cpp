@@ -16,7 +16,10 @@ namespace {
 cv::Mat read_grey(const std::string& path) {
   const std::vector<uint8_t> bytes = read_binary_file(path);
   cv::Mat image;
-  if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+  try {
+    if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
+  } catch (const cv::Exception&) {  // more pixels than OpenCV takes
+  }
   if (image.empty()) throw InputError(path + ": is not an image that can be read");
   return image;
 }

@@ -12,6 +12,7 @@
 #include "runtime/message.hpp"
 #include "runtime/nodes/joint_fields.hpp"
 #include "runtime/program.hpp"
+#include "runtime/progress.hpp"
 
 namespace multireach {
 namespace {
@@ -59,7 +60,9 @@ std::vector<HandEyePlace> places_from_log(const std::string& path, const Chain& 
     if (const auto place = stand->place()) places.push_back(*place);
     stand.reset();
   };
+  Progress progress;
   while (const auto event = log.next()) {
+    progress.show(static_cast<double>(log.position()) / static_cast<double>(log.size()));
     if (event->channel == channel::kRobotState) {
       const auto state = decode<robot_state_t>(event->data);
       const auto theta = state ? from_fields(chain, state->joint_name, state->angle_rad) : std::nullopt;
@@ -82,6 +85,7 @@ std::vector<HandEyePlace> places_from_log(const std::string& path, const Chain& 
       stand->see(X_LW * p_WT, X_LW.linear() * covariance * X_LW.linear().transpose(), event->utime);
     }
   }
+  progress.end();
   leave();
   if (!any_state)
     throw InputError(path + ": holds no ROBOT_STATE with the joints from " + chain.base() + " to " + chain.tip());

@@ -1,5 +1,7 @@
 #include "tools/calibrate/stereo_calibration.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -10,6 +12,9 @@
 
 namespace multireach {
 namespace {
+
+constexpr const char* kAdvice =
+    "; take more pairs, with the board tilted in different ways and at different places and distances";
 
 struct Cameras {
   cv::Mat K[2], D[2], R, T;
@@ -183,11 +188,17 @@ StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& bo
       result = calibrate_used(pairs, board, image_size, lens, fits);
     }
     result.fits = std::move(fits);
+    const double doubt =
+        std::max(result.left_fx_sigma_px / result.rig.left.fx, result.right_fx_sigma_px / result.rig.right.fx);
+    // Boards that all face the same way fit well with any focal length.
+    constexpr double kMostDoubt = 0.02;
+    if (!(doubt < kMostDoubt)) {
+      throw std::runtime_error(
+          fmt::format("the focal lengths would be known to {:.0f} % only{}", 100 * doubt, kAdvice));
+    }
     return result;
   } catch (const cv::Exception&) {
-    throw std::runtime_error(
-        "these pairs do not determine the cameras; take more, with the board tilted in different ways and at different "
-        "places and distances");
+    throw std::runtime_error(std::string("these pairs do not determine the cameras") + kAdvice);
   }
 }
 

@@ -40,7 +40,7 @@ struct StereoCalibration {
 
 /// Calibrates both cameras from at least 3 pairs (Zhang's method, then all parameters of both together; OpenCV).
 /// `square_m` gives the unit. Poor pairs are marked and, with `leave_out_poor`, not used. Throws std::runtime_error
-/// when the pairs do not permit it.
+/// when the pairs do not permit it: too few, or a focal length that would be known to 2 % only or worse.
 StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& board, cv::Size image_size, Lens lens,
                             bool leave_out_poor);
 
