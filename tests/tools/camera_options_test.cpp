@@ -33,7 +33,7 @@ class DeviceFile : public ::testing::Test {
 TEST_F(DeviceFile, GivesEveryKey) {
   const DeviceOptions options = load(
       "left: 0\nright: /dev/v4l/by-id/right\nwidth_px: 320\nheight_px: 240\nrate_hz: 60\nformat: YUYV\nexposure_ms: 5\n"
-      "white_balance_k: 4600\ngain: 7\njpeg_quality: 0\nmax_skew_ms: 2.5\nrotate_180: right\n");
+      "white_balance_k: 4600\ngain: 7\nlock_after_s: 3\njpeg_quality: 0\nmax_skew_ms: 2.5\nrotate_180: right\n");
   EXPECT_EQ(options.left, "0");
   EXPECT_EQ(options.right, "/dev/v4l/by-id/right");
   EXPECT_EQ(options.width, 320);
@@ -43,10 +43,11 @@ TEST_F(DeviceFile, GivesEveryKey) {
   EXPECT_EQ(options.exposure_ms, 5);
   EXPECT_EQ(options.white_balance_k, 4600);
   EXPECT_EQ(options.gain, 7);
+  EXPECT_EQ(options.lock_after_s, 3);
   EXPECT_EQ(options.jpeg_quality, 0);
   EXPECT_EQ(options.max_skew_ms, 2.5);
   EXPECT_EQ(options.rotate_180, DeviceOptions::Turn::kRight);
-  EXPECT_NO_THROW(options.require_cameras("device"));
+  EXPECT_NO_THROW(options.check("device"));
 }
 
 TEST_F(DeviceFile, LeavesToTheCameraWhatItDoesNotSay) {
@@ -54,7 +55,7 @@ TEST_F(DeviceFile, LeavesToTheCameraWhatItDoesNotSay) {
   EXPECT_EQ(options.side_by_side, folder_ + "video.avi") << "as seen from the file";
   EXPECT_EQ(options.width, 0);
   EXPECT_FALSE(options.exposure_ms || options.white_balance_k || options.gain || options.max_skew_ms);
-  EXPECT_NO_THROW(options.require_cameras("device"));
+  EXPECT_NO_THROW(options.check("device"));
 }
 
 TEST_F(DeviceFile, NamesFileLineAndKey) {
@@ -83,7 +84,7 @@ TEST_F(DeviceFile, TheCommandLineGoesFirst) {
 TEST(DeviceOptions, NeedCamerasThatFitTogether) {
   const auto fault = [](const DeviceOptions& options) -> std::string {
     try {
-      options.require_cameras("file.yaml");
+      options.check("file.yaml");
     } catch (const InputError& error) {
       return error.what();
     }
@@ -95,6 +96,9 @@ TEST(DeviceOptions, NeedCamerasThatFitTogether) {
   EXPECT_NE(fault({.left = "0", .right = "1", .side_by_side = "2"}), "");
   EXPECT_NE(fault({.side_by_side = "2", .rotate_180 = DeviceOptions::Turn::kLeft}), "");
   EXPECT_EQ(fault({.side_by_side = "2", .rotate_180 = DeviceOptions::Turn::kBoth}), "");
+  EXPECT_EQ(fault({.side_by_side = "2", .rate_hz = 100, .exposure_ms = 10}), "");
+  EXPECT_EQ(fault({.side_by_side = "2", .rate_hz = 100, .exposure_ms = 12.5}),
+            "file.yaml: exposure_ms 12.5 is longer than the 10.0 ms from one image to the next at 100 Hz");
 }
 
 constexpr int64_t kPeriod = 33333;  // us

@@ -258,6 +258,22 @@ TEST_F(V4l2, LeavesAloneWhatIsNotGiven) {
   EXPECT_EQ(driver_.controls[V4L2_CID_AUTO_WHITE_BALANCE].value, 1);
 }
 
+TEST_F(V4l2, LocksWhatTheAutomaticFound) {
+  driver_.controls = {{V4L2_CID_EXPOSURE_AUTO, {0, 3, 3}},
+                      {V4L2_CID_EXPOSURE_ABSOLUTE, {1, 5000, 123}},
+                      {V4L2_CID_GAIN, {0, 255, 4}},
+                      {V4L2_CID_AUTO_WHITE_BALANCE, {0, 1, 1}},
+                      {V4L2_CID_WHITE_BALANCE_TEMPERATURE, {2800, 6500, 4000}}};
+  const auto opened = open({.white_balance_k = 5000});
+  driver_.controls[V4L2_CID_EXPOSURE_ABSOLUTE].value = 200;
+  EXPECT_EQ(opened.device->lock(),
+            (std::vector<std::string>{"'/dev/video0': exposure_ms is locked at 20",
+                                      "'/dev/video0': gain cannot be locked: the device has no such control"}));
+  EXPECT_EQ(driver_.controls[V4L2_CID_EXPOSURE_AUTO].value, V4L2_EXPOSURE_MANUAL);
+  EXPECT_EQ(driver_.controls[V4L2_CID_EXPOSURE_ABSOLUTE].value, 200);
+  EXPECT_EQ(driver_.controls[V4L2_CID_WHITE_BALANCE_TEMPERATURE].value, 5000);
+}
+
 TEST_F(V4l2, LosesDamagedImagesOnly) {
   auto opened = open();
   auto cut = jpeg(640, 480);

@@ -19,7 +19,8 @@ struct DeviceRequest {
   Format format = Format::kAuto;
   /// Each is left to the camera's own automatic when not given, and locked when it is.
   std::optional<double> exposure_ms{}, white_balance_k{}, gain{};
-  int64_t start_us = 0;  ///< when a video file begins to play, monotonic clock
+  std::optional<double> lock_after_s{};  ///< when what is still automatic is locked as it is then
+  int64_t start_us = 0;                  ///< when a video file begins to play, monotonic clock
 };
 
 /// An image as the device gave it.
@@ -50,6 +51,8 @@ class CameraDevice {
   virtual ~CameraDevice() = default;
   /// Waits at most `timeout_us` for the next image.
   virtual Grab grab(int64_t timeout_us) = 0;
+  /// Keeps exposure, gain and white balance as the camera's automatic has them now. Returns a sentence for each.
+  virtual std::vector<std::string> lock() { return {}; }
   /// Whether it waits for the reader, so that no image need be lost when the reader is slow.
   virtual bool patient() const { return false; }
 };

@@ -15,7 +15,12 @@ constexpr int64_t kComplaintPeriod = 5000000;   // us
 }  // namespace
 
 CaptureThread::CaptureThread(const Camera& camera, const CaptureClock& clock, StereoBuffer& buffer)
-    : camera_(camera), clock_(clock), buffer_(buffer), maker_(camera.form), image_us_(monotonic_us()) {
+    : camera_(camera),
+      clock_(clock),
+      buffer_(buffer),
+      maker_(camera.form),
+      opened_us_(monotonic_us()),
+      image_us_(opened_us_) {
   OpenedDevice opened = open_device(camera_.name, camera_.request);
   if (!opened.device) throw InputError(opened.fault);
   for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
@@ -57,6 +62,13 @@ void CaptureThread::recover() {
   spdlog::info("{} gives images", who());
 }
 
+void CaptureThread::lock_when_due() {
+  const std::optional<double>& after = camera_.request.lock_after_s;
+  if (locked_ || !after || static_cast<double>(monotonic_us() - opened_us_) < 1e6 * *after) return;
+  locked_ = true;
+  for (const std::string& remark : device_->lock()) spdlog::info("{}", remark);
+}
+
 void CaptureThread::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     if (!device_) {
@@ -68,6 +80,7 @@ void CaptureThread::run(const std::stop_token& stop) {
     switch (grab.kind) {
       case Grab::Kind::kImage:
         deliver(std::move(grab.image));
+        lock_when_due();
         break;
       case Grab::Kind::kDamaged:
         complain(grab.reason, false);
@@ -99,7 +112,8 @@ void CaptureThread::reopen(const std::stop_token& stop) {
   device_ = std::move(opened.device);
   if (!device_ && !opened.absent) complain("was not opened again (" + opened.fault + "), trying again", true);
   if (!device_) return;
-  image_us_ = monotonic_us();
+  image_us_ = opened_us_ = monotonic_us();
+  locked_ = false;
   for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
 }
 

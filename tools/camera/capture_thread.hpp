@@ -30,6 +30,7 @@ class CaptureThread {
   void deliver(RawImage image);
   void complain(const std::string& reason, bool lasting);
   void recover();
+  void lock_when_due();
   std::vector<Side> sides() const;
   std::string who() const;
 
@@ -38,6 +39,8 @@ class CaptureThread {
   StereoBuffer& buffer_;
   FrameMaker maker_;
   std::unique_ptr<CameraDevice> device_;
+  int64_t opened_us_;
+  bool locked_ = false;
   int64_t image_us_;           // when the last good image came
   int64_t complained_us_ = 0;  // when the log last heard of a lost image
   std::string reason_;         // why the newest images were not good

@@ -17,7 +17,7 @@ DeviceOptions DeviceArguments::options() const {
   options.rate_hz = rate_hz.value_or(options.rate_hz);
   options.jpeg_quality = jpeg_quality.value_or(options.jpeg_quality);
   if (max_skew_ms) options.max_skew_ms = max_skew_ms;
-  options.require_cameras(file.empty() ? "device" : file);
+  options.check(file.empty() ? "device" : file);
   return options;
 }
 

@@ -1,5 +1,7 @@
 #include "tools/camera/device_options.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "runtime/config.hpp"
@@ -22,13 +24,18 @@ std::optional<double> given(const Config& config, const std::string& key, double
 
 }  // namespace
 
-void DeviceOptions::require_cameras(const std::string& where) const {
+void DeviceOptions::check(const std::string& where) const {
   const bool two = !left.empty() && !right.empty(), any = !left.empty() || !right.empty();
   if (any && !side_by_side.empty()) throw InputError(where + ": give left and right, or side by side, not both");
   if (!two && side_by_side.empty()) throw InputError(where + ": give --left and --right, or --side-by-side");
   if (two && left == right) throw InputError(where + ": left and right are the same device, '" + left + "'");
   if (!side_by_side.empty() && (rotate_180 == Turn::kLeft || rotate_180 == Turn::kRight)) {
     throw InputError(where + ": rotate_180 of one side only; an image with both side by side is turned as a whole");
+  }
+  if (exposure_ms && *exposure_ms * static_cast<double>(rate_hz) > 1000) {
+    throw InputError(
+        fmt::format("{}: exposure_ms {:g} is longer than the {:.1f} ms from one image to the next at {} Hz", where,
+                    *exposure_ms, 1000.0 / static_cast<double>(rate_hz), rate_hz));
   }
 }
 
@@ -47,6 +54,7 @@ DeviceOptions load_device_options(const std::string& path) {
   options.exposure_ms = given(config, "exposure_ms", 0.1, 10000);
   options.white_balance_k = given(config, "white_balance_k", 1000, 20000);
   options.gain = given(config, "gain", 0, 65535);
+  options.lock_after_s = given(config, "lock_after_s", 0, 3600);
   options.jpeg_quality = static_cast<int>(config.integer("jpeg_quality", 0, 100, options.jpeg_quality));
   options.max_skew_ms = given(config, "max_skew_ms", 0, 1000);
   const std::string turn = config.choice("rotate_180", {"none", "left", "right", "both"}, "none");

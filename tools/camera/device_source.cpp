@@ -32,6 +32,7 @@ class DeviceSource : public CameraSource {
                         .exposure_ms = options.exposure_ms,
                         .white_balance_k = options.white_balance_k,
                         .gain = options.gain,
+                        .lock_after_s = options.lock_after_s,
                         .start_us = start_us};
       camera.form = {.width = camera.request.width,
                      .height = camera.request.height,

@@ -51,10 +51,13 @@ class V4l2Device : public CameraDevice {
       return "'" + device_.name + "': gives no images; of the device files of a camera, often only the first one does";
     }
     if (std::string fault = set_format(device_, request, format_); !fault.empty()) return fault;
+    request_ = request;
     remarks = set_rate(device_, request.rate_hz);
     for (std::string& remark : set_controls(device_, request)) remarks.push_back(std::move(remark));
     return start();
   }
+
+  std::vector<std::string> lock() override { return lock_controls(device_, request_); }
 
   Grab grab(int64_t timeout_us) override {
     const int ready = device_.calls.wait(device_.file, timeout_us);
@@ -147,6 +150,7 @@ class V4l2Device : public CameraDevice {
   }
 
   V4l2File device_;
+  DeviceRequest request_;
   v4l2_pix_format format_ = {};
   std::vector<Memory> memory_;
   bool streaming_ = false;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -78,6 +79,29 @@ std::string set_control(const V4l2File& device, const Setting& setting) {
   return "";
 }
 
+/// A value that a camera can also choose by itself.
+struct Automatic {
+  const char* name;  ///< as configured
+  std::optional<double> wanted;
+  double scale;  ///< of the control's unit
+  Setting off;
+  uint32_t control;
+};
+
+std::array<Automatic, 3> automatics(const DeviceRequest& request) {
+  return {{{"exposure_ms",
+            request.exposure_ms,
+            10,
+            {V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL},
+            V4L2_CID_EXPOSURE_ABSOLUTE},
+           {"gain", request.gain, 1, {V4L2_CID_AUTOGAIN, 0}, V4L2_CID_GAIN},
+           {"white_balance_k",
+            request.white_balance_k,
+            1,
+            {V4L2_CID_AUTO_WHITE_BALANCE, 0},
+            V4L2_CID_WHITE_BALANCE_TEMPERATURE}}};
+}
+
 }  // namespace
 
 std::string set_format(const V4l2File& device, const DeviceRequest& request, v4l2_pix_format& given) {
@@ -93,6 +117,7 @@ std::string set_format(const V4l2File& device, const DeviceRequest& request, v4l
     format.fmt.pix.field = V4L2_FIELD_ANY;
     if (!device.ask(VIDIOC_S_FMT, &format)) {
       if (errno == EINVAL) continue;  // the format is not known to it
+      if (errno == EBUSY) return fmt::format("'{}': is in use by another program", device.name);
       return fmt::format("'{}': does not take a format ({})", device.name, std::strerror(errno));
     }
     given = format.fmt.pix;
@@ -125,23 +150,34 @@ std::vector<std::string> set_rate(const V4l2File& device, int64_t rate_hz) {
 }
 
 std::vector<std::string> set_controls(const V4l2File& device, const DeviceRequest& request) {
-  std::vector<std::string> remarks;
-  const auto lock = [&](const char* what, const std::optional<double>& value, double scale, Setting manual,
-                        uint32_t control) {
-    if (!value) return;
-    // Some devices have no automatic to switch off.
-    set_control(device, manual);
-    const std::string fault = set_control(device, {control, static_cast<int32_t>(std::lround(*value * scale))});
-    if (!fault.empty())
-      remarks.push_back(fmt::format("'{}': {} {:g} was not accepted: {}", device.name, what, *value, fault));
-  };
   // Otherwise the camera may lower its rate in the dark.
   set_control(device, {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0});
-  lock("exposure_ms", request.exposure_ms, 10, {V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL},
-       V4L2_CID_EXPOSURE_ABSOLUTE);
-  lock("gain", request.gain, 1, {V4L2_CID_AUTOGAIN, 0}, V4L2_CID_GAIN);
-  lock("white_balance_k", request.white_balance_k, 1, {V4L2_CID_AUTO_WHITE_BALANCE, 0},
-       V4L2_CID_WHITE_BALANCE_TEMPERATURE);
+  std::vector<std::string> remarks;
+  for (const Automatic& automatic : automatics(request)) {
+    if (!automatic.wanted) continue;
+    set_control(device, automatic.off);  // some devices have no automatic
+    const double value = *automatic.wanted;
+    const std::string fault =
+        set_control(device, {automatic.control, static_cast<int32_t>(std::lround(value * automatic.scale))});
+    if (fault.empty()) continue;
+    remarks.push_back(fmt::format("'{}': {} {:g} was not accepted: {}", device.name, automatic.name, value, fault));
+  }
+  return remarks;
+}
+
+std::vector<std::string> lock_controls(const V4l2File& device, const DeviceRequest& request) {
+  std::vector<std::string> remarks;
+  for (const Automatic& automatic : automatics(request)) {
+    if (automatic.wanted) continue;
+    v4l2_control now{automatic.control, 0};
+    std::string fault = "the device does not tell it";
+    if (device.ask(VIDIOC_G_CTRL, &now)) fault = set_control(device, automatic.off);
+    // A device may have kept another value for when its automatic is off.
+    if (fault.empty()) fault = set_control(device, {automatic.control, now.value});
+    remarks.push_back(fault.empty() ? fmt::format("'{}': {} is locked at {:g}", device.name, automatic.name,
+                                                  now.value / automatic.scale)
+                                    : fmt::format("'{}': {} cannot be locked: {}", device.name, automatic.name, fault));
+  }
   return remarks;
 }
 

@@ -21,5 +21,7 @@ std::string set_format(const V4l2File& device, const DeviceRequest& request, v4l
 /// Sets the rate and the controls. Returns a sentence for each that the device did not accept.
 std::vector<std::string> set_rate(const V4l2File& device, int64_t rate_hz);
 std::vector<std::string> set_controls(const V4l2File& device, const DeviceRequest& request);
+/// Switches off what the camera still chooses by itself, at the values that it has now. Returns a sentence for each.
+std::vector<std::string> lock_controls(const V4l2File& device, const DeviceRequest& request);
 
 }  // namespace multireach
