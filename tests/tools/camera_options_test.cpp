@@ -154,6 +154,7 @@ TEST_F(Buffer, HoldsFewPairsThatNobodyTakes) {
     EXPECT_GT(pair->left.utime, now_ - 10 * kPeriod) << "the newest are kept";
   }
   EXPECT_EQ(held, 8);
+  EXPECT_EQ(state(), "running, skew 0.0 ms, max 0.0, 0 unpaired, 92 pairs not sent");
   EXPECT_TRUE(buffer_.wait_for_room(Side::kLeft, 0));
 }
 

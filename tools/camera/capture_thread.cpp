@@ -9,7 +9,7 @@ namespace {
 
 constexpr int64_t kGrabTimeout = 100000;        // us; how soon it notices that it shall stop
 constexpr int64_t kReopenPeriod = 500000;       // us
-constexpr int64_t kLongWithoutImage = 1000000;  // us
+constexpr int64_t kLongWithoutImage = 1000000;  // us, and two periods
 constexpr int64_t kComplaintPeriod = 5000000;   // us
 
 }  // namespace
@@ -97,7 +97,7 @@ void CaptureThread::run(const std::stop_token& stop) {
       case Grab::Kind::kNothing:
         break;
     }
-    if (device_ && !in_trouble_ && monotonic_us() - image_us_ > kLongWithoutImage) {
+    if (device_ && !in_trouble_ && monotonic_us() - image_us_ > kLongWithoutImage + 2000000 / camera_.request.rate_hz) {
       complain(reason_.empty() ? "gives no images" : std::string(reason_), true);
     }
   }

@@ -37,6 +37,7 @@ class FramePairing {
   size_t waiting(Side side) const { return queue(side).size(); }
   int64_t unpaired() const { return unpaired_; }  ///< frames dropped so far
   int64_t max_skew_us() const { return max_skew_us_; }
+  int64_t period_us() const { return nominal_period_us_; }
 
  private:
   const std::deque<Frame>& queue(Side side) const { return queues_[static_cast<size_t>(side)]; }

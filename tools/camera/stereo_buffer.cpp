@@ -7,7 +7,7 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kLongWithoutPair = 1000000;  // us
+constexpr int64_t kLongWithoutPair = 1000000;  // us, and two periods
 constexpr size_t kDeepest = 8;                 // pairs that wait to be sent; when there are more, the oldest is dropped
 
 }  // namespace
@@ -19,7 +19,9 @@ void StereoBuffer::put(Side side, Frame frame) {
     newest_pair_ = pair.left.utime;
     skew_.add(pair.left.utime, pair.right.utime - pair.left.utime);
     pairs_.push_back(std::move(pair));
-    if (pairs_.size() > kDeepest) pairs_.pop_front();
+    if (pairs_.size() <= kDeepest) continue;
+    pairs_.pop_front();
+    ++unsent_;
   }
   changed_.notify_all();
 }
@@ -79,15 +81,16 @@ std::string StereoBuffer::state(int64_t utime) const {
   }
   if (!first_frame_) return "waiting for the first images";
   const int64_t since = newest_pair_.value_or(*first_frame_);
-  if (utime - since > kLongWithoutPair) {
+  if (utime - since > kLongWithoutPair + 2 * pairing_.period_us()) {
     return fmt::format("no pair for {:.0f} s: left and right are more than {:.1f} ms apart, {} unpaired",
                        1e-6 * static_cast<double>(utime - since), 1e-3 * static_cast<double>(pairing_.max_skew_us()),
                        pairing_.unpaired());
   }
   const auto skew = skew_.last_second();
   if (!skew) return "waiting for the first pair";
-  return fmt::format("running, skew {:.1f} ms, max {:.1f}, {} unpaired", 1e-3 * static_cast<double>(skew->median_us),
-                     1e-3 * static_cast<double>(skew->max_us), pairing_.unpaired());
+  const std::string unsent = unsent_ > 0 ? fmt::format(", {} pairs not sent", unsent_) : "";
+  return fmt::format("running, skew {:.1f} ms, max {:.1f}, {} unpaired{}", 1e-3 * static_cast<double>(skew->median_us),
+                     1e-3 * static_cast<double>(skew->max_us), pairing_.unpaired(), unsent);
 }
 
 }  // namespace multireach

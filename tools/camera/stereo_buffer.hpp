@@ -45,6 +45,7 @@ class StereoBuffer {
   std::deque<FramePairing::Pair> pairs_;
   std::array<std::string, 2> trouble_;
   std::array<bool, 2> ended_{};
+  int64_t unsent_ = 0;  // pairs that nobody took in time
   std::optional<int64_t> newest_pair_, first_frame_;
 };
 

@@ -11,7 +11,7 @@ namespace multireach {
 namespace {
 
 constexpr uint32_t kBuffers = 4;           // so that a late reader loses no image; each carries its own time
-constexpr int64_t kSilence = 2000000;      // us; a device that is silent for so long is opened again
+constexpr int64_t kSilence = 2000000;      // us; a device that is silent for so long and two periods is opened again
 constexpr int64_t kOldestStamp = 1000000;  // us; a stamp that is older is on another clock
 
 vision::PixelFormat pixel_format_of(uint32_t code) {
@@ -61,7 +61,7 @@ class V4l2Device : public CameraDevice {
 
   Grab grab(int64_t timeout_us) override {
     const int ready = device_.calls.wait(device_.file, timeout_us);
-    if (ready == 0 && device_.calls.monotonic_us() - heard_us_ > kSilence)
+    if (ready == 0 && device_.calls.monotonic_us() - heard_us_ > kSilence + 2000000 / request_.rate_hz)
       return gone("has given no image for two seconds");
     if (ready <= 0) return {};
     v4l2_buffer buffer = empty_buffer();
