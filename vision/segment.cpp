@@ -21,7 +21,7 @@ std::optional<Eigen::Vector2d> polygon_centroid(const std::vector<Eigen::Vector2
   return origin + moment / (3 * twice_area);
 }
 
-std::optional<Blob> largest_blob(const cv::Mat& mask, double min_area) {
+std::optional<OutlinedBlob> largest_blob(const cv::Mat& mask, double min_area) {
   cv::Mat cleaned;
   cv::morphologyEx(mask, cleaned, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
   std::vector<std::vector<cv::Point>> outlines;
@@ -36,7 +36,7 @@ std::optional<Blob> largest_blob(const cv::Mat& mask, double min_area) {
     largest_area = area;
   }
   if (!largest) return std::nullopt;
-  Blob blob;
+  OutlinedBlob blob;
   blob.area = largest_area;
   for (const cv::Point& pixel : *largest) blob.outline.emplace_back(pixel.x, pixel.y);
   const auto centroid = polygon_centroid(blob.outline);

@@ -11,7 +11,7 @@ namespace multireach::vision {
 inline namespace outlined {
 
 /// A connected region of a mask, its holes (highlights) filled.
-struct Blob {
+struct OutlinedBlob {
   Eigen::Vector2d centroid;              ///< pixels, centre of the first pixel at (0, 0)
   std::vector<Eigen::Vector2d> outline;  ///< centres of the pixels on its border, in order
   double area = 0;                       ///< pixels
@@ -25,6 +25,6 @@ std::optional<Eigen::Vector2d> polygon_centroid(const std::vector<Eigen::Vector2
 
 /// The largest blob of an 8-bit mask, after specks thinner than three pixels are removed; nothing when its area is
 /// below `min_area` pixels.
-std::optional<Blob> largest_blob(const cv::Mat& mask, double min_area);
+std::optional<OutlinedBlob> largest_blob(const cv::Mat& mask, double min_area);
 
 }  // namespace multireach::vision

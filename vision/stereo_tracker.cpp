@@ -25,43 +25,26 @@ const TrackerOptions& checked(const TrackerOptions& options) {
 
 }  // namespace
 
-const char* description(Sighting::Status status) {
-  switch (status) {
-    case Sighting::Status::kSeen:
-      return "seen";
-    case Sighting::Status::kWrongImageSize:
-      return "an image is not of the size that the calibration is for";
-    case Sighting::Status::kNotInLeft:
-      return "not seen in the left image";
-    case Sighting::Status::kNotInRight:
-      return "not seen in the right image";
-    case Sighting::Status::kCutOff:
-      return "cut off by the border of an image";
-    case Sighting::Status::kNotTheSame:
-      return "what the two images show is not the same object";
-    case Sighting::Status::kBehindCameras:
-      return "the two lines of sight do not meet in front of the cameras";
-  }
-  return "";
-}
-
 StereoTracker::StereoTracker(const TrackerOptions& options) : options_(checked(options)), table_(options.colour) {}
 
-std::optional<Triangulation> StereoTracker::locate(const Blob& left, const Blob& right) const {
+std::optional<Triangulation> StereoTracker::locate(const OutlinedBlob& left, const OutlinedBlob& right) const {
   const StereoRig& rig = options_.rig;
   // The lens distortion is taken from the outline before the centroid: the two do not commute for a large blob.
   const auto left_centroid = polygon_centroid(rig.left.rays(left.outline));
   const auto right_centroid = polygon_centroid(rig.right.rays(right.outline));
   if (!left_centroid || !right_centroid) return std::nullopt;
   const Eigen::Vector2d left_ray = *left_centroid, right_ray = *right_centroid;
-  auto point = triangulate(rig, left_ray, right_ray, options_.sigma_px);
+  const Eigen::Matrix2d left_covariance = ray_covariance(rig.left, options_.sigma_px),
+                        right_covariance = ray_covariance(rig.right, options_.sigma_px);
+  auto point = triangulate(rig, {left_ray, left_covariance}, {right_ray, right_covariance});
   // The outline of a sphere at (X, Y, Z) is an ellipse centred on (X, Y) Z / (Z^2 - r^2), not on (X, Y) / Z.
   const double r2 = options_.ball_radius_m * options_.ball_radius_m;
   constexpr int kRounds = 3;  // each gains a factor r^2 / Z^2
   for (int round = 0; round < kRounds && r2 > 0 && point; ++round) {
     const double zl = point->depth_left_m, zr = point->depth_right_m;
     if (zl * zl <= 2 * r2 || zr * zr <= 2 * r2) return std::nullopt;
-    point = triangulate(rig, left_ray * (1 - r2 / (zl * zl)), right_ray * (1 - r2 / (zr * zr)), options_.sigma_px);
+    point = triangulate(rig, {left_ray * (1 - r2 / (zl * zl)), left_covariance},
+                        {right_ray * (1 - r2 / (zr * zr)), right_covariance});
   }
   return point;
 }
@@ -92,7 +75,7 @@ Sighting StereoTracker::find(const View& left, const View& right) const {
   if (left.blob->cut_off || right.blob->cut_off) return failed(Status::kCutOff);
   const auto point = locate(*left.blob, *right.blob);
   if (!point) return failed(Status::kBehindCameras);
-  sighting.point = *point;
+  static_cast<Triangulation&>(sighting.point) = *point;
   sighting.status = point->epipolar_error_px > options_.max_epipolar_px ? Status::kNotTheSame : Status::kSeen;
   return sighting;
 }

@@ -2,7 +2,7 @@
 
 #include "vision/colour_class.hpp"
 #include "vision/segment.hpp"
-#include "vision/triangulate.hpp"
+#include "vision/stereo_sighting.hpp"
 
 namespace multireach::vision {
 
@@ -15,32 +15,13 @@ struct TrackerOptions {
   double max_epipolar_px = 3;  ///< the blobs of both images belong together only below this
 };
 
-/// What was found in one pair of images.
-struct Sighting {
-  enum class Status {
-    kSeen,
-    kWrongImageSize,  ///< an image is not of the size that the calibration is for
-    kNotInLeft,       ///< no blob of the colour
-    kNotInRight,
-    kCutOff,         ///< at the border of an image
-    kNotTheSame,     ///< the blobs are not on one epipolar line
-    kBehindCameras,  ///< the rays do not meet in front of the cameras
-  };
-  Status status = Status::kNotInLeft;
-  Triangulation point;                            ///< meaningful when seen
-  Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< centroids as measured, pixels
-};
-
 enum class Side { kLeft, kRight };
 
 /// What one image of a pair shows.
 struct View {
-  bool fits = false;         ///< the image is of the size and kind that the calibration is for
-  std::optional<Blob> blob;  ///< the largest of the colour
+  bool fits = false;                 ///< the image is of the size and kind that the calibration is for
+  std::optional<OutlinedBlob> blob;  ///< the largest of the colour
 };
-
-/// A sentence for people.
-const char* description(Sighting::Status status);
 
 /// Finds the coloured object in a stereo pair. The same images give the same answer.
 class StereoTracker {
@@ -60,7 +41,7 @@ class StereoTracker {
   }
 
  private:
-  std::optional<Triangulation> locate(const Blob& left, const Blob& right) const;
+  std::optional<Triangulation> locate(const OutlinedBlob& left, const OutlinedBlob& right) const;
 
   TrackerOptions options_;
   ColourTable table_;

@@ -27,12 +27,16 @@ Eigen::Vector3d random_point(const CounterRandom& random, uint64_t k) {
   return {random.uniform(3 * k, -0.2, 0.2), random.uniform(3 * k + 1, -0.2, 0.2), random.uniform(3 * k + 2, 0.3, 2)};
 }
 
+RayMeasurement seen(const CameraModel& camera, const Eigen::Vector3d& p_C, double sigma_px) {
+  return {p_C.hnormalized(), ray_covariance(camera, sigma_px)};
+}
+
 TEST(Triangulate, IsExactWithoutNoise) {
   const StereoRig r = rig();
   const CounterRandom random(1);
   for (uint64_t k = 0; k < 200; ++k) {
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
-    const auto point = triangulate(r, p_L.hnormalized(), p_R.hnormalized(), 0.1);
+    const auto point = triangulate(r, seen(r.left, p_L, 0.1), seen(r.right, p_R, 0.1));
     ASSERT_TRUE(point);
     EXPECT_LT((point->p_W - r.X_WL * p_L).norm(), 1e-10);
     EXPECT_NEAR(point->depth_left_m, p_L.z(), 1e-10);
@@ -47,7 +51,7 @@ TEST(Triangulate, DepthUncertaintyIsThatOfTheDisparity) {
   r.X_RL.translation() = Eigen::Vector3d(-0.06, 0, 0);
   r.X_WL = Eigen::Isometry3d::Identity();
   const Eigen::Vector3d p(0, 0, 0.5);
-  const auto point = triangulate(r, p.hnormalized(), (r.X_RL * p).hnormalized(), 1.0);
+  const auto point = triangulate(r, seen(r.left, p, 1), seen(r.right, r.X_RL * p, 1));
   // sigma_Z = Z^2 / (f B) * sigma_disparity, with sigma_disparity = sqrt(2) px: 8.3 mm per pixel of disparity.
   EXPECT_NEAR(std::sqrt(point->covariance(2, 2)), std::sqrt(2.0) * 0.25 / (500 * 0.06), 2e-4);
 }
@@ -70,7 +74,7 @@ TEST(Triangulate, CovarianceIsHonest) {
         p_L.hnormalized() + kSigma * Eigen::Vector2d(normal(0), normal(1)).cwiseQuotient(focal);
     const Eigen::Vector2d right =
         p_R.hnormalized() + kSigma * Eigen::Vector2d(normal(2), normal(3)).cwiseQuotient(focal);
-    const auto point = triangulate(r, left, right, kSigma);
+    const auto point = triangulate(r, {left, ray_covariance(r.left, kSigma)}, {right, ray_covariance(r.right, kSigma)});
     ASSERT_TRUE(point);
     const Eigen::Vector3d error = point->p_W - r.X_WL * p_L;
     sum += error.dot(point->covariance.ldlt().solve(error));
@@ -82,10 +86,11 @@ TEST(Triangulate, NothingBehindTheCamerasOrForParallelRays) {
   const StereoRig r = rig();
   const Eigen::Vector3d p(0.05, 0, 0.5);
   const Eigen::Vector2d left = p.hnormalized(), right = (r.X_RL * p).hnormalized();
-  EXPECT_TRUE(triangulate(r, left, right, 1));
-  EXPECT_FALSE(triangulate(r, left, right + Eigen::Vector2d(0.3, 0), 1)) << "the rays part";
+  const Eigen::Matrix2d one = ray_covariance(r.left, 1);
+  EXPECT_TRUE(triangulate(r, {left, one}, {right, one}));
+  EXPECT_FALSE(triangulate(r, {left, one}, {right + Eigen::Vector2d(0.3, 0), one})) << "the rays part";
   const Eigen::Vector3d parallel = r.X_RL.linear() * left.homogeneous();
-  EXPECT_FALSE(triangulate(r, left, parallel.hnormalized(), 1));
+  EXPECT_FALSE(triangulate(r, {left, one}, {parallel.hnormalized(), one}));
 }
 
 }  // namespace

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "kinematics/random.hpp"
+#include "kinematics/trigonometry.hpp"
 
 namespace multireach {
 namespace {
@@ -28,6 +30,68 @@ float normal(uint64_t bits) {
   const auto sum = static_cast<float>((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
   return (sum / 65536.0F - 2.0F) * 1.7320508F;  // variance of the sum is 4/12
 }
+
+cv::Vec3f bgr(const vision::Rgb& c) {
+  return {static_cast<float>(c.b), static_cast<float>(c.g), static_cast<float>(c.r)};
+}
+
+/// The distance of a chord from the centre of a unit disc that cuts off this share of its area.
+double chord_distance(double share) {
+  double low = -1, high = 1;
+  constexpr int kHalvings = 60;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double d = (low + high) / 2;
+    const double cut = (arc_cosine(d) - d * std::sqrt(1 - d * d)) / std::numbers::pi;
+    (cut > share ? low : high) = d;
+  }
+  return low;
+}
+
+/// The flat things about the ball, in the camera's frame: what a ray meets before and behind the ball.
+class Surroundings {
+ public:
+  Surroundings(const Look& look, const Eigen::Vector3d& p_CB, double radius_m) : look_(look), p_CB_(p_CB) {
+    if (look.occluder) {
+      // The ball's outline as seen from the camera, in the card's plane.
+      card_z_ = p_CB.z() - 1.05 * radius_m;
+      card_ball_ = p_CB.head<2>() * (card_z_ / p_CB.z());
+      card_radius_ = radius_m * card_z_ / p_CB.z();
+      card_from_ = card_radius_ * chord_distance(look.occluder->hidden);
+      sine_and_cosine_of(look.occluder->angle_rad, card_way_.y(), card_way_.x());
+    }
+    if (look.neighbour) {
+      Eigen::Vector2d way;
+      sine_and_cosine_of(look.neighbour->angle_rad, way.y(), way.x());
+      disc_ = p_CB.head<2>() + (radius_m + look.neighbour->gap_m + look.neighbour->radius_m) * way;
+    }
+  }
+
+  std::optional<cv::Vec3f> before(const Eigen::Vector3d& ray) const {
+    if (!look_.occluder) return std::nullopt;
+    const Eigen::Vector2d p = ray.head<2>() * (card_z_ / ray.z()) - card_ball_;
+    const double away = p.dot(card_way_), along = p.x() * card_way_.y() - p.y() * card_way_.x();
+    const bool on_card = away > card_from_ && away < 2 * card_radius_ && std::abs(along) < 1.8 * card_radius_;
+    return on_card ? std::optional(bgr(look_.occluder->colour)) : std::nullopt;
+  }
+  std::optional<cv::Vec3f> behind(const Eigen::Vector3d& ray) const {
+    if (!look_.neighbour) return std::nullopt;
+    const Eigen::Vector2d p = ray.head<2>() * (p_CB_.z() / ray.z()) - disc_;
+    const bool on_disc = p.norm() < look_.neighbour->radius_m;
+    return on_disc ? std::optional(bgr(look_.neighbour->colour)) : std::nullopt;
+  }
+  /// How far they reach from the ball's centre, m.
+  double reach_m(double radius_m) const {
+    const double card = look_.occluder ? 2.8 * radius_m : 0;
+    const double disc = look_.neighbour ? radius_m + look_.neighbour->gap_m + 2 * look_.neighbour->radius_m : 0;
+    return std::max(card, disc);
+  }
+
+ private:
+  const Look& look_;
+  Eigen::Vector3d p_CB_;
+  double card_z_ = 0, card_radius_ = 0, card_from_ = 0;
+  Eigen::Vector2d card_ball_{0, 0}, card_way_{1, 0}, disc_{0, 0};
+};
 
 }  // namespace
 
@@ -78,9 +142,10 @@ cv::Vec3f BallRenderer::wall_colour(const Eigen::Vector3d& origin_L, const Eigen
     if ((p.head<2>() - disc.centre).norm() < disc.radius) return disc.colour;
   }
   const CounterRandom random(scene_.seed, kTextureStream);
-  const double coarse = value_noise(random, p.x() * 9, p.y() * 9),
-               fine = value_noise(random, p.x() * 37 + 100, p.y() * 37);
-  const auto shade = static_cast<float>(95 + 60 * coarse + 12 * fine);
+  const double pitch = scene_.wall_fineness, contrast = scene_.wall_contrast;
+  const double coarse = value_noise(random, p.x() * (9 * pitch), p.y() * (9 * pitch)),
+               fine = value_noise(random, p.x() * (37 * pitch) + 100, p.y() * (37 * pitch));
+  const auto shade = static_cast<float>(scene_.wall_grey + 60 * contrast * coarse + 12 * contrast * fine);
   return {shade * 0.95F, shade, shade * 1.02F};
 }
 
@@ -90,15 +155,15 @@ std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, 
   if (discriminant < 0) return std::nullopt;
   const Eigen::Vector3d normal_C = (ray * ((b - std::sqrt(discriminant)) / a) - p_CB) / r;
   const auto light = static_cast<float>(0.5 + 0.5 * std::max(0.0, normal_C.dot(light_C_)));
-  const vision::Rgb& c = scene_.ball_colour;
-  return cv::Vec3f(static_cast<float>(c.b), static_cast<float>(c.g), static_cast<float>(c.r)) * light;
+  return bgr(scene_.ball_colour) * light;
 }
 
-void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, cv::Mat& image) const {
+void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::Mat& image) const {
   if (p_CB.z() <= 2 * scene_.ball_radius_m) return;
   const Eigen::Vector2d centre = camera_.project(p_CB);
-  const double reach =
-      1.5 * std::max(camera_.fx, camera_.fy) * scene_.ball_radius_m / (p_CB.z() - scene_.ball_radius_m) + 4;
+  const Surroundings surroundings(look, p_CB, scene_.ball_radius_m);
+  const double reach_m = std::max(scene_.ball_radius_m, surroundings.reach_m(scene_.ball_radius_m));
+  const double reach = 1.5 * std::max(camera_.fx, camera_.fy) * reach_m / (p_CB.z() - scene_.ball_radius_m) + 4;
   const auto bound = [](double value, int limit) { return std::clamp(static_cast<int>(std::floor(value)), 0, limit); };
   const int first_row = bound(centre.y() - reach, camera_.height),
             last_row = bound(centre.y() + reach + 1, camera_.height);
@@ -106,23 +171,28 @@ void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, cv::Mat& image) const 
             last_column = bound(centre.x() + reach + 1, camera_.width);
   for (int row = first_row; row < last_row; ++row) {
     for (int column = first_column; column < last_column; ++column) {
-      constexpr int kGrid = 4;
+      const int grid = scene_.rays_per_side;
       int hits = 0;
       cv::Vec3f sum(0, 0, 0);
-      for (int k = 0; k < kGrid * kGrid; ++k) {
-        const Eigen::Vector3d ray = ray_in_pixel(column, row, (k % kGrid + 0.5) / kGrid, (k / kGrid + 0.5) / kGrid);
-        const auto colour = ball_colour(p_CB, ray);
+      for (int k = 0; k < grid * grid; ++k) {
+        const Eigen::Vector3d ray = ray_in_pixel(column, row, (k % grid + 0.5) / grid, (k / grid + 0.5) / grid);
+        auto colour = surroundings.before(ray);
+        if (!colour) colour = ball_colour(p_CB, ray);
+        if (!colour) colour = surroundings.behind(ray);
         sum += colour ? *colour : image.at<cv::Vec3f>(row, column);
         hits += colour ? 1 : 0;
       }
-      if (hits > 0) image.at<cv::Vec3f>(row, column) = sum / (kGrid * kGrid);
+      if (hits > 0) image.at<cv::Vec3f>(row, column) = sum / (grid * grid);
     }
   }
 }
 
-cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream) const {
+cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const Look& look) const {
   cv::Mat image = wall_.clone();
-  if (p_WB) draw_ball(X_CW_ * *p_WB, image);
+  if (p_WB) draw_ball(X_CW_ * *p_WB, look, image);
+  std::array<float, 3> gains;
+  for (size_t channel = 0; channel < 3; ++channel)
+    gains[channel] = static_cast<float>(look.exposure * look.gains_rgb[2 - channel]);
   const CounterRandom random(scene_.seed, kNoiseStream + stream);
   const auto sigma = static_cast<float>(scene_.noise_grey_levels);
   cv::Mat result(image.size(), CV_8UC3);
@@ -131,7 +201,7 @@ cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_
     const auto* in = image.ptr<float>(row);
     auto* out = result.ptr<uint8_t>(row);
     for (int i = 0; i < 3 * image.cols; ++i) {
-      const float value = in[i] + sigma * normal(random.bits(counter++)) + 0.5F;
+      const float value = in[i] * gains[static_cast<size_t>(i % 3)] + sigma * normal(random.bits(counter++)) + 0.5F;
       out[i] = static_cast<uint8_t>(std::clamp(value, 0.0F, 255.0F));
     }
   }

@@ -1,0 +1,258 @@
+// multireach-bench-accuracy: how far the measured place of a rendered sphere is from its true one, and how honest the
+// stated covariance is, as a table.
+#include <CLI/CLI.hpp>
+#include <Eigen/Cholesky>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "bench/mask_blobs.hpp"
+#include "kinematics/random.hpp"
+#include "kinematics/trigonometry.hpp"
+#include "tools/camera/ball_renderer.hpp"
+#include "vision/stereo_sighting.hpp"
+
+namespace multireach::bench {
+namespace {
+
+using vision::Sighting;
+
+/// What the ball is seen before.
+struct Background {
+  const char* name;
+  SceneOptions scene;
+};
+
+std::vector<Background> backgrounds(double wall_distance_m) {
+  const SceneOptions base{.wall_distance_m = wall_distance_m, .noise_grey_levels = 3, .rays_per_side = 16};
+  SceneOptions dark = base, bright = base, fine = base;
+  dark.seed = 2;
+  dark.wall_grey = 8;
+  dark.wall_contrast = 0.15;
+  bright.seed = 3;
+  bright.wall_grey = 190;
+  bright.wall_contrast = 0.4;
+  fine.seed = 4;
+  fine.wall_grey = 60;
+  fine.wall_contrast = 1.3;
+  fine.wall_fineness = 6;
+  return {{"plain", base}, {"dark", dark}, {"bright", bright}, {"textured", fine}};
+}
+
+struct Case {
+  std::string name;
+  double near_m = 0.5, far_m = 0.5;
+  int jpeg_quality = 0;  // 0 for none
+  double hidden = 0;
+  bool neighbour = false;
+  bool distorted = false;
+  double most_rms_mm = 0;
+  bool to_be_declared = false;  // as hidden too much
+};
+
+std::vector<Case> cases() {
+  return {
+      {.name = "0.5 m", .most_rms_mm = 0.35},
+      {.name = "0.5 m, lens distortion", .distorted = true, .most_rms_mm = 0.35},
+      {.name = "1 to 2 m", .near_m = 1, .far_m = 2, .most_rms_mm = 3.5},
+      {.name = "0.5 m, JPEG q90", .jpeg_quality = 90, .most_rms_mm = 0.8},
+      {.name = "0.5 m, similar hue touches", .neighbour = true, .most_rms_mm = 0.35},
+      {.name = "0.5 m, one tenth hidden", .hidden = 0.1, .most_rms_mm = 4},
+      {.name = "0.5 m, three tenths hidden", .hidden = 0.3, .most_rms_mm = 0, .to_be_declared = true},
+  };
+}
+
+vision::StereoRig rig_of(bool distorted) {
+  vision::StereoRig rig;
+  rig.left = {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5, .distortion = {}};
+  if (distorted) rig.left.distortion = {-0.28, 0.09, 0.0008, -0.0006, -0.01, 0, 0, 0};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -0.06;
+  // Looking down at an angle, as the cameras of robots/hoap2: the light comes from above.
+  rig.X_WL.linear() = rotation_from_rpy({-2.54818, 0, -1.570796});
+  return rig;
+}
+
+/// The two cameras before one background.
+struct Stage {
+  Stage(const vision::StereoRig& rig, const SceneOptions& scene)
+      : left(scene, rig.left, rig.X_WL, rig.X_WL), right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
+  BallRenderer left, right;
+};
+
+struct Sums {
+  int shown = 0, seen = 0, declared = 0, by_edges = 0;
+  double nees = 0, square = 0, hidden = 0, epipolar_z2 = 0;
+  std::vector<double> errors_m;
+  Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
+
+  void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance) {
+    nees += apart.dot(covariance.ldlt().solve(apart));
+    square += apart.squaredNorm();
+    errors_m.push_back(apart.norm());
+    error += apart.array();
+    error2 += apart.array().square();
+    normalised2 += apart.array().square() / covariance.diagonal().array();
+  }
+  int located() const { return static_cast<int>(errors_m.size()); }
+  double rms_mm() const { return errors_m.empty() ? 0 : 1000 * std::sqrt(square / located()); }
+  double nees_per_dimension() const { return errors_m.empty() ? 0 : nees / located() / 3; }
+};
+
+class Accuracy {
+ public:
+  Accuracy(int positions, uint64_t seed, bool radius_known, bool verbose)
+      : positions_(positions), seed_(seed), radius_known_(radius_known), verbose_(verbose) {}
+
+  Sums run(const Case& c) {
+    const vision::StereoRig rig = rig_of(c.distorted);
+    const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9);
+    const double radius = walls[0].scene.ball_radius_m;
+    vision::SightingOptions options;
+    if (radius_known_) options.radius_m = radius;
+    vision::DiscMeasurer left_measurer(rig.left), right_measurer(rig.right);
+    Sums sums;
+    for (size_t wall = 0; wall < walls.size(); ++wall) {
+      const Stage& stage = stage_of(c, walls[wall], rig);
+      Sums of_wall;
+      for (int k = static_cast<int>(wall); k < positions_; k += static_cast<int>(walls.size())) {
+        const CounterRandom random(seed_, static_cast<uint64_t>(k));
+        const double z = random.uniform(0, c.near_m, c.far_m);
+        const Eigen::Vector2d pixel(random.uniform(1, 130, 580), random.uniform(2, 60, 420));
+        const Eigen::Vector3d p_LB = z * rig.left.ray(pixel).homogeneous(), p_WB = rig.X_WL * p_LB;
+        Look look;
+        const double angle = random.uniform(3, 0, 6.283185307179586);
+        if (c.hidden > 0) look.occluder = Occluder{.hidden = c.hidden, .angle_rad = angle};
+        if (c.neighbour) look.neighbour = Neighbour{.angle_rad = angle, .radius_m = random.uniform(4, 0.008, 0.03)};
+        const auto stream = static_cast<uint64_t>(2 * k);
+        const auto left = discs(stage.left.render(p_WB, stream, look), c, left_measurer);
+        const auto right = discs(stage.right.render(p_WB, stream + 1, look), c, right_measurer);
+        const Sighting sighting = vision::sight(rig, left, right, std::nullopt, options);
+        for (Sums* s : {&sums, &of_wall}) take(sighting, p_LB, rig, *s);
+      }
+      if (verbose_) print(("  " + std::string(walls[wall].name)).c_str(), of_wall);
+    }
+    return sums;
+  }
+
+  static void print(const char* name, const Sums& s) {
+    std::vector<double> sorted = s.errors_m;
+    std::ranges::sort(sorted);
+    const double n = std::max(1, s.located());
+    const Eigen::Array3d bias = 1000 * s.error / n, each = s.normalised2 / n;
+    std::printf("| %s | %d | %d | %d | %d | %.3f | %.3f | %.3f | %.2f %.2f %.2f | %.3f %.3f %.3f | %.2f | %.3f |\n",
+                name, s.shown, s.seen, s.declared, s.by_edges, s.rms_mm(),
+                sorted.empty() ? 0 : 1000 * sorted[sorted.size() * 95 / 100], sorted.empty() ? 0 : 1000 * sorted.back(),
+                each.x(), each.y(), each.z(), bias.x(), bias.y(), bias.z(), s.nees_per_dimension(),
+                s.shown > 0 ? s.hidden / s.shown : 0);
+    std::fflush(stdout);
+  }
+
+ private:
+  /// Walls take long to paint: one stage for all cases that can share it.
+  const Stage& stage_of(const Case& c, const Background& wall, const vision::StereoRig& rig) {
+    const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "");
+    return stages_.try_emplace(key, rig, wall.scene).first->second;
+  }
+
+  std::vector<vision::DiscMeasurement> discs(cv::Mat image, const Case& c, vision::DiscMeasurer& measurer) const {
+    if (c.jpeg_quality > 0) {
+      std::vector<uint8_t> bytes;
+      cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, c.jpeg_quality});
+      image = cv::imdecode(bytes, cv::IMREAD_COLOR);
+    }
+    cv::Mat mask;
+    table_.classify(image, mask);
+    std::vector<vision::DiscMeasurement> result;
+    constexpr size_t kMost = 4;
+    for (const vision::Blob& blob : blobs_of(mask, 20)) {
+      if (result.size() < kMost) result.push_back(measurer.measure(image, blob));
+    }
+    return result;
+  }
+
+  static void take(const Sighting& sighting, const Eigen::Vector3d& p_LB, const vision::StereoRig& rig, Sums& sums) {
+    using Status = Sighting::Status;
+    ++sums.shown;
+    sums.seen += sighting.status == Status::kSeen;
+    sums.declared += sighting.status == Status::kHiddenTooMuch;
+    if (sighting.status != Status::kSeen && sighting.status != Status::kHiddenTooMuch) return;
+    sums.by_edges += sighting.both_by_edges;
+    sums.hidden += sighting.hidden;
+    // In the left camera's frame, where the third axis is depth.
+    const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
+    sums.add(rig.X_WL.inverse() * sighting.point.p_W - p_LB, R_LW * sighting.point.covariance * R_LW.transpose());
+  }
+
+  int positions_;
+  uint64_t seed_;
+  bool radius_known_, verbose_;
+  std::map<std::string, Stage> stages_;
+  vision::ColourTable table_{vision::ColourClass{.references = {{220, 40, 110}}}};
+};
+
+int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const std::string& only,
+            const std::string& json_path) {
+  std::printf(
+      "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d places a case, seed "
+      "%llu, radius %s\n\n",
+      positions, static_cast<unsigned long long>(seed), radius_known ? "known" : "not known");
+  std::printf(
+      "| case | shown | seen | declared hidden | by edges | RMS mm | p95 | max | NEES x y z | bias mm x y z | "
+      "NEES/3 | hidden |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  Accuracy accuracy(positions, seed, radius_known, verbose);
+  nlohmann::json report = {{"positions", positions}, {"seed", seed}, {"radius_known", radius_known}};
+  double nees = 0;
+  int located = 0;
+  for (const Case& c : cases()) {
+    if (!only.empty() && c.name.find(only) == std::string::npos) continue;
+    const Sums sums = accuracy.run(c);
+    Accuracy::print(c.name.c_str(), sums);
+    nees += sums.nees;
+    located += sums.located();
+    report["cases"].push_back({{"name", c.name},
+                               {"shown", sums.shown},
+                               {"seen", sums.seen},
+                               {"declared_hidden", sums.declared},
+                               {"rms_mm", sums.rms_mm()},
+                               {"aim_rms_mm", c.most_rms_mm},
+                               {"nees_per_dimension", sums.nees_per_dimension()}});
+  }
+  report["nees_per_dimension"] = located > 0 ? nees / located / 3 : 0;
+  std::printf("\nAll cases: NEES/3 = %.3f\n", report["nees_per_dimension"].get<double>());
+  if (json_path == "-") {
+    std::printf("%s\n", report.dump(2).c_str());
+  } else if (!json_path.empty()) {
+    std::ofstream file(json_path);
+    file << report.dump(2) << '\n';
+    if (!file.flush()) {
+      std::fprintf(stderr, "multireach-bench-accuracy: cannot write %s\n", json_path.c_str());
+      return 1;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("How far the measured place of a rendered sphere is from its true one, as a table.");
+  int positions = 400;
+  uint64_t seed = 1;
+  bool unknown_radius = false, verbose = false;
+  std::string only, json;
+  app.add_option("--positions", positions, "of the sphere, in each case")
+      ->check(CLI::Range(4, 1000000))
+      ->capture_default_str();
+  app.add_option("--seed", seed, "of the positions")->capture_default_str();
+  app.add_flag("--unknown-radius", unknown_radius, "do not tell the sphere's radius");
+  app.add_flag("--by-background", verbose, "a line for each background as well");
+  app.add_option("--only", only, "cases whose name contains this");
+  app.add_option("--json", json, "write the results there as JSON; - for standard output");
+  CLI11_PARSE(app, argc, argv);
+  return multireach::bench::measure(positions, seed, !unknown_radius, verbose, only, json);
+}

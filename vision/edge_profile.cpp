@@ -1,0 +1,180 @@
+#include "vision/edge_profile.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace multireach::vision {
+namespace {
+
+constexpr int kSide = EdgeModel::kSide;
+constexpr double kLeastContrast = 12;  // grey levels
+
+/// The direction of brightness in BGR (Rec. 601), of unit length.
+Eigen::Vector3d luma_direction() {
+  return Eigen::Vector3d(0.114, 0.587, 0.299) / 0.66856;
+}
+
+/// The cosine between the line of sight and the normal of a sphere's surface, at a depth inside its outline.
+double facing(double depth_px, double radius_px) {
+  const double out = 1 - std::clamp(depth_px / radius_px, 0.0, 1.0);
+  return std::sqrt(1 - out * out);
+}
+
+/// The same, for the part inside the outline of the pixel whose centre is `outwards` pixels from the middle.
+double facing(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, int outwards) {
+  const double edge = (site.at - profile.middle) * site.outward;
+  const double inner = edge - (outwards - 0.5), outer = std::max(0.0, edge - (outwards + 0.5));
+  return facing(0.5 * std::max(0.0, inner + outer) * site.cosine, model.radius_px);
+}
+
+Eigen::Vector3d mean_inside(const EdgeProfile& profile, const EdgeModel& model) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int k = 1; k <= kSide; ++k) sum += profile.at(-model.half - k);
+  return sum / kSide;
+}
+
+Eigen::Vector3d mean_outside(const EdgeProfile& profile, const EdgeModel& model) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int k = 1; k <= kSide; ++k) sum += profile.at(model.half + k);
+  return sum / kSide;
+}
+
+double mean_facing(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
+  double sum = 0;
+  for (int k = 1; k <= kSide; ++k) sum += facing(profile, site, model, -model.half - k);
+  return sum / kSide;
+}
+
+}  // namespace
+
+bool read_profile(const cv::Mat& image, const EdgeSite& site, EdgeProfile& profile) {
+  constexpr int kReach = EdgeProfile::kReach;
+  const int limit = site.along_row ? image.cols : image.rows, lines = site.along_row ? image.rows : image.cols;
+  if (site.line < 0 || site.line >= lines) return false;
+  const double place = std::floor(site.at + 0.5);
+  if (!(place >= kReach && place < limit - kReach)) return false;
+  profile.middle = static_cast<int>(place);
+  const ptrdiff_t step = (site.along_row ? ptrdiff_t{3} : static_cast<ptrdiff_t>(image.step[0])) * site.outward;
+  const uint8_t* pixel = (site.along_row ? image.ptr<uint8_t>(site.line) + ptrdiff_t{3} * profile.middle
+                                         : image.ptr<uint8_t>(profile.middle) + ptrdiff_t{3} * site.line) -
+                         step * kReach;
+  for (Eigen::Vector3d& colour : profile.bgr) {
+    colour = Eigen::Vector3d(pixel[0], pixel[1], pixel[2]);
+    pixel += step;
+  }
+  return true;
+}
+
+Eigen::Vector3d shading_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
+  const double mean = mean_facing(profile, site, model);
+  Eigen::Vector3d product = Eigen::Vector3d::Zero();
+  double squares = 0;
+  for (int k = 1; k <= kSide; ++k) {
+    const double away = facing(profile, site, model, -model.half - k) - mean;
+    product += away * profile.at(-model.half - k);
+    squares += away * away;
+  }
+  return product / std::max(squares, 1e-6);
+}
+
+Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model) {
+  return (profile.at(model.half + kSide) - profile.at(model.half + 1)) / (kSide - 1);
+}
+
+EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
+  const Eigen::Vector3d outside = mean_outside(profile, model), difference = mean_inside(profile, model) - outside;
+  const double tilt2 = 1 / (site.cosine * site.cosine) - 1;
+  const auto along = [&](const Eigen::Vector3d& w) {
+    const double span = w.dot(difference);
+    double moment = 0, moment2 = 0, previous = 1;
+    for (int k = -model.half; k <= model.half + 1; ++k) {
+      const double share = k <= model.half ? w.dot(profile.at(k) - outside) / span : 0;
+      const double place = k - 0.5;
+      moment += (previous - share) * place;
+      moment2 += (previous - share) * place * place;
+      previous = share;
+    }
+    // The pixels' own width counts twice: in each of them, and in the difference of two.
+    return moment2 - moment * moment - 1.0 / 6 - tilt2 / 12;
+  };
+  EdgeBlur blur;
+  const double luma = luma_direction().dot(difference);
+  blur.luma_share = luma * luma / std::max(1.0, difference.squaredNorm());
+  blur.colour2 = along(difference);
+  blur.luma2 = luma == 0 ? 0 : along(luma_direction());
+  return blur;
+}
+
+bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model,
+                  const Eigen::Vector3d& shading, Edge& edge) {
+  const int half = model.half;
+  const double noise2 = model.noise * model.noise, mean_facing_inside = mean_facing(profile, site, model);
+  // A slope of three pixels has the variance noise^2 / 2: it is believed as far as slopes are usual here.
+  const double slope_noise2 = noise2 / 2, belief = model.outside_slope2 / (model.outside_slope2 + slope_noise2);
+  const Eigen::Vector3d slope = belief * outside_slope(profile, model);
+  const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
+  const double outside_middle = half + 0.5 * (kSide + 1);
+  const Eigen::Vector3d rim = inside + shading * (facing(0.5 * site.cosine, model.radius_px) - mean_facing_inside);
+
+  // Fisher's discriminant for noise that is equal in all channels, and larger along the object's own colour and, where
+  // hues are not to be trusted, across the direction of brightness.
+  const Eigen::Vector3d difference = rim - (outside - slope * outside_middle);
+  const double brightness2 = std::max(1.0, rim.squaredNorm());
+  const double shading2 = model.shading_error * model.shading_error * brightness2;
+  const Eigen::Vector3d y = luma_direction();
+  const double chroma2 = model.chroma_error * model.chroma_error * difference.squaredNorm();
+  Eigen::Matrix3d scatter = (noise2 + chroma2) * Eigen::Matrix3d::Identity() - chroma2 * y * y.transpose();
+  scatter += shading2 / brightness2 * rim * rim.transpose();
+  const Eigen::Vector3d w = scatter.ldlt().solve(difference) * noise2;
+  const double span = w.dot(difference), length = w.norm();
+  if (!(span > kLeastContrast * length)) return false;
+
+  double covered = 0, lever = 0;
+  const double expected = (site.at - profile.middle) * site.outward;
+  for (int k = -half; k <= half; ++k) {
+    const Eigen::Vector3d of_object = inside + shading * (facing(profile, site, model, k) - mean_facing_inside);
+    const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
+    const double whole = w.dot(of_object - of_background);
+    if (!(whole > 0.2 * span)) return false;
+    const double share = w.dot(profile.at(k) - of_background) / whole;
+    covered += share;
+    lever += (1 - share) * (k - outside_middle);
+  }
+  const double from_middle = covered - (half + 0.5);  // outwards
+  if (!(std::abs(from_middle - expected) < half)) return false;
+  edge.at = profile.middle + site.outward * from_middle;
+  // d at / d inside = -covered, d at / d outside = -uncovered, each the mean of kSide pixels; d at / d slope = -lever.
+  const double gain2 = length * length / (span * span);
+  const double window = 2 * half + 1, uncovered = window - covered;
+  const double random =
+      noise2 * (window + (covered * covered + uncovered * uncovered) / kSide) +
+      lever * lever * (belief * belief * slope_noise2 + (1 - belief) * (1 - belief) * model.outside_slope2);
+  // What neither a level nor a slope tells of the background, from how far it is from straight beyond the noise.
+  const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
+  const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
+  edge.sigma_px = std::sqrt(gain2 * random + texture);
+  edge.shading_px = 0.5 * model.shading_error * std::abs(w.dot(rim)) / span;  // under half a pixel, about
+  return true;
+}
+
+void NoiseGauge::add(const EdgeProfile& profile) {
+  constexpr int kFirst = -EdgeProfile::kReach;
+  const Eigen::Vector3d second = profile.at(kFirst) - 2 * profile.at(kFirst + 1) + profile.at(kFirst + 2);
+  for (int channel = 0; channel < 3; ++channel)
+    ++counts_[static_cast<size_t>(std::min(std::abs(static_cast<int>(second[channel])), 127))];
+  total_ += 3;
+}
+
+double NoiseGauge::sigma() const {
+  constexpr double kRounding = 0.29;  // 1 / sqrt(12)
+  if (total_ == 0) return 1;
+  // The median of whole numbers, as if each bin's were spread evenly over it.
+  int below = 0;
+  size_t bin = 0;
+  while (2 * (below + counts_[bin]) < total_) below += counts_[bin++];
+  const double inside = (0.5 * total_ - below) / counts_[bin];
+  const double median = std::max(0.0, static_cast<double>(bin) - 0.5 + inside);
+  return std::max(kRounding, median / (0.6745 * std::sqrt(6.0)));
+}
+
+}  // namespace multireach::vision
