@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "bench/mask_blobs.hpp"
 #include "kinematics/random.hpp"
 #include "kinematics/trigonometry.hpp"
 #include "tools/camera/ball_renderer.hpp"
+#include "vision/find.hpp"
 #include "vision/stereo_sighting.hpp"
 
 namespace multireach::bench {
@@ -158,18 +158,16 @@ class Accuracy {
     return stages_.try_emplace(key, rig, wall.scene).first->second;
   }
 
-  std::vector<vision::DiscMeasurement> discs(cv::Mat image, const Case& c, vision::DiscMeasurer& measurer) const {
+  std::vector<vision::DiscMeasurement> discs(cv::Mat image, const Case& c, vision::DiscMeasurer& measurer) {
     if (c.jpeg_quality > 0) {
       std::vector<uint8_t> bytes;
       cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, c.jpeg_quality});
       image = cv::imdecode(bytes, cv::IMREAD_COLOR);
     }
-    cv::Mat mask;
-    table_.classify(image, mask);
     std::vector<vision::DiscMeasurement> result;
-    constexpr size_t kMost = 4;
-    for (const vision::Blob& blob : blobs_of(mask, 20)) {
-      if (result.size() < kMost) result.push_back(measurer.measure(image, blob));
+    const cv::Rect whole({0, 0}, image.size());
+    for (const vision::Blob& blob : finder_.find(image, whole, colours_, {.min_area = 20, .most = 4}).blobs) {
+      result.push_back(measurer.measure(image, blob));
     }
     return result;
   }
@@ -191,7 +189,8 @@ class Accuracy {
   uint64_t seed_;
   bool radius_known_, verbose_;
   std::map<std::string, Stage> stages_;
-  vision::ColourTable table_{vision::ColourClass{.references = {{220, 40, 110}}}};
+  vision::PixelClass colours_{vision::model_of({.references = {{220, 40, 110}}})};
+  vision::Finder finder_;
 };
 
 int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const std::string& only,

@@ -62,11 +62,13 @@ class Node {
   /// Digest of the configuration of a node whose messages shall be computed again from a log: it says on NODE_INPUTS
   /// what it took in. Nothing for others.
   virtual std::optional<int64_t> replayable() const { return std::nullopt; }
-  /// So many messages that it had taken in cannot be had again: counts them, where what it sends is counted by them.
+  /// How many messages it sends for one that it takes in, of a node whose messages are counted by those it takes in.
+  virtual int64_t sent_per_input() const { return 1; }
+  /// So many messages that it had taken in cannot be had again: counts what it sent for them.
   virtual void skip(int64_t) {}
   /// A message that it had taken in cannot be had again, but this is what it sent for it: remembers what it would then.
-  /// Returns false where that is not enough.
-  virtual bool adopt(std::span<const uint8_t>) { return false; }
+  /// Returns false, and changes nothing, where that is not enough.
+  virtual bool adopt(const std::vector<std::span<const uint8_t>>&) { return false; }
   /// A few words for NODE_STATUS.
   virtual std::string state() const = 0;
 

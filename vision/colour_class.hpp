@@ -1,8 +1,5 @@
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <opencv2/core.hpp>
 #include <vector>
 
 namespace multireach::vision {
@@ -19,19 +16,6 @@ struct ColourClass {
   std::vector<Rgb> references;
   double tolerance = 0.3;
   double darkest = 12, brightest = 250;
-};
-
-/// A colour class as a table over the upper five bits of each channel, 32 KiB.
-class ColourTable {
- public:
-  explicit ColourTable(const ColourClass& colours);
-
-  bool contains(uint8_t b, uint8_t g, uint8_t r) const { return table_[(r >> 3) << 10 | (g >> 3) << 5 | b >> 3] != 0; }
-  /// 8-bit mask of a BGR image: 255 where the pixel belongs to the class, else 0. `mask` is made to fit.
-  void classify(const cv::Mat& bgr, cv::Mat& mask) const;
-
- private:
-  std::array<uint8_t, 32 * 32 * 32> table_;
 };
 
 }  // namespace multireach::vision

@@ -22,9 +22,20 @@ nlohmann::json vector(const auto& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
-int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& json_path) {
+const VisionConfig::Target& target_named(const VisionConfig& config, const std::string& name) {
+  std::string names;
+  for (const VisionConfig::Target& target : config.targets) {
+    if (name.empty() || target.name == name) return target;
+    names += " " + target.name;
+  }
+  throw InputError("--target: there is no target '" + name + "'; there are:" + names);
+}
+
+int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& name,
+                const std::string& json_path) {
+  const VisionConfig::Target& target = target_named(config, name);
   const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
-  const vision::StereoRig& rig = config.tracker.rig;
+  const vision::StereoRig& rig = config.rig;
   for (const auto& [image, camera, path] :
        {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
     if (image->cols == camera->width && image->rows == camera->height) continue;
@@ -32,14 +43,15 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                      " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
                      std::to_string(camera->height));
   }
-  vision::StereoTracker tracker(config.tracker);
+  vision::StereoTracker tracker(target.options);
   const vision::Sighting sighting = tracker.find(left, right);
   const bool seen = sighting.status == vision::Sighting::Status::kSeen;
-  nlohmann::json answer{{"name", config.target_name},
+  nlohmann::json answer{{"name", target.name},
                         {"status", seen ? "tracked" : "lost"},
                         {"reason", description(sighting.status)},
                         {"left_px", vector(sighting.left_px)},
-                        {"right_px", vector(sighting.right_px)}};
+                        {"right_px", vector(sighting.right_px)},
+                        {"hidden", sighting.hidden}};
   if (seen) {
     const vision::Triangulation& point = sighting.point;
     answer["position_m"] = vector(point.p_W);
@@ -58,13 +70,14 @@ int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-vision",
                   "Stereo colour tracking: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
-  std::string config_path, json = "-";
+  std::string config_path, target, json = "-";
   std::vector<std::string> pair;
   program.cli().add_option("--config", config_path, "cameras and colour, as robots/hoap2/vision.yaml")->required();
   program.cli()
       .add_option("--pair", pair, "answer once for a LEFT and a RIGHT image file")
       ->expected(2)
       ->type_name("LEFT RIGHT");
+  program.cli().add_option("--target", target, "with --pair: which of several targets; default the first");
   program.cli()
       .add_option("--json", json, "with --pair: where to write the answer; - for standard output")
       ->capture_default_str();
@@ -72,7 +85,7 @@ int main(int argc, char** argv) {
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);  // the same bytes on every machine
     const VisionConfig config = VisionConfig::load(config_path);
-    if (!pair.empty()) return answer_once(config, pair, json);
+    if (!pair.empty()) return answer_once(config, pair, target, json);
     return run_live([&] { return std::make_unique<VisionNode>(config, 2); }, live);
   });
 }

@@ -171,6 +171,12 @@ const char* description(Sighting::Status status) {
       return "seen";
     case Status::kWrongImageSize:
       return "an image is not of the size that the calibration is for";
+    case Status::kLeftDark:
+      return "the left image is black";
+    case Status::kRightDark:
+      return "the right image is black";
+    case Status::kColourEverywhere:
+      return "the colour fills most of an image: its class is too wide";
     case Status::kNotInLeft:
       return "not seen in the left image";
     case Status::kNotInRight:
@@ -183,6 +189,8 @@ const char* description(Sighting::Status status) {
       return "the two images show discs of one size, but their lines of sight do not meet";
     case Status::kBehindCameras:
       return "the two lines of sight do not meet in front of the cameras";
+    case Status::kExchanged:
+      return "left and right images seem to be exchanged";
     case Status::kHiddenTooMuch:
       return "too much of it is hidden";
     case Status::kOfOtherSize:

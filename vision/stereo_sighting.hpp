@@ -13,12 +13,16 @@ struct Sighting {
   enum class Status {
     kSeen,
     kWrongImageSize,  ///< an image is not of the size that the calibration is for
-    kNotInLeft,       ///< no blob of the colour
+    kLeftDark,        ///< an image is black
+    kRightDark,
+    kColourEverywhere,  ///< most of an image is of the colour
+    kNotInLeft,         ///< no blob of the colour
     kNotInRight,
     kCutOff,              ///< too much is outside an image
     kNotTheSame,          ///< the two images show things of different size, or in different places
     kLinesOfSightMissed,  ///< one good disc of the same size in each image, but their lines of sight pass each other
     kBehindCameras,       ///< the rays do not meet in front of the cameras
+    kExchanged,           ///< they would if the left and the right image were exchanged
     kHiddenTooMuch,       ///< too much is hidden for its middle to be told
     kOfOtherSize,         ///< not of the radius that is known
     kNotWhereExpected,    ///< not where the prediction says, although something is seen elsewhere

@@ -1,15 +1,26 @@
 #include "vision/stereo_tracker.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace multireach::vision {
 namespace {
 
+constexpr int kMostBlobs = 6;          // of one image, that are measured
+constexpr double kFilled = 0.5;        // share of an image's pixels in the class, beyond which the class is too wide
+constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation, of a target that was not tracked
+constexpr int64_t kFarApart = 200000;  // us: an image of such another time than its pair's has none of its own
+constexpr double kWindowSigmas = 4;    // of where the target is expected
+constexpr double kWindowRadii = 2;     // around it, so that its background is seen too
+constexpr double kWindowMargin = 8;    // pixels
+constexpr double kWorthwhile = 0.5;    // a window of more than this share of the image is no gain
+constexpr double kDimmest = 10;        // grey levels: no pixel of a black image is brighter
+
 const TrackerOptions& checked(const TrackerOptions& options) {
   const auto require = [](bool sensible, const char* sentence) {
     if (!sensible) throw std::invalid_argument(sentence);
   };
-  require(!options.colour.references.empty(), "the colour class needs at least one reference colour");
   for (const CameraModel* camera : {&options.rig.left, &options.rig.right}) {
     require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
     require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
@@ -18,49 +29,96 @@ const TrackerOptions& checked(const TrackerOptions& options) {
   // The right camera's place in the left one's frame.
   require(options.rig.X_RL.inverse().translation().x() > 0,
           "the right camera is to the left of the left one: the images are swapped, or the baseline's sign is wrong");
-  require(options.ball_radius_m >= 0 && options.min_area_px > 0 && options.sigma_px > 0 && options.max_epipolar_px > 0,
+  const SightingOptions& sighting = options.sighting;
+  require(sighting.radius_m >= 0 && sighting.radius_tolerance_m >= 0 && options.min_area_px > 0 &&
+              sighting.max_epipolar_px > 0 && sighting.max_size_ratio > 1 && sighting.max_hidden > 0 &&
+              sighting.max_prediction_sigmas > 0,
           "the tracker's sizes and thresholds must be positive");
   return options;
 }
 
-}  // namespace
-
-StereoTracker::StereoTracker(const TrackerOptions& options) : options_(checked(options)), table_(options.colour) {}
-
-std::optional<Triangulation> StereoTracker::locate(const OutlinedBlob& left, const OutlinedBlob& right) const {
-  const StereoRig& rig = options_.rig;
-  // The lens distortion is taken from the outline before the centroid: the two do not commute for a large blob.
-  const auto left_centroid = polygon_centroid(rig.left.rays(left.outline));
-  const auto right_centroid = polygon_centroid(rig.right.rays(right.outline));
-  if (!left_centroid || !right_centroid) return std::nullopt;
-  const Eigen::Vector2d left_ray = *left_centroid, right_ray = *right_centroid;
-  const Eigen::Matrix2d left_covariance = ray_covariance(rig.left, options_.sigma_px),
-                        right_covariance = ray_covariance(rig.right, options_.sigma_px);
-  auto point = triangulate(rig, {left_ray, left_covariance}, {right_ray, right_covariance});
-  // The outline of a sphere at (X, Y, Z) is an ellipse centred on (X, Y) Z / (Z^2 - r^2), not on (X, Y) / Z.
-  const double r2 = options_.ball_radius_m * options_.ball_radius_m;
-  constexpr int kRounds = 3;  // each gains a factor r^2 / Z^2
-  for (int round = 0; round < kRounds && r2 > 0 && point; ++round) {
-    const double zl = point->depth_left_m, zr = point->depth_right_m;
-    if (zl * zl <= 2 * r2 || zr * zr <= 2 * r2) return std::nullopt;
-    point = triangulate(rig, {left_ray * (1 - r2 / (zl * zl)), left_covariance},
-                        {right_ray * (1 - r2 / (zr * zr)), right_covariance});
+/// Whether no pixel of every eighth in both directions is brighter than that of a covered or dead camera.
+bool is_dark(const cv::Mat& bgr) {
+  constexpr int kStep = 8;
+  for (int row = kStep / 2; row < bgr.rows; row += kStep) {
+    const auto* pixels = bgr.ptr<cv::Vec3b>(row);
+    for (int column = kStep / 2; column < bgr.cols; column += kStep) {
+      const cv::Vec3b& p = pixels[column];
+      if (p[0] > kDimmest || p[1] > kDimmest || p[2] > kDimmest) return false;
+    }
   }
-  return point;
+  return true;
 }
 
-View StereoTracker::look(Side side, const cv::Mat& bgr) {
+/// Time of an image relative to its pair's, s; 0 where the image has no sensible time of its own.
+double offset_s(int64_t image, int64_t pair) {
+  const int64_t offset = image - pair;
+  return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
+}
+
+}  // namespace
+
+StereoTracker::StereoTracker(const TrackerOptions& options)
+    : options_(checked(options)),
+      eyes_{Eye(options.rig.left, options.colour[0]), Eye(options.rig.right, options.colour[1])},
+      track_(options.track) {}
+
+cv::Rect StereoTracker::whole_image(Side side) const {
   const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
+  return {0, 0, camera.width, camera.height};
+}
+
+cv::Rect StereoTracker::window(Side side, int64_t utime) const {
+  const cv::Rect whole = whole_image(side);
+  const auto expected = track_.expected(utime);
+  if (!expected || radius_m_ <= 0) return whole;
+  const StereoRig& rig = options_.rig;
+  const bool left = side == Side::kLeft;
+  const CameraModel& camera = left ? rig.left : rig.right;
+  Eigen::Vector3d p = rig.X_WL.inverse() * expected->position;
+  if (!left) p = rig.X_RL * p;
+  const double sigma_m = std::sqrt(expected->covariance.trace());
+  const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
+  if (!(near > radius_m_)) return whole;
+  const double half =
+      std::max(camera.fx, camera.fy) * (kWindowRadii * radius_m_ + kWindowSigmas * sigma_m) / near + kWindowMargin;
+  const Eigen::Vector2d centre = camera.project(p);
+  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return whole;
+  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
+  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
+  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & whole;
+  return window.empty() || window.area() > kWorthwhile * whole.area() ? whole : window;
+}
+
+View StereoTracker::look(Side side, const cv::Mat& bgr, const cv::Rect& window) {
+  Eye& eye = eyes_[static_cast<size_t>(index(side))];
+  const cv::Rect whole = whole_image(side);
   View view;
-  view.fits = bgr.type() == CV_8UC3 && bgr.cols == camera.width && bgr.rows == camera.height;
+  view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole.size();
   if (!view.fits) return view;
-  cv::Mat& mask = side == Side::kLeft ? left_mask_ : right_mask_;
-  table_.classify(bgr, mask);
-  view.blob = largest_blob(mask, options_.min_area_px);
+  view.window = window;
+  view.bgr = bgr;
+  const Found found = eye.finder.find(bgr, window, eye.model.members(eye.shift),
+                                      {.min_area = options_.min_area_px, .most = kMostBlobs});
+  view.filled = found.crowded || static_cast<double>(found.members) > kFilled * whole.area();
+  if (view.filled) return view;
+  view.blobs.assign(found.blobs.begin(), found.blobs.end());
+  for (const Blob& blob : view.blobs) view.discs.push_back(eye.measurer.measure(bgr, blob));
+  view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
 }
 
-Sighting StereoTracker::find(const View& left, const View& right) const {
+/// The rig as it is for a target that moves between the two exposures: the right camera sees it where it will be or
+/// was, which is as if the camera were moved the other way.
+StereoRig StereoTracker::rig_at(const PairTimes& times) const {
+  StereoRig rig = options_.rig;
+  if (track_.status() == TargetTrack::Status::kLost) return rig;
+  const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
+  rig.X_RL.translation() += rig.X_RL.linear() * (rig.X_WL.linear().transpose() * (track_.velocity() * later));
+  return rig;
+}
+
+Sighting StereoTracker::sight(const PairTimes& times, const View& left, const View& right) const {
   using Status = Sighting::Status;
   Sighting sighting;
   const auto failed = [&sighting](Status status) {
@@ -68,16 +126,110 @@ Sighting StereoTracker::find(const View& left, const View& right) const {
     return sighting;
   };
   if (!left.fits || !right.fits) return failed(Status::kWrongImageSize);
-  if (!left.blob) return failed(Status::kNotInLeft);
-  sighting.left_px = left.blob->centroid;
-  if (!right.blob) return failed(Status::kNotInRight);
-  sighting.right_px = right.blob->centroid;
-  if (left.blob->cut_off || right.blob->cut_off) return failed(Status::kCutOff);
-  const auto point = locate(*left.blob, *right.blob);
-  if (!point) return failed(Status::kBehindCameras);
-  static_cast<Triangulation&>(sighting.point) = *point;
-  sighting.status = point->epipolar_error_px > options_.max_epipolar_px ? Status::kNotTheSame : Status::kSeen;
+  if (left.filled || right.filled) return failed(Status::kColourEverywhere);
+  if (left.dark) return failed(Status::kLeftDark);
+  if (right.dark) return failed(Status::kRightDark);
+  std::optional<Prediction> prediction;
+  if (const auto expected = track_.expected(times.pair)) prediction = {expected->position, expected->covariance};
+  sighting = vision::sight(rig_at(times), left.discs, right.discs, prediction, options_.sighting);
+  const bool apart = sighting.status == Status::kBehindCameras || sighting.status == Status::kNotTheSame ||
+                     sighting.status == Status::kLinesOfSightMissed;
+  if (apart && sighting.fits_exchanged) sighting.status = Status::kExchanged;
   return sighting;
+}
+
+/// A sighting as a place at the time of the pair, with what is not known of the motion between the exposures.
+PlaceEstimate StereoTracker::place_at_pair(const PairTimes& times, const Sighting& sighting) const {
+  PlaceEstimate place{sighting.point.p_W, sighting.point.covariance};
+  const bool lost = track_.status() == TargetTrack::Status::kLost;
+  const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
+  if (!lost) place.position -= track_.velocity() * left;
+  const Eigen::Matrix3d speed2 =
+      lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
+  place.covariance += speed2 * left * left;
+  // A motion e across the line of sight between the exposures is taken for one of e Z / B along it.
+  const Eigen::Vector3d line = options_.rig.X_WL.linear() * (options_.rig.X_WL.inverse() * sighting.point.p_W);
+  const double ratio = line.norm() / options_.rig.baseline_m();
+  const Eigen::Vector3d along = line.normalized();
+  place.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
+  return place;
+}
+
+TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
+  return {.status = status,
+          .place = track_.place(),
+          .velocity = track_.velocity(),
+          .velocity_covariance = track_.velocity_covariance(),
+          .seen_utime = track_.seen_utime(),
+          .reason = reason};
+}
+
+TargetReport StereoTracker::take_unseen(int64_t utime, const char* reason) {
+  track_.take(utime, std::nullopt);
+  for (Eye& eye : eyes_) eye.shift = relaxed(eye.shift);
+  return report(track_.status(), reason);
+}
+
+TargetReport StereoTracker::take(const PairTimes& times, const Sighting& sighting, const View& left,
+                                 const View& right) {
+  using Status = Sighting::Status;
+  // One that is elsewhere may have jumped there: the track believes it when it stays.
+  const bool seen = sighting.status == Status::kSeen || sighting.status == Status::kNotWhereExpected;
+  // What is seen of it tells a little; enough to follow it, not to find it.
+  const bool partly = (sighting.status == Status::kHiddenTooMuch || sighting.status == Status::kCutOff) &&
+                      sighting.left >= 0 && sighting.right >= 0 && track_.status() != TargetTrack::Status::kLost;
+  if (!seen && !partly) return take_unseen(times.pair, description(sighting.status));
+  const PlaceEstimate place = place_at_pair(times, sighting);
+  if (!track_.take(times.pair, place)) {
+    return report(track_.status(), description(Status::kNotWhereExpected));
+  }
+  if (partly) return report(TargetTrack::Status::kCoasting, description(sighting.status));
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * sighting.point.p_W;
+  radius_m_ = options_.sighting.radius_m > 0 ? options_.sighting.radius_m
+                                             : left.discs[static_cast<size_t>(sighting.left)].value.z() * p_L.norm();
+  if (options_.adapt_colour) {
+    // What is no sphere is less surely all of it the object.
+    const double quality = sighting.both_by_edges ? 1 - sighting.hidden : 0.5;
+    adapt(Side::kLeft, left, sighting.left, quality);
+    adapt(Side::kRight, right, sighting.right, quality);
+  }
+  TargetReport said = report(TargetTrack::Status::kTracked, description(Status::kSeen));
+  said.place = place;
+  return said;
+}
+
+void StereoTracker::adapt(Side side, const View& view, int chosen, double quality) {
+  Eye& eye = eyes_[static_cast<size_t>(index(side))];
+  const LightSample sample = eye.model.sample(eye.shift, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
+  eye.shift = adapted(eye.shift, sample, quality);
+}
+
+std::vector<double> StereoTracker::memory() const {
+  std::vector<double> memory = track_.memory();
+  memory.push_back(radius_m_);
+  for (const Eye& eye : eyes_) memory.insert(memory.end(), {eye.shift.red, eye.shift.blue});
+  return memory;
+}
+
+bool StereoTracker::restore(int64_t utime, std::span<const double> memory) {
+  constexpr size_t kOwn = 5;
+  if (memory.size() < kOwn) return false;
+  const auto own = memory.last(kOwn);
+  if (!(own[0] >= 0 && own[0] < 1e6)) return false;
+  for (const double gain : own.last(4)) {
+    if (!(gain >= kSmallestGain && gain <= kLargestGain)) return false;
+  }
+  if (!track_.restore(utime, memory.first(memory.size() - kOwn))) return false;
+  radius_m_ = own[0];
+  eyes_[0].shift = {own[1], own[2]};
+  eyes_[1].shift = {own[3], own[4]};
+  return true;
+}
+
+Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
+  const View left = look(Side::kLeft, left_bgr, whole_image(Side::kLeft));
+  const View right = look(Side::kRight, right_bgr, whole_image(Side::kRight));
+  return sight({}, left, right);
 }
 
 }  // namespace multireach::vision

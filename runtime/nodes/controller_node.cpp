@@ -88,7 +88,7 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
   options.push_from = config.number("push_from_rad", 0, 10, options.push_from);
   if (config.has("rest_rad")) options.rest = posture_from(config, "rest_rad", robot.chain);
   options.posture_search.seed = static_cast<uint64_t>(config.integer("seed", 0, INT64_MAX, 1));
-  config.finish();
+  config.finish({"target_name"});
   return options;
 }
 
@@ -106,7 +106,10 @@ controller::ReachController controller_from(const RobotConfig& robot) {
 }  // namespace
 
 ControllerNode::ControllerNode(const RobotConfig& robot)
-    : controller_(controller_from(robot)), joint_names_(joint_names(robot.chain)), config_digest_(robot.digest) {}
+    : controller_(controller_from(robot)), joint_names_(joint_names(robot.chain)), config_digest_(robot.digest) {
+  const auto section = robot.section("controller");
+  if (section && section->has("target_name")) target_name_ = section->text("target_name");
+}
 
 std::vector<std::string_view> ControllerNode::inputs() const {
   return {channel::kTarget, channel::kObstacles, channel::kRobotState};
@@ -123,7 +126,8 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   counters_.dropped += targets_.missing_before(message->sequence);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
-  const bool seen = message->status == target_t::STATUS_TRACKED;
+  const bool seen = message->status != target_t::STATUS_LOST;
+  if (target_name_ && message->name != *target_name_) return {};
   if (!plausible_utime(message->utime) || (seen && !(position.allFinite() && velocity.allFinite()))) {
     ++counters_.refused;
     return {};
@@ -131,6 +135,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   if (!controller_.started()) return {};
   const auto next = controller_.next_tick();
   if (!next && !seen) return {};  // the grid begins with the first target that is seen
+  if (!target_name_) target_name_ = message->name;
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
   const bool taken =
       controller_.observe({.utime = message->utime,

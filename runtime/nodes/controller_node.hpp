@@ -32,6 +32,7 @@ class ControllerNode : public Node {
 
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
+  std::optional<std::string> target_name_;  // of the one to reach for; the first that is seen where none is configured
   int64_t config_digest_;
   std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // since the last tick
   bool measured_ = false;                                           // whether a state was taken since the grid began

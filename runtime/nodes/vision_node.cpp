@@ -1,191 +1,259 @@
 #include "runtime/nodes/vision_node.hpp"
 
-#include <charconv>
+#include <fmt/format.h>
+
 #include <future>
+#include <multireach/debug_request_t.hpp>
 
 #include "runtime/channels.hpp"
-#include "runtime/digest.hpp"
-#include "runtime/files.hpp"
-#include "runtime/nodes/rig_config.hpp"
+#include "vision/debug_picture.hpp"
 
 namespace multireach {
+namespace {
 
-using vision::CameraModel;
+using vision::Side;
 using vision::Sighting;
+using Status = vision::TargetTrack::Status;
 
-namespace {
+constexpr std::array kSides{Side::kLeft, Side::kRight};
+constexpr int64_t kPicturesFor = 2000000;  // us
 
-vision::ColourClass colour_class_from(const Config& config) {
-  vision::ColourClass colour;
-  for (const Config& reference : config.sections("references")) {
-    const std::vector<double> rgb = reference.numbers("rgb", 3);
-    for (const double channel : rgb) {
-      if (channel < 0 || channel > 255) reference.fail("rgb", "three numbers from 0 to 255");
-    }
-    if (rgb[0] + rgb[1] + rgb[2] < 1) reference.fail("rgb", "a colour that is not black");
-    reference.finish();
-    colour.references.push_back({rgb[0], rgb[1], rgb[2]});
+int8_t wire_status(Status status) {
+  switch (status) {
+    case Status::kTracked:
+      return target_t::STATUS_TRACKED;
+    case Status::kCoasting:
+      return target_t::STATUS_COASTING;
+    case Status::kLost:
+      break;
   }
-  if (colour.references.empty()) config.fail("references", "at least one colour");
-  colour.tolerance = config.number("tolerance", 0, 100, colour.tolerance);
-  colour.darkest = config.number("darkest", 0, 255, colour.darkest);
-  colour.brightest = config.number("brightest", 0, 255, colour.brightest);
-  config.finish();
-  return colour;
+  return target_t::STATUS_LOST;
+}
+
+const char* word_for(int8_t status) {
+  return status == target_t::STATUS_TRACKED ? "tracked" : status == target_t::STATUS_COASTING ? "coasting" : "lost";
+}
+
+void put(double (&field)[3], const Eigen::Vector3d& vector) {
+  std::copy_n(vector.data(), 3, field);
+}
+
+void put(double (&field)[3][3], const Eigen::Matrix3d& matrix) {
+  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rows(&field[0][0]);
+  rows = matrix;
+}
+
+vision::PairTimes times_of(const StereoFrames& frames) {
+  return {frames.utime(), frames.frame_utime(Side::kLeft), frames.frame_utime(Side::kRight)};
 }
 
 }  // namespace
 
-VisionConfig VisionConfig::load(const std::string& path) {
-  const Config file = Config::load(path);
-  VisionConfig vision;
-  const RigConfig cameras = load_rig(file.section("cameras"));
-  vision.digest = digest_of(read_text_file(path) + cameras.files);
-  vision.tracker.rig = cameras.rig;
-  vision.tracker.colour = colour_class_from(file.section("colour"));
-  vision.target_name = "target";
-  if (file.has("tracker")) {
-    const Config tracker = file.section("tracker");
-    vision::TrackerOptions& options = vision.tracker;
-    vision.target_name = tracker.text("target_name", vision.target_name);
-    options.ball_radius_m = tracker.number("ball_radius_m", 0, 10, options.ball_radius_m);
-    options.min_area_px = tracker.number("min_area_px", 1, 1e9, options.min_area_px);
-    options.sigma_px = tracker.number("sigma_px", 1e-6, 1000, options.sigma_px);
-    options.max_epipolar_px = tracker.number("max_epipolar_px", 1e-6, 1e6, options.max_epipolar_px);
-    tracker.finish();
+VisionNode::VisionNode(const VisionConfig& config, int threads) : config_(config), side_by_side_(threads > 1) {
+  for (const VisionConfig::Target& target : config.targets) {
+    targets_.push_back({target.name, vision::StereoTracker(target.options)});
   }
-  file.finish();
-  try {
-    vision::StereoTracker check(vision.tracker);
-  } catch (const std::invalid_argument& fault) {
-    throw InputError(path + ": " + fault.what());
-  }
-  return vision;
 }
-
-int64_t pair_sequence(const images_t& images) {
-  for (const image_t& image : images.images) {
-    for (const image_metadata_t& item : image.metadata) {
-      if (item.key != "sequence") continue;
-      int64_t value = -1;
-      const char* begin = reinterpret_cast<const char*>(item.value.data());
-      const auto [end, error] = std::from_chars(begin, begin + item.value.size(), value);
-      if (error == std::errc() && end == begin + item.value.size() && value >= 0) return value;
-    }
-  }
-  return -1;
-}
-
-vision::EncodedImage encoded(const image_t& image) {
-  return {.width = image.width,
-          .height = image.height,
-          .row_stride = image.row_stride,
-          .format = static_cast<vision::PixelFormat>(image.pixelformat),
-          .data = image.data};
-}
-
-Eyes::Eyes(const VisionConfig& config, int threads) : tracker_(config.tracker), side_by_side_(threads > 1) {}
-
-namespace {
-
-const image_t* image_of_type(const images_t& images, int16_t type) {
-  for (size_t i = 0; i < images.images.size(); ++i) {
-    if (images.image_types[i] == type) return &images.images[i];
-  }
-  return nullptr;
-}
-
-bool fits(const image_t& image, const CameraModel& camera) {
-  return image.width == camera.width && image.height == camera.height;
-}
-
-}  // namespace
-
-Glimpse Eyes::look(std::span<const uint8_t> message) {
-  Glimpse glimpse;
-  const auto images = decode<images_t>(message);
-  if (!images) return glimpse;
-  glimpse.decoded = true;
-  glimpse.utime = images->utime;
-  glimpse.pair_sequence = pair_sequence(*images);
-  const image_t* left = image_of_type(*images, images_t::LEFT);
-  const image_t* right = image_of_type(*images, images_t::RIGHT);
-  if (left) glimpse.left_utime = left->utime;
-  if (right) glimpse.right_utime = right->utime;
-  // Before decoding: an image of another size is of no use, whatever memory it asks for.
-  const vision::StereoRig& rig = tracker_.options().rig;
-  if (!left || !right || !fits(*left, rig.left) || !fits(*right, rig.right)) return glimpse;
-  const auto look_at = [this](vision::Side side, const image_t& image, Eye& eye, vision::View& view) {
-    if (!eye.codec.decode(encoded(image), eye.bgr)) return false;
-    view = tracker_.look(side, eye.bgr);
-    return true;
-  };
-  const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
-  auto beside =
-      std::async(policy, look_at, vision::Side::kRight, std::cref(*right), std::ref(right_), std::ref(glimpse.right));
-  const bool left_readable = look_at(vision::Side::kLeft, *left, left_, glimpse.left);
-  glimpse.readable = beside.get() && left_readable;
-  return glimpse;
-}
-
-VisionNode::VisionNode(const VisionConfig& config, int threads)
-    : config_(config), eyes_(config, threads), tracker_(config.tracker) {}
 
 std::vector<std::string_view> VisionNode::inputs() const {
-  return {channel::kStereoImages};
+  return {channel::kStereoImages, channel::kVisionDebugRequest};
 }
 
-target_t VisionNode::target_of(const Glimpse& glimpse) {
-  target_t target{};
-  target.name = config_.target_name;
-  target.utime = glimpse.utime;
-  target.sequence = sequence_++;
-  target.pair_sequence = glimpse.pair_sequence;
-  target.left_frame_utime = glimpse.left_utime;
-  target.right_frame_utime = glimpse.right_utime;
-  target.status = target_t::STATUS_LOST;
-  std::copy_n(last_seen_.position_m, 3, target.position_m);
-  if (!glimpse.readable) {
-    ++counters_.refused;
-    state_ = "unreadable image, or of another size than the calibration";
-    return target;
+/// Looks for every target in one image: where each is expected, or everywhere for those that were not seen there.
+bool VisionNode::look(StereoFrames& frames, Side side, bool everywhere) {
+  const auto at = static_cast<size_t>(index(side));
+  std::vector<cv::Rect> windows;
+  cv::Rect part;
+  for (const Target& target : targets_) {
+    windows.push_back(everywhere ? target.tracker.whole_image(side) : target.tracker.window(side, frames.utime()));
+    part |= windows.back();
   }
-  const Sighting sighting = tracker_.find(glimpse.left, glimpse.right);
-  Eigen::Map<Eigen::Vector2d>(target.left_px) = sighting.left_px;
-  Eigen::Map<Eigen::Vector2d>(target.right_px) = sighting.right_px;
-  target.epipolar_error_px = sighting.point.epipolar_error_px;
-  state_ = description(sighting.status);
-  if (sighting.status != Sighting::Status::kSeen) return target;
-  target.status = target_t::STATUS_TRACKED;
-  Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting.point.p_W;
-  Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting.point.covariance;
-  last_seen_ = target;
-  return target;
-}
-
-bool VisionNode::adopt(std::span<const uint8_t> sent) {
-  const auto target = decode<target_t>(sent);
-  if (!target || target->sequence != sequence_) return false;
-  ++sequence_;
-  if (target->status == target_t::STATUS_TRACKED) last_seen_ = *target;
+  const cv::Mat* bgr = frames.pixels(side, part, codecs_[at]);
+  if (!bgr) return false;
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
+    const bool again = everywhere && target.sighting.status == Sighting::Status::kSeen;
+    if (!again && target.views[at].window != windows[k]) target.views[at] = target.tracker.look(side, *bgr, windows[k]);
+  }
   return true;
 }
 
-Receipt VisionNode::receive(std::string_view, std::span<const uint8_t> bytes, Outbox& out) {
-  return conclude(eyes_.look(bytes), out);
+bool VisionNode::look_at_both(StereoFrames& frames, bool everywhere) {
+  const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
+  auto right = std::async(policy, [&] { return look(frames, Side::kRight, everywhere); });
+  const bool left = look(frames, Side::kLeft, everywhere);
+  if (!right.get() || !left) return false;
+  for (Target& target : targets_) {
+    if (everywhere && target.sighting.status == Sighting::Status::kSeen) continue;
+    target.sighting = target.tracker.sight(times_of(frames), target.views[0], target.views[1]);
+  }
+  return true;
 }
 
-Receipt VisionNode::conclude(const Glimpse& glimpse, Outbox& out) {
-  ++(glimpse.decoded ? counters_.received : counters_.refused);
-  if (!glimpse.decoded) return {};
-  if (!plausible_utime(glimpse.utime)) {
+/// Looks at the pair; says what is wrong with it as a whole, or nothing.
+const char* VisionNode::fault_of(StereoFrames& frames) {
+  const vision::StereoRig& rig = config_.rig;
+  if (frames.frame_utime(Side::kLeft) < 0) return "there is no left image";
+  if (frames.frame_utime(Side::kRight) < 0) return "there is no right image";
+  // Before decoding: an image of another size is of no use, whatever memory it asks for.
+  if (!frames.has(Side::kLeft, rig.left.width, rig.left.height) ||
+      !frames.has(Side::kRight, rig.right.width, rig.right.height)) {
+    return vision::description(Sighting::Status::kWrongImageSize);
+  }
+  watch_.take(frames.fingerprint(Side::kLeft), frames.fingerprint(Side::kRight));
+  if (const auto frozen = watch_.frozen()) {
+    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
+                                  : "the right camera is frozen: it gives the same image again and again";
+  }
+  for (Target& target : targets_) {
+    target.views = {};
+    target.sighting = {};
+  }
+  if (!look_at_both(frames, false)) return "an image cannot be decoded";
+  const bool all =
+      std::ranges::all_of(targets_, [](const Target& t) { return t.sighting.status == Sighting::Status::kSeen; });
+  if (!all && !look_at_both(frames, true)) return "an image cannot be decoded";
+  return nullptr;
+}
+
+target_t VisionNode::target_of(Target& target, const StereoFrames& frames, const char* fault) {
+  const vision::TargetReport report =
+      fault ? target.tracker.take_unseen(frames.utime(), fault)
+            : target.tracker.take(times_of(frames), target.sighting, target.views[0], target.views[1]);
+  target_t said{};
+  said.utime = frames.utime();
+  said.sequence = sequence_++;
+  said.left_frame_utime = frames.frame_utime(Side::kLeft);
+  said.right_frame_utime = frames.frame_utime(Side::kRight);
+  said.pair_sequence = frames.pair_sequence();
+  said.seen_utime = report.seen_utime.value_or(-1);
+  said.status = wire_status(report.status);
+  said.name = target.name;
+  said.reason = report.reason;
+  put(said.position_m, report.place.position);
+  put(said.covariance_m2, report.place.covariance);
+  if (report.status != Status::kLost) {
+    put(said.velocity_m_s, report.velocity);
+    put(said.velocity_covariance_m2_s2, report.velocity_covariance);
+  }
+  if (!fault) {
+    Eigen::Map<Eigen::Vector2d>(said.left_px) = target.sighting.left_px;
+    Eigen::Map<Eigen::Vector2d>(said.right_px) = target.sighting.right_px;
+    said.epipolar_error_px = target.sighting.point.epipolar_error_px;
+    said.hidden = target.sighting.hidden;
+  }
+  said.memory = target.tracker.memory();
+  const std::vector<double> watched = watch_.memory();
+  said.memory.insert(said.memory.end(), watched.begin(), watched.end());
+  said.num_memory = static_cast<int32_t>(said.memory.size());
+  return said;
+}
+
+bool VisionNode::adopt(const std::vector<std::span<const uint8_t>>& sent) {
+  constexpr size_t kWatched = vision::FrameWatch::kMemory;
+  if (sent.size() != targets_.size()) return false;
+  vision::FrameWatch watch;
+  std::vector<vision::StereoTracker> trackers;
+  for (size_t k = 0; k < sent.size(); ++k) {
+    const auto said = decode<target_t>(sent[k]);
+    if (!said || said->sequence != sequence_ + static_cast<int64_t>(k) || said->memory.size() < kWatched) return false;
+    const std::span<const double> memory = said->memory;
+    const size_t own = memory.size() - kWatched;
+    trackers.push_back(targets_[k].tracker);
+    if (!trackers[k].restore(said->utime, memory.first(own)) || !watch.restore(memory.subspan(own))) return false;
+  }
+  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = std::move(trackers[k]);
+  watch_ = watch;
+  sequence_ += sent_per_input();
+  return true;
+}
+
+Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
+  if (channel == channel::kVisionDebugRequest) {
+    asked_for_pictures_ = asked_for_pictures_ || take<debug_request_t>(bytes).has_value();
+    return {};
+  }
+  StereoFrames frames(bytes);
+  for (const Side side : kSides) frames.lend(side, buffers_[static_cast<size_t>(index(side))]);
+  const Receipt receipt = conclude(frames, out);
+  for (const Side side : kSides) buffers_[static_cast<size_t>(index(side))] = frames.buffer(side);
+  return receipt;
+}
+
+Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
+  ++(frames.decoded() ? counters_.received : counters_.refused);
+  if (!frames.decoded()) return {};
+  if (!plausible_utime(frames.utime())) {
     ++counters_.refused;
     return {};
   }
-  const target_t target = target_of(glimpse);
-  if (target.pair_sequence >= 0) counters_.dropped += pairs_.missing_before(target.pair_sequence);
-  send(out, channel::kTarget, target);
-  return {Receipt::Effect::kTaken, glimpse.utime, target.pair_sequence};
+  const char* fault = fault_of(frames);
+  if (fault) ++counters_.refused;
+  for (Target& target : targets_) {
+    target.last = target_of(target, frames, fault);
+    send(out, channel::kTarget, target.last);
+  }
+  if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
+  send_debug_picture(frames, out);
+  return {Receipt::Effect::kTaken, frames.utime(), frames.pair_sequence()};
+}
+
+void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
+  if (asked_for_pictures_) pictures_until_ = frames.utime() + kPicturesFor;
+  asked_for_pictures_ = false;
+  // A log that is played again begins at an earlier time.
+  if (frames.utime() > pictures_until_ || frames.utime() < pictures_until_ - kPicturesFor) return;
+  std::array<cv::Mat, 2> images;
+  for (const Side side : kSides) {
+    const auto at = static_cast<size_t>(index(side));
+    const cv::Rect whole = targets_.front().tracker.whole_image(side);
+    const cv::Mat* bgr = frames.pixels(side, whole, codecs_[at]);
+    images[at] = bgr ? *bgr : cv::Mat(whole.size(), CV_8UC3, cv::Scalar(0, 0, 0));
+  }
+  static const std::array kColours{cv::Scalar(0, 255, 0), cv::Scalar(255, 255, 0), cv::Scalar(0, 200, 255),
+                                   cv::Scalar(255, 120, 255)};
+  std::vector<vision::DebugMarks> marks;
+  for (const Target& target : targets_) {
+    vision::DebugMarks mark{fmt::format("{} {}: {}", target.name, word_for(target.last.status), target.last.reason),
+                            kColours[marks.size() % kColours.size()],
+                            {}};
+    for (size_t side = 0; side < 2; ++side) {
+      mark.sides[side].window = target.views[side].window;
+      const int chosen = side == 0 ? target.sighting.left : target.sighting.right;
+      for (size_t k = 0; k < target.views[side].discs.size(); ++k) {
+        const vision::DiscMeasurement& disc = target.views[side].discs[k];
+        mark.sides[side].discs.push_back({disc.centre_px, disc.radius_px, static_cast<int>(k) == chosen});
+      }
+    }
+    marks.push_back(std::move(mark));
+  }
+  const cv::Mat picture = vision::debug_picture(images[0], images[1], marks);
+  constexpr int kQuality = 80;
+  images_t message;
+  message.utime = frames.utime();
+  message.n_images = 1;
+  message.image_types = {images_t::LEFT};
+  image_t& image = message.images.emplace_back();
+  image.utime = frames.utime();
+  image.width = picture.cols;
+  image.height = picture.rows;
+  image.row_stride = 0;
+  image.pixelformat = image_t::PIXEL_FORMAT_MJPEG;
+  image.data = codecs_[0].encode_jpeg(picture, kQuality);
+  image.size = static_cast<int32_t>(image.data.size());
+  image.nmetadata = 0;
+  send(out, channel::kVisionDebug, message);
+}
+
+std::string VisionNode::state() const {
+  if (targets_.front().last.utime == 0) return "waiting";
+  std::string text;
+  for (const Target& target : targets_) {
+    if (!text.empty()) text += "; ";
+    text += fmt::format("{} {}", target.name, word_for(target.last.status));
+    if (target.last.status != target_t::STATUS_TRACKED) text += ": " + target.last.reason;
+  }
+  return text;
 }
 
 }  // namespace multireach

@@ -43,7 +43,7 @@ class CameraFilesTest : public ::testing::Test {
     return "nothing was refused";
   }
 
-  const vision::StereoRig rig_ = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").tracker.rig;
+  const vision::StereoRig rig_ = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
   std::filesystem::path folder_;
 };
 
@@ -216,21 +216,21 @@ TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
   write_text_file(path("place.yaml"), "left_to_robot:\n" + transform_text(rig_.X_WL, "  "));
   const VisionConfig named =
       VisionConfig::load(written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n" + place));
-  expect_same(rig_, named.tracker.rig, 1e-12);
-  EXPECT_EQ(named.tracker.rig.X_WL.translation(), Eigen::Vector3d(1, 2, 3));
+  expect_same(rig_, named.rig, 1e-12);
+  EXPECT_EQ(named.rig.X_WL.translation(), Eigen::Vector3d(1, 2, 3));
   const VisionConfig both = VisionConfig::load(
       written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n  left_to_robot: {file: place.yaml}\n"));
-  EXPECT_TRUE(both.tracker.rig.X_WL.isApprox(rig_.X_WL, 1e-15));
+  EXPECT_TRUE(both.rig.X_WL.isApprox(rig_.X_WL, 1e-15));
 
   // What the named files hold belongs to the digest.
   write_text_file(path("place.yaml"), "left_to_robot:\n  translation_m: [0, 0, 0]\n");
   EXPECT_NE(VisionConfig::load(path("vision.yaml")).digest, both.digest);
 
   const std::vector<std::string> ros = written(CameraFormat::kRos, rig_);
-  expect_same(rig_,
-              VisionConfig::load(written("vision.yaml", colour + "cameras:\n  files: [rig0.yaml, rig1.yaml]\n" + place))
-                  .tracker.rig,
-              1e-12);
+  expect_same(
+      rig_,
+      VisionConfig::load(written("vision.yaml", colour + "cameras:\n  files: [rig0.yaml, rig1.yaml]\n" + place)).rig,
+      1e-12);
 
   const auto refusal = [&](const std::string& cameras) {
     return fault([&] { VisionConfig::load(written("vision.yaml", colour + "cameras:\n" + cameras)); });

@@ -50,6 +50,8 @@ target_t example(target_t*) {
   m.utime = 7;
   m.name = "ball";
   m.position_m[1] = 0.25;
+  m.num_memory = 3;
+  m.memory = {1, 2, 3};
   return m;
 }
 obstacle_t example(obstacle_t*) {

@@ -45,8 +45,9 @@ std::vector<uint8_t> robot_state(int64_t sequence) {
 }
 
 std::vector<uint8_t> target(int64_t sequence, int64_t utime, const Eigen::Vector3d& p,
-                            int8_t status = target_t::STATUS_TRACKED) {
+                            int8_t status = target_t::STATUS_TRACKED, const std::string& name = "ball") {
   target_t message{};
+  message.name = name;
   message.sequence = sequence;
   message.utime = utime;
   message.status = status;
@@ -108,6 +109,20 @@ TEST(ControllerNode, AnotherTimeLineStartsTheGridAgain) {
     node.tick(out);
     EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).tick, 0);
   }
+}
+
+TEST(ControllerNode, ReachesForTheTargetOfItsName) {
+  const Eigen::Vector3d elsewhere(0.12, -0.10, 0.05);
+  Outbox out;
+  ControllerNode first(robot());
+  first.receive(channel::kRobotState, robot_state(0), out);
+  first.receive(channel::kTarget, target(0, 1000, kFront), out);
+  EXPECT_FALSE(first.receive(channel::kTarget, target(1, 1000, elsewhere, target_t::STATUS_TRACKED, "cup"), out).utime);
+  first.tick(out);
+  EXPECT_EQ(
+      Eigen::Map<const Eigen::Vector3d>(last_of<controller_state_t>(out, channel::kControllerState).hand_target_m),
+      kFront);
+  EXPECT_EQ(first.counters().dropped, 0);
 }
 
 TEST(ControllerNode, KeepsAwayFromObstaclesAndRefusesWhatIsNone) {

@@ -16,7 +16,7 @@ TEST(Moebius, ThePinkSolidIsWithinItsOwnRangeOfTrueDepth) {
   const VisionConfig config = VisionConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/moebius/vision.yaml");
   const cv::Mat left = cv::imread(folder + "view1.png"), right = cv::imread(folder + "view5.png");
   const cv::Mat disparity = cv::imread(folder + "disp1.png", cv::IMREAD_GRAYSCALE);
-  const vision::Sighting sighting = vision::StereoTracker(config.tracker).find(left, right);
+  const vision::Sighting sighting = vision::StereoTracker(config.targets.front().options).find(left, right);
   ASSERT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
 
   // The solid's pixels, told by a rectangle around it and its strong pink, and their true depths.

@@ -17,7 +17,7 @@ VisionConfig hoap2_vision() {
 
 struct Stage {
   explicit Stage(const VisionConfig& vision, const SceneOptions& scene = {})
-      : rig(vision.tracker.rig),
+      : rig(vision.rig),
         left(scene, rig.left, rig.X_WL, rig.X_WL),
         right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
   vision::StereoRig rig;
@@ -27,7 +27,7 @@ struct Stage {
 TEST(RenderedVision, FindsTheCentreOfASphere) {
   const VisionConfig config = hoap2_vision();
   const Stage stage(config, {.distractors = 0, .noise_grey_levels = 1});
-  vision::StereoTracker tracker(config.tracker);
+  vision::StereoTracker tracker(config.targets.front().options);
   const CounterRandom random(11);
   double sum2 = 0;
   constexpr uint64_t kBalls = 30;
@@ -49,10 +49,10 @@ TEST(RenderedVision, TheRadiusCorrectsTheDepth) {
   const Stage stage(config, scene);
   const Eigen::Vector3d p_WB(0.1, -0.1, 0.08);
   const cv::Mat left = stage.left.render(p_WB, 0), right = stage.right.render(p_WB, 1);
-  config.tracker.ball_radius_m = 0.05;
-  const double depth = vision::StereoTracker(config.tracker).find(left, right).point.depth_left_m;
-  config.tracker.ball_radius_m = 0;
-  const double uncorrected = vision::StereoTracker(config.tracker).find(left, right).point.depth_left_m;
+  config.targets.front().options.sighting.radius_m = 0.05;
+  const double depth = vision::StereoTracker(config.targets.front().options).find(left, right).point.depth_left_m;
+  config.targets.front().options.sighting.radius_m = 0;
+  const double uncorrected = vision::StereoTracker(config.targets.front().options).find(left, right).point.depth_left_m;
   const double truth = (stage.rig.X_WL.inverse() * p_WB).z();
   EXPECT_NEAR(depth, truth, 1.5e-3);
   EXPECT_NEAR(uncorrected, truth - 0.05 * 0.05 / truth, 2e-3);
@@ -62,7 +62,7 @@ TEST(RenderedVision, SaysWhyItSeesNothing) {
   using Status = vision::Sighting::Status;
   const VisionConfig config = hoap2_vision();
   const Stage stage(config);
-  vision::StereoTracker tracker(config.tracker);
+  vision::StereoTracker tracker(config.targets.front().options);
   const Eigen::Vector3d ball(0.1, -0.1, 0.08), other(0.1, -0.1, 0.12);
   const Eigen::Vector3d elsewhere(0.02, -0.1, 0.0);
   const auto status = [&](const std::optional<Eigen::Vector3d>& left, const std::optional<Eigen::Vector3d>& right) {
@@ -75,17 +75,17 @@ TEST(RenderedVision, SaysWhyItSeesNothing) {
   const cv::Mat small(100, 100, CV_8UC3, cv::Scalar(0, 0, 0));
   EXPECT_EQ(tracker.find(small, small).status, Status::kWrongImageSize);
   const cv::Mat pink(240, 320, CV_8UC3, cv::Scalar(110, 40, 220));
-  EXPECT_EQ(tracker.find(pink, pink).status, Status::kCutOff) << "all pixels in the class";
+  EXPECT_EQ(tracker.find(pink, pink).status, Status::kColourEverywhere);
 }
 
 TEST(RenderedVision, RefusesSwappedCamerasAndOtherNonsense) {
-  vision::TrackerOptions options = hoap2_vision().tracker;
+  vision::TrackerOptions options = hoap2_vision().targets.front().options;
   EXPECT_NO_THROW(vision::StereoTracker{options});
   auto swapped = options;
   swapped.rig.X_RL = options.rig.X_RL.inverse();
   EXPECT_THROW(vision::StereoTracker{swapped}, std::invalid_argument);
   auto no_colour = options;
-  no_colour.colour.references.clear();
+  no_colour.colour[0].object.clear();
   EXPECT_THROW(vision::StereoTracker{no_colour}, std::invalid_argument);
   auto one_place = options;
   one_place.rig.X_RL.setIdentity();

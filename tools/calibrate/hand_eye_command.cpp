@@ -8,7 +8,7 @@
 
 #include "runtime/nodes/camera_files.hpp"
 #include "runtime/nodes/robot_config.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "runtime/nodes/vision_config.hpp"
 #include "runtime/program.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "tools/calibrate/hand_eye_places.hpp"
@@ -42,7 +42,7 @@ std::vector<HandEyePlace> places_of(const HandEyeArguments& arguments) {
   const RobotConfig robot = RobotConfig::load(arguments.config);
   LogChoice choice = arguments.choice;
   choice.still_m = arguments.still_mm * 1e-3;
-  return places_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).tracker.rig.X_WL, choice);
+  return places_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
 }
 
 nlohmann::json list(const auto& values) {

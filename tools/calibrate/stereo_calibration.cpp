@@ -232,7 +232,8 @@ std::vector<double> leave_one_out(const std::vector<BoardPair>& pairs, const Boa
     Eigen::Index found = 0;
     for (; found < count; ++found) {
       const cv::Point2f &l = pairs[k].left[static_cast<size_t>(found)], &r = pairs[k].right[static_cast<size_t>(found)];
-      const auto point = vision::triangulate(rig, rig.left.ray({l.x, l.y}), rig.right.ray({r.x, r.y}), 1);
+      const auto point = vision::triangulate(rig, {rig.left.ray({l.x, l.y}), vision::ray_covariance(rig.left, 1)},
+                                             {rig.right.ray({r.x, r.y}), vision::ray_covariance(rig.right, 1)});
       if (!point) break;
       seen.col(found) = point->p_W;
     }

@@ -39,9 +39,8 @@ RenderSource::RenderSource(const Config& scene, const VisionConfig& vision)
       jpeg_quality_(static_cast<int>(scene.integer("jpeg_quality", 0, 100, 85))),
       options_(scene_options_from(scene)),
       path_(scene),
-      left_(options_, vision.tracker.rig.left, vision.tracker.rig.X_WL, vision.tracker.rig.X_WL),
-      right_(options_, vision.tracker.rig.right, vision.tracker.rig.X_WL * vision.tracker.rig.X_RL.inverse(),
-             vision.tracker.rig.X_WL) {}
+      left_(options_, vision.rig.left, vision.rig.X_WL, vision.rig.X_WL),
+      right_(options_, vision.rig.right, vision.rig.X_WL * vision.rig.X_RL.inverse(), vision.rig.X_WL) {}
 
 Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball,
                              uint64_t stream) {
@@ -63,7 +62,7 @@ Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<E
 }
 
 bool RenderSource::in_both_images(const Eigen::Vector3d& p_WB) const {
-  const vision::StereoRig& rig = vision_.tracker.rig;
+  const vision::StereoRig& rig = vision_.rig;
   const Eigen::Vector3d p_L = rig.X_WL.inverse() * p_WB;
   const auto inside = [](const vision::CameraModel& camera, const Eigen::Vector3d& p_C) {
     if (p_C.z() <= 0) return false;
@@ -86,7 +85,7 @@ std::optional<StereoPair> RenderSource::next() {
   pair.right = frame_of(right_, ball, stream + 1);
   target_t truth{};
   truth.utime = truth.left_frame_utime = truth.right_frame_utime = pair.utime;
-  truth.name = vision_.target_name;
+  truth.name = vision_.targets.front().name;
   truth.status = ball && in_both_images(*ball) ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
   Eigen::Map<Eigen::Vector3d>(truth.position_m) = p_WB;
   pair.truth = truth;

@@ -7,7 +7,7 @@
 
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "runtime/nodes/stereo_frames.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/log_edit.hpp"

@@ -42,10 +42,16 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     ++ticked;
     return hand_on();
   };
+  const int64_t per_input = node->sent_per_input();
+  const auto adopt = [&] {
+    std::vector<std::span<const uint8_t>> recorded;
+    for (int64_t k = 0; k < per_input; ++k) recorded.push_back(io.recorded(sent + k));
+    return node->adopt(recorded);
+  };
   // What it took in before the log tells of it.
   result.inputs = result.missing = run.untold;
   node->skip(run.untold);
-  sent += run.untold;
+  sent += run.untold * per_input;
   for (const auto& input : run.inputs) {
     ++result.inputs;
     while (input && ticked < input->ticks && node->next_tick()) tick();
@@ -53,12 +59,13 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     if (!bytes.empty()) {
       node->receive(input->channel, bytes, out);
       hand_on();
-    } else if (node->adopt(io.recorded(sent))) {
+    } else if (adopt()) {
       ++result.adopted;
-      ++sent;
+      sent += per_input;
     } else {
       ++result.missing;
       node->skip(1);
+      sent += per_input;
     }
   }
   const int64_t period = node->tick_period_us();

@@ -5,16 +5,16 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kAhead = 64;  // messages
+constexpr int64_t kAhead = 24;  // messages: with full-HD images some 300 MB
 
 }  // namespace
 
 VisionAhead::VisionAhead(const ReplayOptions& options)
     : vision_(*options.vision), session_(options.session, options.from, false) {
   for (int i = 0; i < options.threads; ++i) {
-    threads_.emplace_back([this, config = *options.vision] {
+    threads_.emplace_back([this] {
       try {
-        work(config);
+        work();
       } catch (...) {
         const std::lock_guard lock(mutex_);
         failure_ = std::current_exception();
@@ -33,8 +33,8 @@ VisionAhead::~VisionAhead() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void VisionAhead::work(const VisionConfig& config) {
-  Eyes eyes(config, 1);
+void VisionAhead::work() {
+  vision::ImageCodec codec;
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stop_ || begun_ < concluded_ + kAhead; });
@@ -43,23 +43,29 @@ void VisionAhead::work(const VisionConfig& config) {
     if (!input || stop_) return;
     const int64_t index = begun_++;
     lock.unlock();
-    Glimpse glimpse = eyes.look(input->data);
+    StereoFrames frames(input->data);
+    for (const auto& [side, camera] : {std::pair(vision::Side::kLeft, &vision_.config().rig.left),
+                                       {vision::Side::kRight, &vision_.config().rig.right}}) {
+      if (frames.decoded() && frames.has(side, camera->width, camera->height))
+        frames.pixels(side, {0, 0, camera->width, camera->height}, codec);
+    }
     lock.lock();
-    glimpses_.emplace(index, std::move(glimpse));
+    opened_.emplace(index, std::move(frames));
     if (index == concluded_) changed_.notify_all();
   }
 }
 
-Receipt VisionAhead::receive(std::string_view, std::span<const uint8_t>, Outbox& out) {
+Receipt VisionAhead::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
+  if (channel != channel::kStereoImages) return vision_.receive(channel, bytes, out);
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return glimpses_.contains(concluded_) || failure_; });
-  if (!glimpses_.contains(concluded_)) std::rethrow_exception(failure_);
-  const Glimpse glimpse = std::move(glimpses_.extract(concluded_).mapped());
+  changed_.wait(lock, [this] { return opened_.contains(concluded_) || failure_; });
+  if (!opened_.contains(concluded_)) std::rethrow_exception(failure_);
+  StereoFrames frames = std::move(opened_.extract(concluded_).mapped());
   ++concluded_;
   // The threads are woken when there is room for many.
   if (begun_ <= concluded_ + kAhead / 2) changed_.notify_all();
   lock.unlock();
-  return vision_.conclude(glimpse, out);
+  return vision_.conclude(frames, out);
 }
 
 }  // namespace multireach

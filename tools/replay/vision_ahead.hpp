@@ -10,9 +10,8 @@
 
 namespace multireach {
 
-/// Vision for a replay, whose threads look at the session's images before the loop comes to them. Sends the same as a
-/// VisionNode that gets the same images: what an image shows does not depend on those before, and what is concluded
-/// from it is concluded in their order.
+/// Vision for a replay, whose threads decode the session's images before the loop comes to them. Sends the same as a
+/// VisionNode that gets the same images: how an image is decoded does not depend on those before.
 class VisionAhead : public Node {
  public:
   explicit VisionAhead(const ReplayOptions& options);
@@ -25,14 +24,14 @@ class VisionAhead : public Node {
   std::string state() const override { return vision_.state(); }
 
  private:
-  void work(const VisionConfig& config);
+  void work();
 
   VisionNode vision_;
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
   Session session_;
   int64_t begun_ = 0, concluded_ = 0;
-  std::map<int64_t, Glimpse> glimpses_;
+  std::map<int64_t, StereoFrames> opened_;
   std::exception_ptr failure_;
   bool stop_ = false;
   std::vector<std::thread> threads_;

@@ -1,0 +1,305 @@
+// Vision over many pairs: light that changes, cameras that fail, targets that move, memory that is handed on.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <multireach/debug_request_t.hpp>
+#include <multireach/target_t.hpp>
+
+#include "runtime/channels.hpp"
+#include "runtime/nodes/vision_node.hpp"
+#include "tools/camera/ball_renderer.hpp"
+#include "tools/camera/camera_node.hpp"
+#include "tools/camera/render_source.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kFrame = 33333;
+const std::string kVisionFile = MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml";
+const Eigen::Vector3d kMiddle(0.09, -0.11, 0.08);
+
+struct Cameras {
+  explicit Cameras(const vision::StereoRig& r, const SceneOptions& scene = {})
+      : rig(r), left(scene, r.left, r.X_WL, r.X_WL), right(scene, r.right, r.X_WL * r.X_RL.inverse(), r.X_WL) {}
+  vision::StereoRig rig;
+  BallRenderer left, right;
+};
+
+/// A message of raw images.
+images_t pair_of(const cv::Mat& left, const cv::Mat& right, int64_t utime, int64_t right_utime) {
+  images_t pair;
+  pair.utime = utime;
+  pair.n_images = 2;
+  pair.image_types = {images_t::LEFT, images_t::RIGHT};
+  for (const auto& [mat, time] : {std::pair(&left, utime), {&right, right_utime}}) {
+    image_t& image = pair.images.emplace_back();
+    image.utime = time;
+    image.width = mat->cols;
+    image.height = mat->rows;
+    image.pixelformat = image_t::PIXEL_FORMAT_BGR;
+    image.data.assign(mat->data, mat->data + mat->total() * mat->elemSize());
+    image.size = static_cast<int32_t>(image.data.size());
+  }
+  return pair;
+}
+
+std::vector<target_t> targets_for(VisionNode& vision, const images_t& pair) {
+  Outbox out;
+  vision.receive(channel::kStereoImages, *encode(pair), out);
+  std::vector<target_t> targets;
+  for (const OutMessage& message : out) targets.push_back(*decode<target_t>(message.bytes));
+  return targets;
+}
+
+target_t target_for(VisionNode& vision, const images_t& pair) {
+  return targets_for(vision, pair).at(0);
+}
+
+Eigen::Vector3d position_of(const target_t& target) {
+  return Eigen::Map<const Eigen::Vector3d>(target.position_m);
+}
+
+/// The ball on a circle, in a light that changes with time.
+struct Light {
+  double exposure;
+  std::array<double, 3> gains_rgb;
+};
+Light light_at(double t) {
+  const auto ramp = [t](double begin, double from, double to) {
+    return from + (to - from) * std::clamp(t - begin, 0.0, 1.0);
+  };
+  if (t < 2) return {1, {1, 1, 1}};
+  if (t < 4) return {0.4, {1, 1, 1}};  // at once, as when a lamp goes out
+  if (t < 6) return {2, {1, 1, 1}};
+  if (t < 8) return {1, {ramp(6, 1, 1.25), 1, ramp(6, 1, 0.75)}};
+  if (t < 10) return {ramp(8, 1, 0.5), {ramp(8, 1.25, 0.75), 1, ramp(8, 0.75, 1.25)}};
+  return {ramp(10, 0.5, 1.8), {0.75, ramp(10, 1, 1.25), 1.25}};
+}
+
+TEST(VisionSession, HoldsTheBallThroughChangesOfLight) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  const Cameras cameras(config.rig, {.noise_grey_levels = 3});
+  VisionNode vision(config);
+  int missed = 0, longest = 0, tracked = 0;
+  double sum2 = 0;
+  for (int k = 0; k < 360; ++k) {
+    const double t = k / 30.0;
+    const Light light = light_at(t);
+    const Look look{.exposure = light.exposure, .gains_rgb = light.gains_rgb, .occluder = {}, .neighbour = {}};
+    const Eigen::Vector3d ball =
+        kMiddle + Eigen::Vector3d(0.03 * std::cos(t), 0.05 * std::sin(t), 0.03 * std::sin(2 * t));
+    const auto stream = static_cast<uint64_t>(2 * k);
+    const target_t target =
+        target_for(vision, pair_of(cameras.left.render(ball, stream, look),
+                                   cameras.right.render(ball, stream + 1, look), k * kFrame, k * kFrame));
+    const bool seen = target.status == target_t::STATUS_TRACKED;
+    missed = seen ? 0 : missed + 1;
+    longest = std::max(longest, missed);
+    if (!seen) continue;
+    ++tracked;
+    const double error = (position_of(target) - ball).norm();
+    EXPECT_LT(error, 0.01) << k;
+    sum2 += error * error;
+  }
+  EXPECT_LE(longest, 5) << "frames in a row";
+  EXPECT_GT(tracked, 350);
+  EXPECT_LT(std::sqrt(sum2 / tracked), 0.0015);
+}
+
+TEST(VisionSession, VelocityFollowsTheBall) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  const Cameras cameras(config.rig);
+  VisionNode vision(config);
+  const double w = 2;
+  double sum2 = 0;
+  for (int k = 0; k < 120; ++k) {
+    const double t = k * kFrame * 1e-6;
+    const Eigen::Vector3d ball = kMiddle + Eigen::Vector3d(0, 0.06 * std::sin(w * t), 0);
+    const auto stream = static_cast<uint64_t>(2 * k);
+    const target_t target = target_for(vision, pair_of(cameras.left.render(ball, stream),
+                                                       cameras.right.render(ball, stream + 1), k * kFrame, k * kFrame));
+    EXPECT_EQ(target.status, target_t::STATUS_TRACKED);
+    EXPECT_EQ(target.seen_utime, target.utime);
+    if (k < 20) continue;
+    const Eigen::Vector3d velocity(0, 0.06 * w * std::cos(w * t), 0);
+    sum2 += (Eigen::Map<const Eigen::Vector3d>(target.velocity_m_s) - velocity).squaredNorm() / 100;
+  }
+  EXPECT_LT(std::sqrt(sum2), 0.03) << "m/s";
+}
+
+TEST(VisionSession, ExposuresAtDifferentTimesAreTakenToOne) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  const Cameras cameras(config.rig);
+  VisionNode told(config), untold(config);
+  constexpr int64_t kSkew = 8000;
+  double error_told = 0, error_untold = 0;
+  for (int k = 0; k < 40; ++k) {
+    const auto ball_at = [&](int64_t utime) {
+      return (kMiddle + Eigen::Vector3d(0, 0.25 * (static_cast<double>(utime) * 1e-6 - 0.6), 0)).eval();
+    };
+    const int64_t utime = k * kFrame;
+    const auto stream = static_cast<uint64_t>(2 * k);
+    const cv::Mat left = cameras.left.render(ball_at(utime), stream);
+    const cv::Mat right = cameras.right.render(ball_at(utime + kSkew), stream + 1);
+    const target_t a = target_for(told, pair_of(left, right, utime, utime + kSkew));
+    const target_t b = target_for(untold, pair_of(left, right, utime, utime));
+    if (k < 10) continue;
+    EXPECT_EQ(a.status, target_t::STATUS_TRACKED);
+    error_told = std::max(error_told, (position_of(a) - ball_at(utime)).norm());
+    error_untold = std::max(error_untold, (position_of(b) - ball_at(utime)).norm());
+  }
+  EXPECT_LT(error_told, 0.005);
+  EXPECT_GT(error_untold, 0.008);
+}
+
+/// Pairs of the recorded scene.
+class Scene {
+ public:
+  images_t next() {
+    Outbox out;
+    camera_.tick(out);
+    for (const OutMessage& message : out) {
+      if (message.channel == channel::kStereoImages) return *decode<images_t>(message.bytes);
+    }
+    return {};
+  }
+
+ private:
+  CameraNode camera_{std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml")};
+};
+
+std::string reason_of(VisionNode& vision, const images_t& pair) {
+  const target_t target = target_for(vision, pair);
+  EXPECT_NE(target.status, target_t::STATUS_TRACKED) << target.reason;
+  return target.reason;
+}
+
+TEST(VisionSession, SaysWhatIsWrongWithTheCameras) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  const cv::Mat black(240, 320, CV_8UC3, cv::Scalar(2, 3, 2)), pink(240, 320, CV_8UC3, cv::Scalar(110, 40, 220));
+  {
+    Scene scene;
+    VisionNode vision(config);
+    images_t pair = scene.next();
+    std::swap(pair.images[0].data, pair.images[1].data);
+    std::swap(pair.images[0].size, pair.images[1].size);
+    EXPECT_EQ(reason_of(vision, pair), "left and right images seem to be exchanged");
+  }
+  {
+    const Cameras cameras(config.rig);
+    VisionNode vision(config);
+    EXPECT_EQ(reason_of(vision, pair_of(black, cameras.right.render(kMiddle, 1), 0, 0)), "the left image is black");
+    EXPECT_EQ(reason_of(vision, pair_of(cameras.left.render(kMiddle, 0), black, kFrame, kFrame)),
+              "the right image is black");
+    EXPECT_EQ(reason_of(vision, pair_of(pink, pink, 2 * kFrame, 2 * kFrame)),
+              "the colour fills most of an image: its class is too wide");
+    EXPECT_EQ(reason_of(vision, pair_of(black(cv::Rect(0, 0, 100, 100)).clone(), black, 3 * kFrame, 3 * kFrame)),
+              "an image is not of the size that the calibration is for");
+  }
+  {
+    Scene scene;
+    VisionNode vision(config);
+    images_t pair = scene.next();
+    const std::vector<uint8_t> still = pair.images[1].data;
+    std::string reason;
+    for (int k = 0; k < 10; ++k) {
+      pair = scene.next();
+      pair.images[1].data = still;
+      pair.images[1].size = static_cast<int32_t>(still.size());
+      reason = target_for(vision, pair).reason;
+    }
+    EXPECT_EQ(reason, "the right camera is frozen: it gives the same image again and again");
+    EXPECT_EQ(target_for(vision, scene.next()).status, target_t::STATUS_TRACKED) << "and goes on";
+  }
+}
+
+TEST(VisionSession, GoesOnFromWhatItSaid) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  VisionNode vision(config);
+  Scene scene;
+  std::vector<uint8_t> before;
+  for (int k = 0; k < 40; ++k) {
+    Outbox sent, again;
+    const auto bytes = *encode(scene.next());
+    vision.receive(channel::kStereoImages, bytes, sent);
+    ASSERT_EQ(sent.size(), 1U);
+    if (k > 0) {
+      // All that it remembers is in what it said for the pair before.
+      VisionNode other(config);
+      other.skip(k - 1);
+      ASSERT_TRUE(other.adopt({before}));
+      other.receive(channel::kStereoImages, bytes, again);
+      ASSERT_EQ(again.size(), 1U);
+      EXPECT_EQ(again[0].bytes, sent[0].bytes) << k;
+    }
+    before = sent[0].bytes;
+  }
+}
+
+TEST(VisionSession, TheSameWhetherDecodedBeforehandOrAsNeeded) {
+  const VisionConfig config = VisionConfig::load(kVisionFile);
+  VisionNode live(config, 2), ahead(config);
+  vision::ImageCodec codec;
+  Scene scene;
+  for (int k = 0; k < 60; ++k) {
+    const auto bytes = *encode(scene.next());
+    StereoFrames frames(bytes);
+    for (const vision::Side side : {vision::Side::kLeft, vision::Side::kRight})
+      ASSERT_TRUE(frames.pixels(side, {0, 0, 320, 240}, codec));
+    Outbox a, b;
+    live.receive(channel::kStereoImages, bytes, a);
+    ahead.conclude(frames, b);
+    ASSERT_EQ(a.size(), 1U);
+    ASSERT_EQ(a[0].bytes, b[0].bytes) << k;
+  }
+}
+
+TEST(VisionSession, SeveralTargetsByName) {
+  VisionConfig config = VisionConfig::load(kVisionFile);
+  VisionConfig::Target card = config.targets.front();
+  card.name = "card";
+  card.options.colour.fill(vision::model_of({.references = {{20, 120, 230}}, .tolerance = 0.4}));
+  card.options.sighting.radius_m = 0;
+  config.targets.push_back(card);
+  const Cameras cameras(config.rig);
+  VisionNode vision(config);
+  EXPECT_EQ(vision.sent_per_input(), 2);
+  const Look look{.exposure = 1,
+                  .gains_rgb = {1, 1, 1},
+                  .occluder = {},
+                  .neighbour = Neighbour{.angle_rad = 0.3, .radius_m = 0.02, .gap_m = 0.02, .colour = {20, 120, 230}}};
+  for (int k = 0; k < 5; ++k) {
+    const auto stream = static_cast<uint64_t>(2 * k);
+    const std::vector<target_t> targets =
+        targets_for(vision, pair_of(cameras.left.render(kMiddle, stream, look),
+                                    cameras.right.render(kMiddle, stream + 1, look), k * kFrame, k * kFrame));
+    ASSERT_EQ(targets.size(), 2U);
+    EXPECT_EQ(targets[0].name, "ball");
+    EXPECT_EQ(targets[1].name, "card");
+    EXPECT_EQ(targets[0].sequence, 2 * k);
+    EXPECT_EQ(targets[1].sequence, 2 * k + 1);
+    EXPECT_EQ(targets[0].status, target_t::STATUS_TRACKED) << targets[0].reason;
+    EXPECT_LT((position_of(targets[0]) - kMiddle).norm(), 0.003);
+  }
+}
+
+TEST(VisionSession, APictureOnlyForThoseWhoAsk) {
+  VisionNode vision(VisionConfig::load(kVisionFile));
+  Scene scene;
+  const auto pictures = [&] {
+    Outbox out;
+    vision.receive(channel::kStereoImages, *encode(scene.next()), out);
+    return std::ranges::count(out, channel::kVisionDebug, &OutMessage::channel);
+  };
+  EXPECT_EQ(pictures(), 0);
+  Outbox out;
+  vision.receive(channel::kVisionDebugRequest, *encode(debug_request_t{}), out);
+  int sent = 0;
+  for (int k = 0; k < 100; ++k) sent += static_cast<int>(pictures());
+  EXPECT_GE(sent, 59);
+  EXPECT_LE(sent, 61) << "two seconds at 30 Hz";
+}
+
+}  // namespace
+}  // namespace multireach

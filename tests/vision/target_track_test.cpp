@@ -1,0 +1,191 @@
+#include "vision/target_track.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <functional>
+
+#include "kinematics/random.hpp"
+
+namespace multireach::vision {
+namespace {
+
+using Status = TargetTrack::Status;
+constexpr int64_t kFrame = 33333;
+const Eigen::Vector3d kSigma(5e-5, 5e-5, 3e-4);
+
+double normal(const CounterRandom& random, uint64_t k) {
+  return std::sqrt(-2 * std::log(1 - random.uniform(2 * k))) * std::cos(2 * M_PI * random.uniform(2 * k + 1));
+}
+
+PlaceEstimate seen_at(const Eigen::Vector3d& p) {
+  return {p, kSigma.cwiseAbs2().asDiagonal()};
+}
+
+PlaceEstimate seen_at(const Eigen::Vector3d& p, const CounterRandom& random, uint64_t k) {
+  return seen_at(p + kSigma.cwiseProduct(
+                         Eigen::Vector3d(normal(random, 3 * k), normal(random, 3 * k + 1), normal(random, 3 * k + 2))));
+}
+
+/// Mean over a run of a number of the track, after the first second.
+double mean_of(const std::function<Eigen::Vector3d(double)>& path,
+               const std::function<double(const TargetTrack&, double)>& number) {
+  const CounterRandom random(11);
+  TargetTrack track({});
+  double sum = 0;
+  int count = 0;
+  for (int k = 0; k < 600; ++k) {
+    const double t = k * kFrame * 1e-6;
+    EXPECT_TRUE(track.take(k * kFrame, seen_at(path(t), random, static_cast<uint64_t>(k)))) << k;
+    if (k < 30) continue;
+    sum += number(track, t);
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST(TargetTrack, IsQuietWhereTheTargetRests) {
+  const Eigen::Vector3d p(0.2, -0.1, 0.4);
+  const auto path = [&](double) { return p; };
+  const double place2 =
+      mean_of(path, [&](const TargetTrack& track, double) { return (track.place().position - p).squaredNorm(); });
+  const double speed2 = mean_of(path, [](const TargetTrack& track, double) { return track.velocity().squaredNorm(); });
+  EXPECT_LT(std::sqrt(place2), 0.7 * kSigma.norm());
+  EXPECT_LT(std::sqrt(speed2), 0.005);
+}
+
+TEST(TargetTrack, FollowsAHandThatMovesIt) {
+  // 10 cm to and fro at 0.7 Hz: 0.44 m/s, 1.9 m/s^2.
+  const double w = 2 * M_PI * 0.7;
+  const auto path = [&](double t) { return Eigen::Vector3d(0.1 * std::sin(w * t), 0, 0.5); };
+  const double place2 = mean_of(
+      path, [&](const TargetTrack& track, double t) { return (track.place().position - path(t)).squaredNorm(); });
+  const double speed2 = mean_of(path, [&](const TargetTrack& track, double t) {
+    return (track.velocity() - Eigen::Vector3d(0.1 * w * std::cos(w * t), 0, 0)).squaredNorm();
+  });
+  EXPECT_LT(std::sqrt(place2), 1.5 * kSigma.norm());
+  EXPECT_LT(std::sqrt(speed2), 0.05);
+}
+
+TEST(TargetTrack, FollowsAThrow) {
+  TargetTrack track({});
+  const Eigen::Vector3d gravity(0, 0, -9.81), v0(1.5, 0, 3);
+  int taken = 0;
+  for (int k = 0; k < 25; ++k) {
+    const double t = k < 5 ? 0 : (k - 5) * kFrame * 1e-6;
+    taken += track.take(k * kFrame, seen_at(v0 * t + 0.5 * gravity * t * t)) ? 1 : 0;
+  }
+  EXPECT_GE(taken, 22) << "but for the confirmation of the throw";
+  EXPECT_LT((track.velocity() - (v0 + gravity * 19 * kFrame * 1e-6)).norm(), 0.3);
+}
+
+TEST(TargetTrack, CovarianceIsHonestForTheMotionThatItAssumes) {
+  const CounterRandom random(3);
+  double sum = 0;
+  int count = 0;
+  for (uint64_t run = 0; run < 200; ++run) {
+    TargetTrack::Options options;
+    options.quiet_m2_s3 = options.unseen_m2_s3 = options.agile_m2_s3 = 1;
+    TargetTrack track(options);
+    Eigen::Vector3d p(0, 0, 0.5), v(0, 0, 0);
+    const double dt = kFrame * 1e-6;
+    for (uint64_t k = 0; k < 40; ++k) {
+      for (int axis = 0; axis < 3; ++axis) {  // exact discretisation of white acceleration
+        const uint64_t at = 1000000 + 1000 * run + 10 * k + 2 * static_cast<uint64_t>(axis);
+        const double a = normal(random, at), b = normal(random, at + 1);
+        p[axis] += v[axis] * dt + std::sqrt(dt * dt * dt / 3) * a;
+        v[axis] += std::sqrt(dt) * (std::sqrt(0.75) * a + 0.5 * b);
+      }
+      track.take(static_cast<int64_t>(k) * kFrame, seen_at(p, random, 100 * run + k));
+      if (k < 10 || track.status() != Status::kTracked) continue;
+      const Eigen::Vector3d off = track.velocity() - v;
+      sum += off.dot(track.velocity_covariance().ldlt().solve(off)) / 3;
+      ++count;
+    }
+  }
+  EXPECT_NEAR(sum / count, 1, 0.1);
+}
+
+TEST(TargetTrack, CoastsThroughAShortLossAndIsLostInALongOne) {
+  TargetTrack track({});
+  int64_t t = 0;
+  for (int k = 0; k < 30; ++k, t += kFrame) track.take(t, seen_at({0.3 * static_cast<double>(t) * 1e-6, 0, 0.5}));
+  double before = 0;
+  int coasted = 0;
+  for (; coasted < 100; ++coasted, t += kFrame) {
+    EXPECT_FALSE(track.take(t, std::nullopt));
+    if (track.status() != Status::kCoasting) break;
+    const double variance = track.place().covariance.trace();
+    EXPECT_GT(variance, before);
+    before = variance;
+    EXPECT_NEAR(track.place().position.x(), 0.3 * static_cast<double>(t) * 1e-6, 0.02);
+    EXPECT_EQ(track.utime() - *track.seen_utime(), (coasted + 1) * kFrame);
+  }
+  EXPECT_EQ(track.status(), Status::kLost);
+  EXPECT_GE(coasted, 4);
+  EXPECT_LE(coasted, 15);
+  EXPECT_FALSE(track.expected(t));
+  EXPECT_TRUE(track.take(t + kFrame, seen_at({1, 1, 1})));
+  EXPECT_EQ(track.status(), Status::kTracked);
+}
+
+TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
+  const Eigen::Vector3d here(0, 0, 0.5), there(0.3, 0, 0.5);
+  TargetTrack track({});
+  int64_t t = 0;
+  const auto see = [&](const Eigen::Vector3d& p) { return track.take(t += kFrame, seen_at(p)); };
+  for (int k = 0; k < 10; ++k) EXPECT_TRUE(see(here));
+  EXPECT_FALSE(see(there)) << "one wrong sighting";
+  EXPECT_EQ(track.status(), Status::kCoasting);
+  EXPECT_LT((track.place().position - here).norm(), 0.01);
+  EXPECT_TRUE(see(here));
+  // Wrong sightings at several places confirm nothing.
+  for (int k = 0; k < 4; ++k) EXPECT_FALSE(see({k % 2 ? 0.4 : -0.4, 0.3, 0.5}));
+  EXPECT_TRUE(see(here));
+  EXPECT_FALSE(see(there));
+  EXPECT_FALSE(see(there));
+  EXPECT_TRUE(see(there)) << "confirmed";
+  EXPECT_LT((track.place().position - there).norm(), 1e-3);
+}
+
+TEST(TargetTrack, TakesTimesAsTheyCome) {
+  TargetTrack track({});
+  const Eigen::Vector3d p(0, 0, 0.5);
+  EXPECT_TRUE(track.take(2000000, seen_at(p)));
+  EXPECT_FALSE(track.take(2000000, seen_at(p))) << "the same pair again";
+  EXPECT_FALSE(track.take(1900000, seen_at(p))) << "late";
+  EXPECT_EQ(track.utime(), 2000000);
+  EXPECT_TRUE(track.take(2000000 + kFrame, seen_at(p)));
+  EXPECT_TRUE(track.take(500000, seen_at({1, 0, 0.5}))) << "a log that is played again";
+  EXPECT_EQ(track.utime(), 500000);
+  EXPECT_FALSE(track.take(600000, PlaceEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
+}
+
+TEST(TargetTrack, GoesOnFromItsMemory) {
+  const CounterRandom random(4);
+  TargetTrack track({});
+  for (int k = 0; k < 200; ++k) {
+    TargetTrack other({});
+    ASSERT_TRUE(other.restore(track.utime(), track.memory()));
+    const int64_t t = 1000000 + k * kFrame;
+    std::optional<PlaceEstimate> seen;
+    const double x = k % 50 > 40 ? 0.3 : 0;  // jumps, too
+    if (random.uniform(static_cast<uint64_t>(5000 + k)) > 0.2)
+      seen = seen_at({x, 0, 0.5}, random, static_cast<uint64_t>(k));
+    EXPECT_EQ(track.take(t, seen), other.take(t, seen));
+    ASSERT_EQ(track.memory(), other.memory()) << k;
+    EXPECT_EQ(track.status(), other.status());
+  }
+  const std::vector<double> memory = track.memory();
+  for (size_t k = 0; k < memory.size(); ++k) {
+    std::vector<double> broken = memory;
+    broken[k] = std::nan("");
+    EXPECT_FALSE(track.restore(0, broken));
+  }
+  EXPECT_FALSE(track.restore(0, {memory.data(), memory.size() - 1}));
+  EXPECT_EQ(track.memory(), memory);
+}
+
+}  // namespace
+}  // namespace multireach::vision
