@@ -107,6 +107,8 @@ void DiscMeasurer::place_sites(const OutlinePolygon& polygon, double radius_px) 
                    .at = start + (line - from) * slope,
                    .outward = (way > 0 ? 1 : -1) * (along_row ? turn : -turn),
                    .cosine = 1 / std::sqrt(1 + slope * slope)};
+      site.edge.normal = turn * Eigen::Vector2d(d.y(), -d.x()) / d.norm();
+      site.part = k;
       site.length = stride / site.edge.cosine;
       sites_.push_back(site);
     }
@@ -126,6 +128,15 @@ void DiscMeasurer::learn_blur() {
   luma_blur2_ = 4 * luma_samples_.size() > samples_.size() ? median_of(luma_samples_) : colour_blur2_;
 }
 
+void DiscMeasurer::learn_parts() {
+  std::array<double, kOutlineCorners> fitting{}, all{};
+  for (const Site& site : sites_) {
+    all[site.part] += 1;
+    if (site.point >= 0) fitting[site.part] += points_[static_cast<size_t>(site.point)].weight;
+  }
+  for (size_t part = 0; part < fits_.size(); ++part) fits_[part] = fitting[part] > 0.5 * all[part];
+}
+
 void DiscMeasurer::learn_sides(EdgeModel& model) {
   // How much the background's colour usually changes from pixel to pixel: the median, because some edges are other
   // things' edges.
@@ -136,31 +147,22 @@ void DiscMeasurer::learn_sides(EdgeModel& model) {
     gauge.add(site.profile);
     model.half = site.half;
     samples_.push_back(outside_slope(site.profile, model).squaredNorm() / 3);
-    site.shading = shading_of(site.profile, site.edge, model);
   }
   if (samples_.empty()) return;
   model.noise = gauge.sigma();
   constexpr double kMedian = 0.79;  // of a third of a chi-squared number of three degrees, about
   model.outside_slope2 = std::max(0.0, median_of(samples_) / kMedian - model.noise * model.noise / 2);
+}
 
-  // The shading changes slowly along the outline: its mean over a part of it.
-  const size_t count = sites_.size(), around = std::max<size_t>(2, count / 12);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double number = 0;
-  const auto take = [&](size_t i, double sign) {
-    const Site& site = sites_[i % count];
-    if (!site.readable) return;
-    sum += sign * site.shading;
-    number += sign;
-  };
-  smooth_.resize(count);
-  for (size_t i = count - around; i <= count + around; ++i) take(i, 1);
-  for (size_t i = 0; i < count; ++i) {
-    smooth_[i] = number > 0 ? Eigen::Vector3d(sum / number) : Eigen::Vector3d::Zero();
-    take(i + count - around, -1);
-    take(i + around + 1, 1);
+void DiscMeasurer::learn_shading(const EdgeModel& model) {
+  shading_.clear();
+  for (const Site& site : sites_) {
+    // Beside what hides the ball there are other colours than the ball's.
+    if (!site.readable || !fits_[site.part]) continue;
+    for (int k = EdgeProfile::kReach; k > site.half; --k)
+      shading_.add(surface_normal(site.profile, site.edge, model.radius_px, -k), site.profile.at(-k));
   }
-  for (size_t i = 0; i < count; ++i) sites_[i].shading = smooth_[i];
+  shading_.solve();
 }
 
 void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& model) {
@@ -171,13 +173,16 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
     const bool hues_blurred = colour_blur2_ > luma_blur2_ + kLowResolution;
     model.chroma_error = hues_blurred ? 0.2 : 0;
-    model.shading_error = 0.05;
+    model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
     for (Site& site : sites_) {
       if (!site.readable) continue;
       const bool by_luma = hues_blurred && blur_of(site.profile, site.edge, EdgeModel()).luma_share > kLumaEdge;
       site.half = half(by_luma ? luma_blur2_ : colour_blur2_);
     }
     learn_sides(model);
+    learn_shading(model);
+  } else {
+    shading_.clear();
   }
   points_.clear();
   for (Site& site : sites_) {
@@ -185,12 +190,12 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     if (!site.readable || points_.size() == kMostOutlinePoints) continue;
     model.half = site.half;
     Edge edge;
-    bool found = measure_edge(site.profile, site.edge, model, site.shading, edge);
+    bool found = measure_edge(site.profile, site.edge, model, shading_, edge);
     // The window is best about the edge.
     for (int again = 0; again < 2 && found && std::abs(edge.at - site.edge.at) > 0.75; ++again) {
       site.edge.at = edge.at;
-      found = read_profile(bgr, site.edge, site.profile) &&
-              measure_edge(site.profile, site.edge, model, site.shading, edge);
+      found =
+          read_profile(bgr, site.edge, site.profile) && measure_edge(site.profile, site.edge, model, shading_, edge);
     }
     if (!found) continue;
     // Mean of the second-order term of a circle over the line's width of one pixel.
@@ -223,7 +228,8 @@ bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
     RobustFit to_edges{.trials = pass == 0 ? 32 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
     if (!fit) return false;
-    if (pass == 0) learn_blur();
+    learn_blur();
+    learn_parts();
   }
   describe(bgr, *fit, result);
   return result.outline_seen >= kLeastSeen &&
@@ -323,10 +329,11 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurem
   const double spread = std::max(1.0, (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3));
   const Eigen::Matrix3d J = cone.jacobian();
   result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
-  // What all edges of one side share moves the centre as far as the edges.
+  // An error that all edges of one side share moves the centre of a whole outline as far as the edges, and that of a
+  // part of an outline further.
   const double shared2 = kModelCentre * kModelCentre + shading / weights;
-  result.covariance.topLeftCorner<2, 2>() += shared2 / (focal * focal) * Eigen::Matrix2d::Identity();
-  result.covariance(2, 2) += (kModelRadius * kModelRadius + shading / weights) / (focal * focal);
+  result.covariance += shared2 / 2 * J * fit.geometry * J.transpose();
+  result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
 }
 
 void DiscMeasurer::take_middle(DiscMeasurement& result) const {

@@ -46,11 +46,11 @@ class DiscMeasurer {
  private:
   struct Site {
     EdgeSite edge;
+    size_t part = 0;    // side of the polygon that it is on
     double length = 0;  // of the outline that it stands for, pixels
     bool readable = false;
     int half = 2;  // of the window, see EdgeModel
     EdgeProfile profile;
-    Eigen::Vector3d shading{0, 0, 0};
     double shading_px = 0;
     int point = -1;  // in points_, or -1: no edge found
   };
@@ -65,6 +65,8 @@ class DiscMeasurer {
   void measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& model);
   void learn_sides(EdgeModel& model);
   void learn_blur();
+  void learn_parts();
+  void learn_shading(const EdgeModel& model);
   bool fit_edges(const cv::Mat& bgr, DiscMeasurement& result);
   void describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurement& result);
   double missing_share(const OutlinePolygon& polygon) const;
@@ -78,11 +80,12 @@ class DiscMeasurer {
   Eigen::Matrix2d d_ray_d_pixel_;           // there
   std::vector<Site> sites_;                 // in order along the outline
   std::vector<OutlinePoint> points_;
+  Shading shading_;
+  std::array<bool, kOutlineCorners> fits_;  // sides of the polygon where the last fit's edges were
   // Variance of the light's spread across the edges, px^2: along the difference of both colours, and of brightness
   // alone.
   double colour_blur2_ = 0, luma_blur2_ = 0;
   std::vector<double> samples_, luma_samples_;
-  std::vector<Eigen::Vector3d> smooth_;
 };
 
 }  // namespace multireach::vision

@@ -14,19 +14,6 @@ Eigen::Vector3d luma_direction() {
   return Eigen::Vector3d(0.114, 0.587, 0.299) / 0.66856;
 }
 
-/// The cosine between the line of sight and the normal of a sphere's surface, at a depth inside its outline.
-double facing(double depth_px, double radius_px) {
-  const double out = 1 - std::clamp(depth_px / radius_px, 0.0, 1.0);
-  return std::sqrt(1 - out * out);
-}
-
-/// The same, for the part inside the outline of the pixel whose centre is `outwards` pixels from the middle.
-double facing(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, int outwards) {
-  const double edge = (site.at - profile.middle) * site.outward;
-  const double inner = edge - (outwards - 0.5), outer = std::max(0.0, edge - (outwards + 0.5));
-  return facing(0.5 * std::max(0.0, inner + outer) * site.cosine, model.radius_px);
-}
-
 Eigen::Vector3d mean_inside(const EdgeProfile& profile, const EdgeModel& model) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int k = 1; k <= kSide; ++k) sum += profile.at(-model.half - k);
@@ -36,12 +23,6 @@ Eigen::Vector3d mean_inside(const EdgeProfile& profile, const EdgeModel& model) 
 Eigen::Vector3d mean_outside(const EdgeProfile& profile, const EdgeModel& model) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (int k = 1; k <= kSide; ++k) sum += profile.at(model.half + k);
-  return sum / kSide;
-}
-
-double mean_facing(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
-  double sum = 0;
-  for (int k = 1; k <= kSide; ++k) sum += facing(profile, site, model, -model.half - k);
   return sum / kSide;
 }
 
@@ -65,16 +46,49 @@ bool read_profile(const cv::Mat& image, const EdgeSite& site, EdgeProfile& profi
   return true;
 }
 
-Eigen::Vector3d shading_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
-  const double mean = mean_facing(profile, site, model);
-  Eigen::Vector3d product = Eigen::Vector3d::Zero();
-  double squares = 0;
-  for (int k = 1; k <= kSide; ++k) {
-    const double away = facing(profile, site, model, -model.half - k) - mean;
-    product += away * profile.at(-model.half - k);
-    squares += away * away;
-  }
-  return product / std::max(squares, 1e-6);
+Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site, double radius_px, int outwards) {
+  const double edge = (site.at - profile.middle) * site.outward;
+  const double begin = outwards - 0.5, end = std::clamp(edge, begin, outwards + 0.5);
+  const double place = std::min(edge, 0.5 * (begin + end));
+  Eigen::Vector2d from_centre = site.normal;
+  from_centre[site.along_row ? 0 : 1] += site.outward * (place - edge) / radius_px;
+  const double r2 = from_centre.squaredNorm();
+  if (r2 > 1) from_centre /= std::sqrt(r2);
+  return {from_centre.x(), from_centre.y(), std::sqrt(std::max(0.0, 1 - r2))};
+}
+
+namespace {
+
+Eigen::Matrix<double, Shading::kTerms, 1> terms_of(const Eigen::Vector3d& n) {
+  Eigen::Matrix<double, Shading::kTerms, 1> terms;
+  terms << 1, n.x(), n.y(), n.z(), n.x() * n.y(), n.x() * n.z(), n.y() * n.z(), n.x() * n.x() - n.y() * n.y(),
+      3 * n.z() * n.z() - 1;
+  return terms;
+}
+
+}  // namespace
+
+void Shading::clear() {
+  normal_equations_.setZero();
+  products_.setZero();
+  terms_.setZero();
+}
+
+void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
+  const Eigen::Matrix<double, kTerms, 1> terms = terms_of(normal);
+  for (int k = 0; k < kTerms; ++k) normal_equations_.col(k) += terms[k] * terms;
+  products_ += terms * bgr.transpose();
+}
+
+void Shading::solve() {
+  // Light of second order is weaker than that of the first, and that than the whole.
+  constexpr double kFirst = 0.02, kSecond = 0.2;
+  for (int k = 1; k < kTerms; ++k) normal_equations_(k, k) += k < 4 ? kFirst : kSecond;
+  terms_ = normal_equations_.ldlt().solve(products_);
+}
+
+Eigen::Vector3d Shading::colour(const Eigen::Vector3d& normal) const {
+  return terms_.transpose() * terms_of(normal);
 }
 
 Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model) {
@@ -105,16 +119,20 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
   return blur;
 }
 
-bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model,
-                  const Eigen::Vector3d& shading, Edge& edge) {
+bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
+                  Edge& edge) {
   const int half = model.half;
-  const double noise2 = model.noise * model.noise, mean_facing_inside = mean_facing(profile, site, model);
+  const double noise2 = model.noise * model.noise;
   // A slope of three pixels has the variance noise^2 / 2: it is believed as far as slopes are usual here.
   const double slope_noise2 = noise2 / 2, belief = model.outside_slope2 / (model.outside_slope2 + slope_noise2);
   const Eigen::Vector3d slope = belief * outside_slope(profile, model);
   const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
   const double outside_middle = half + 0.5 * (kSide + 1);
-  const Eigen::Vector3d rim = inside + shading * (facing(0.5 * site.cosine, model.radius_px) - mean_facing_inside);
+  const auto shaded = [&](int k) { return shading.colour(surface_normal(profile, site, model.radius_px, k)); };
+  Eigen::Vector3d level = inside;
+  for (int k = 1; k <= kSide; ++k) level -= shaded(-half - k) / kSide;
+  const double expected = (site.at - profile.middle) * site.outward;
+  const Eigen::Vector3d rim = level + shaded(static_cast<int>(std::floor(expected)));
 
   // Fisher's discriminant for noise that is equal in all channels, and larger along the object's own colour and, where
   // hues are not to be trusted, across the direction of brightness.
@@ -130,9 +148,8 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   if (!(span > kLeastContrast * length)) return false;
 
   double covered = 0, lever = 0;
-  const double expected = (site.at - profile.middle) * site.outward;
   for (int k = -half; k <= half; ++k) {
-    const Eigen::Vector3d of_object = inside + shading * (facing(profile, site, model, k) - mean_facing_inside);
+    const Eigen::Vector3d of_object = level + shaded(k);
     const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
     const double whole = w.dot(of_object - of_background);
     if (!(whole > 0.2 * span)) return false;

@@ -10,11 +10,12 @@ namespace multireach::vision {
 
 /// Where to look for the outline of a sphere: on a row or a column of pixels, near a place, and which way is out.
 struct EdgeSite {
-  bool along_row = true;  ///< the edge is crossed along a row; else along a column
-  int line = 0;           ///< that row or column
-  double at = 0;          ///< expected column or row of the edge, pixels
-  int outward = 1;        ///< +1 when the object is on the side of the smaller coordinates, -1 else
-  double cosine = 1;      ///< of the angle between the line and the edge's normal
+  bool along_row = true;         ///< the edge is crossed along a row; else along a column
+  int line = 0;                  ///< that row or column
+  double at = 0;                 ///< expected column or row of the edge, pixels
+  int outward = 1;               ///< +1 when the object is on the side of the smaller coordinates, -1 else
+  double cosine = 1;             ///< of the angle between the line and the edge's normal
+  Eigen::Vector2d normal{1, 0};  ///< of the edge, outwards, in pixels' axes, of unit length
 };
 
 /// The pixels about a site, from inside to outside.
@@ -41,10 +42,30 @@ struct EdgeModel {
   double shading_error = 0.15;  ///< how far the object's brightness at its rim may be from the one expected, relative
 };
 
-/// How the object's colour changes with the cosine between the line of sight and the normal of its surface (which is 0
-/// at the outline and rises steeply inside it), from the pixels inside of the window. A lit ball is darker or brighter
-/// at its rim in this way (Lambert's law).
-Eigen::Vector3d shading_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model);
+/// The direction of a lit sphere's surface in the camera's axes, at a pixel of a profile: of the part of the pixel that
+/// is inside the outline.
+Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site, double radius_px, int outwards);
+
+/// How the object's colour changes with the direction of its surface: second-order polynomials of the normal, which
+/// hold any distant light on a matt surface to about a hundredth (Ramamoorthi & Hanrahan, SIGGRAPH 2001), fitted to
+/// what is inside the outline.
+class Shading {
+ public:
+  static constexpr int kTerms = 9;
+
+  void clear();
+  /// Takes the colour of a place on the surface.
+  void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr);
+  /// After all were added; the strength of what few places tell is kept small.
+  void solve();
+  /// The colour expected there; zero before `solve`.
+  Eigen::Vector3d colour(const Eigen::Vector3d& normal) const;
+
+ private:
+  Eigen::Matrix<double, kTerms, kTerms> normal_equations_;
+  Eigen::Matrix<double, kTerms, 3> products_, terms_;
+};
+
 /// How the background's colour changes per pixel, from the pixels outside of the window.
 Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model);
 
@@ -69,8 +90,8 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
 /// blur narrower than the window. The colours of both sides are those next to the window, carried on to the edge with
 /// the slopes that are given; they are compared along the direction in colour space that tells them best when the
 /// object's brightness at the rim is less sure than its hue. False when there is no edge near the expected place.
-bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model,
-                  const Eigen::Vector3d& shading, Edge& edge);
+bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
+                  Edge& edge);
 
 /// The noise of an image, from the second differences of neighbouring pixels inside the object.
 class NoiseGauge {

@@ -139,7 +139,7 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
     fit.scale = sizes[near / 2] / 0.6745;
     const double reach = options.tuning * std::max(1.0, fit.scale);
 
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), G = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
     double psi2 = 0, slope_of_psi = 0;
     fit.points = 0;
@@ -149,9 +149,10 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
       point.weight =
           std::abs(t) < 1 && std::abs(point.residual_px) < options.largest_px ? (1 - t * t) * (1 - t * t) : 0;
       if (point.weight == 0) continue;
-      const double slope = directions[i].slope(n) * point.sigma_px;
-      const double w = point.weight / (slope * slope);
+      const double slope = directions[i].slope(n);
+      const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
       A += w * directions[i].e * directions[i].e.transpose();
+      G += point.weight / (slope * slope) * directions[i].e * directions[i].e.transpose();
       b += w * directions[i].e;
       psi2 += point.weight * point.weight * z * z;
       slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
@@ -163,6 +164,7 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
     if (!is_cone(n)) return std::nullopt;
     if (round < kRounds - 1) continue;
     fit.covariance = A.inverse();
+    fit.geometry = (G / fit.points).inverse();
     // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), against the sum of the weights.
     fit.spread = psi2 * fit.points / std::max(1.0, slope_of_psi * slope_of_psi);
   }

@@ -59,6 +59,7 @@ struct RobustFit {
 struct ConeFit {
   OutlineCone cone;
   Eigen::Matrix3d covariance;  ///< of n, for errors of the points' sigma_px
+  Eigen::Matrix3d geometry;    ///< covariance of n for one point of 1 px that stands for all: that of errors they share
   double points = 0;           ///< sum of the weights
   double scale = 1;            ///< robust standard deviation of residual / sigma
   double spread = 1;  ///< by what the covariance is to be multiplied if the residuals' size is believed instead
