@@ -209,6 +209,42 @@ TEST_F(CameraFilesTest, SaysWhatIsWrong) {
             std::string::npos);
 }
 
+TEST_F(CameraFilesTest, DamagedFilesAreRefusedOrMakeSense) {
+  const CounterRandom random(12);
+  uint64_t counter = 0;
+  int refused = 0, taken = 0;
+  for (const CameraFormat format :
+       {CameraFormat::kVision, CameraFormat::kOpenCv, CameraFormat::kRos, CameraFormat::kKalibr}) {
+    const std::vector<std::string> paths = written(format, rig_);
+    const std::string whole = read_text_file(paths.back());
+    for (int round = 0; round < 300; ++round) {
+      std::string text = whole;
+      for (uint64_t k = 0; k <= random.bits(counter) % 3; ++k) {
+        const size_t at = random.bits(++counter) % text.size(), length = random.bits(++counter) % 12;
+        const auto byte = static_cast<char>(random.bits(++counter));
+        if (random.bits(++counter) % 2 == 0) {
+          text.erase(at, length);
+        } else {
+          text[at] = byte;
+        }
+      }
+      ++counter;
+      write_text_file(paths.back(), text);
+      try {
+        check_rig(read_camera_files(paths).rig, "");
+        ++taken;
+      } catch (const InputError& error) {
+        ++refused;
+        EXPECT_NE(std::string(error.what()).find("rig"), std::string::npos) << error.what();
+      } catch (const std::exception& error) {
+        FAIL() << "seed 12, round " << round << ": " << error.what() << "\n" << text;
+      }
+    }
+  }
+  EXPECT_GT(refused, 300);
+  EXPECT_GT(taken, 100) << "most digits may change";
+}
+
 TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
   const std::string colour = "colour: {references: [{rgb: [220, 40, 110]}]}\n";
   const std::string place = "  left_to_robot: {translation_m: [1, 2, 3]}\n";

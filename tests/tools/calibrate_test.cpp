@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <opencv2/imgproc.hpp>
 
 #include "kinematics/random.hpp"
 #include "kinematics/trigonometry.hpp"
@@ -149,6 +150,25 @@ TEST(Chessboard, CornersAreFoundWhereTheyAre) {
   std::printf("corners: %.4f px rms, bias %.4f, %.4f px\n", std::sqrt(sum2 / count), bias.x(), bias.y());
   EXPECT_LT(std::sqrt(sum2 / count), 0.1);
   EXPECT_LT(bias.norm(), 0.02) << "pixels have their centre at whole numbers";
+}
+
+TEST(Chessboard, LargeImagesAreSearchedSmallAndMeasuredWhole) {
+  const RenderedSession& session = RenderedSession::get();
+  const cv::Mat image = BoardRenderer(session.rig.left).render(session.poses[0], 0);
+  constexpr float kScale = 5;
+  cv::Mat large;
+  cv::resize(image, large, {}, kScale, kScale, cv::INTER_CUBIC);
+  auto found = find_board(large, kBoard);
+  ASSERT_TRUE(found.has_value());
+  Corners expected = session.pairs[0].left;
+  for (cv::Point2f& corner : expected) corner = (corner + cv::Point2f(0.5F, 0.5F)) * kScale - cv::Point2f(0.5F, 0.5F);
+  count_alike(kBoard, expected, *found);
+  cv::Point2f bias(0, 0);
+  for (size_t k = 0; k < expected.size(); ++k) {
+    EXPECT_LT(cv::norm((*found)[k] - expected[k]), 0.3 * kScale) << k;
+    bias += ((*found)[k] - expected[k]) / static_cast<float>(expected.size());
+  }
+  EXPECT_LT(cv::norm(bias), 0.02 * kScale);
 }
 
 TEST(Chessboard, BothImagesAreCountedAlike) {
