@@ -215,8 +215,12 @@ TEST(StereoCalibration, RenderedBoardsGiveTheirCamerasBack) {
   for (const Eigen::Isometry3d& X_LB : session.poses) {
     for (const cv::Point3f& corner : kBoard.corners()) {
       const Eigen::Vector3d p_L = X_LB * Eigen::Vector3d(corner.x, corner.y, 0);
-      const auto said = vision::triangulate(rig, rig.left.ray(truth.left.project(p_L)),
-                                            rig.right.ray(truth.right.project(truth.X_RL * p_L)), 1);
+      const auto seen = [&p_L](const vision::CameraModel& said_camera, const vision::CameraModel& true_camera,
+                               const Eigen::Isometry3d& X_CL) -> vision::RayMeasurement {
+        return {said_camera.ray(true_camera.project(X_CL * p_L)), vision::ray_covariance(said_camera, 1)};
+      };
+      const auto said = vision::triangulate(rig, seen(rig.left, truth.left, Eigen::Isometry3d::Identity()),
+                                            seen(rig.right, truth.right, truth.X_RL));
       ASSERT_TRUE(said.has_value());
       sum2 += (said->p_W - p_L).squaredNorm();
       ++count;
