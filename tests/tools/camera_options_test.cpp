@@ -63,6 +63,7 @@ TEST_F(DeviceFile, NamesFileLineAndKey) {
   EXPECT_EQ(fault("left: 0\nwhite_balance_k: 200\n"),
             path_ + ":2: key 'white_balance_k' is '200'; expected a number from 1000 to 20000");
   EXPECT_EQ(fault("max_skew_ms: -1\n"), path_ + ":1: key 'max_skew_ms' is '-1'; expected a number from 0 to 1000");
+  EXPECT_EQ(fault("format: H264\n"), path_ + ":1: key 'format' is 'H264'; expected one of auto, MJPG, YUYV");
   EXPECT_EQ(fault("left: ''\n"),
             path_ + ":1: key 'left' is ''; expected a device number, a device, a FIFO or a video file");
 }

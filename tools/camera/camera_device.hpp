@@ -37,12 +37,13 @@ struct Grab {
     kImage,
     kNothing,  ///< not yet
     kDamaged,  ///< an image was lost; the next may be whole
+    kAway,     ///< as kGone, but this object waits for it by itself
     kGone,     ///< the device is there no longer, or does not answer: it has to be opened again
     kEnded,    ///< there will be no more images, ever
   };
   Kind kind = Kind::kNothing;
   RawImage image{};
-  std::string reason{};  ///< of kDamaged and kGone; goes on from "it"
+  std::string reason{};  ///< of kDamaged, kAway and kGone; goes on from "it"
 };
 
 /// Something that gives images. One thread uses it.

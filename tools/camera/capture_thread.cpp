@@ -37,29 +37,25 @@ std::string CaptureThread::who() const {
   return std::string(side) + "camera " + camera_.name;
 }
 
-/// `lasting`: until an image comes; else it is one image that was lost, which only the log hears of.
-void CaptureThread::complain(const std::string& reason, bool lasting) {
+/// One image is lost: the log hears of it now and then, NODE_STATUS when none comes for long.
+void CaptureThread::lose_image(const std::string& damage) {
+  damage_ = damage;
   const int64_t now = monotonic_us();
-  const std::string sentence = who() + " " + reason;
-  if (lasting) {
-    if (in_trouble_ && reason == reason_) return;
-    for (const Side side : sides()) buffer_.set_trouble(side, sentence);
-    in_trouble_ = true;
-  }
-  if (lasting || complained_us_ == 0 || now - complained_us_ > kComplaintPeriod) {
-    spdlog::warn("{}", sentence);
-    complained_us_ = now;
-  }
-  reason_ = reason;
+  if (complained_us_ != 0 && now - complained_us_ < kComplaintPeriod) return;
+  complained_us_ = now;
+  spdlog::warn("{} {}", who(), damage);
 }
 
-void CaptureThread::recover() {
-  image_us_ = monotonic_us();
-  reason_.clear();
-  if (!in_trouble_) return;
-  in_trouble_ = false;
-  for (const Side side : sides()) buffer_.set_trouble(side, "");
-  spdlog::info("{} gives images", who());
+void CaptureThread::set_trouble(const std::string& trouble) {
+  if (trouble == trouble_) return;
+  trouble_ = trouble;
+  const std::string sentence = who() + " " + trouble;
+  for (const Side side : sides()) buffer_.set_trouble(side, trouble.empty() ? "" : sentence);
+  if (trouble.empty()) {
+    spdlog::info("{} gives images", who());
+  } else {
+    spdlog::warn("{}", sentence);
+  }
 }
 
 void CaptureThread::lock_when_due() {
@@ -70,36 +66,52 @@ void CaptureThread::lock_when_due() {
 }
 
 void CaptureThread::run(const std::stop_token& stop) {
-  while (!stop.stop_requested()) {
-    if (!device_) {
-      reopen(stop);
-      continue;
+  try {
+    while (!stop.stop_requested() && !ended_) {
+      if (device_) {
+        grab();
+      } else {
+        reopen(stop);
+      }
     }
-    if (device_->patient() && !buffer_.wait_for_room(camera_.side, kGrabTimeout)) continue;
-    Grab grab = device_->grab(kGrabTimeout);
-    switch (grab.kind) {
-      case Grab::Kind::kImage:
-        deliver(std::move(grab.image));
-        lock_when_due();
-        break;
-      case Grab::Kind::kDamaged:
-        complain(grab.reason, false);
-        break;
-      case Grab::Kind::kGone:
-        device_.reset();
-        for (const Side side : sides()) buffer_.forget(side);
-        complain(grab.reason + ", trying again", true);
-        break;
-      case Grab::Kind::kEnded:
-        spdlog::warn("{} gives no more images", who());
-        for (const Side side : sides()) buffer_.end(side);
-        return;
-      case Grab::Kind::kNothing:
-        break;
-    }
-    if (device_ && !in_trouble_ && monotonic_us() - image_us_ > kLongWithoutImage + 2000000 / camera_.request.rate_hz) {
-      complain(reason_.empty() ? "gives no images" : std::string(reason_), true);
-    }
+  } catch (const std::exception& error) {
+    set_trouble(std::string("cannot go on: ") + error.what());
+    ended_ = true;
+  }
+  if (!ended_) return;
+  for (const Side side : sides()) buffer_.end(side);
+}
+
+void CaptureThread::grab() {
+  if (device_->patient() && !buffer_.wait_for_room(camera_.side, kGrabTimeout)) return;
+  Grab grab = device_->grab(kGrabTimeout);
+  switch (grab.kind) {
+    case Grab::Kind::kImage:
+      deliver(std::move(grab.image));
+      lock_when_due();
+      break;
+    case Grab::Kind::kDamaged:
+      lose_image(grab.reason);
+      break;
+    case Grab::Kind::kAway:
+    case Grab::Kind::kGone:
+      if (grab.kind == Grab::Kind::kGone) device_.reset();
+      damage_.clear();
+      for (const Side side : sides()) buffer_.forget(side);
+      set_trouble(grab.reason + ", trying again");
+      return;
+    case Grab::Kind::kEnded:
+      spdlog::warn("{} gives no more images", who());
+      ended_ = true;
+      return;
+    case Grab::Kind::kNothing:
+      break;
+  }
+  if (monotonic_us() - image_us_ < kLongWithoutImage + 2000000 / camera_.request.rate_hz) return;
+  if (!damage_.empty()) {
+    set_trouble(damage_);
+  } else if (trouble_.empty()) {
+    set_trouble("gives no images");
   }
 }
 
@@ -110,18 +122,21 @@ void CaptureThread::reopen(const std::stop_token& stop) {
   if (stop.stop_requested()) return;
   OpenedDevice opened = open_device(camera_.name, camera_.request);
   device_ = std::move(opened.device);
-  if (!device_ && !opened.absent) complain("was not opened again (" + opened.fault + "), trying again", true);
+  if (!device_ && !opened.absent) set_trouble("was not opened again (" + opened.fault + "), trying again");
   if (!device_) return;
   image_us_ = opened_us_ = monotonic_us();
   locked_ = false;
+  damage_.clear();
   for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
 }
 
 void CaptureThread::deliver(RawImage image) {
   const int64_t utime = clock_.utime_at(image.monotonic_us);
   auto made = maker_.make(std::move(image), utime);
-  if (const auto* reason = std::get_if<std::string>(&made)) return complain(*reason, false);
-  recover();
+  if (const auto* damage = std::get_if<std::string>(&made)) return lose_image(*damage);
+  image_us_ = monotonic_us();
+  damage_.clear();
+  set_trouble("");
   auto& frames = std::get<std::vector<Frame>>(made);
   for (size_t i = 0; i < frames.size(); ++i) buffer_.put(sides()[i], std::move(frames[i]));
 }

@@ -28,8 +28,9 @@ class CaptureThread {
   void run(const std::stop_token& stop);
   void reopen(const std::stop_token& stop);
   void deliver(RawImage image);
-  void complain(const std::string& reason, bool lasting);
-  void recover();
+  void grab();
+  void lose_image(const std::string& damage);
+  void set_trouble(const std::string& trouble);
   void lock_when_due();
   std::vector<Side> sides() const;
   std::string who() const;
@@ -40,12 +41,12 @@ class CaptureThread {
   FrameMaker maker_;
   std::unique_ptr<CameraDevice> device_;
   int64_t opened_us_;
-  bool locked_ = false;
+  bool locked_ = false, ended_ = false;
   int64_t image_us_;           // when the last good image came
   int64_t complained_us_ = 0;  // when the log last heard of a lost image
-  std::string reason_;         // why the newest images were not good
-  bool in_trouble_ = false;
-  std::jthread thread_;  // last: it uses all the others
+  std::string damage_;         // what was wrong with the newest images, if they were not good
+  std::string trouble_;        // what NODE_STATUS says is wrong
+  std::jthread thread_;        // last: it uses all the others
 };
 
 }  // namespace multireach

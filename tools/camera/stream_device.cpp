@@ -16,9 +16,14 @@ namespace {
 
 constexpr int64_t kManyBytes = 8192;  // more than the headers of an AVI file between images
 
+int open_fifo(const std::string& path) {
+  // Not blocking, or the opening would wait for a writer.
+  return open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+}
+
 class StreamDevice : public CameraDevice {
  public:
-  explicit StreamDevice(int file) : file_(file) {}
+  StreamDevice(int file, std::string path) : file_(file), path_(std::move(path)) {}
   ~StreamDevice() override { close(file_); }
   StreamDevice(const StreamDevice&) = delete;
   StreamDevice& operator=(const StreamDevice&) = delete;
@@ -48,7 +53,7 @@ class StreamDevice : public CameraDevice {
       const int64_t left = deadline - monotonic_us();
       if (left <= 0) return {};
       const Grab::Kind kind = read_more(left);
-      if (kind == Grab::Kind::kGone) return {.kind = kind, .reason = "is gone"};
+      if (kind != Grab::Kind::kNothing) return {.kind = kind, .reason = "is gone"};
     }
   }
 
@@ -57,14 +62,27 @@ class StreamDevice : public CameraDevice {
     pollfd wait{file_, POLLIN, 0};
     if (poll(&wait, 1, static_cast<int>(timeout_us / 1000) + 1) <= 0) return Grab::Kind::kNothing;
     const ssize_t size = read(file_, buffer_.data(), buffer_.size());
-    if (size == 0) return Grab::Kind::kGone;
+    if (size == 0) return wait_for_writer() ? Grab::Kind::kAway : Grab::Kind::kGone;
     if (size < 0) return errno == EAGAIN || errno == EINTR ? Grab::Kind::kNothing : Grab::Kind::kGone;
     bytes_without_image_ += size;
     stream_.put({buffer_.data(), static_cast<size_t>(size)});
     return Grab::Kind::kNothing;
   }
 
+  /// A FIFO without writers is at its end until it is opened anew; the old end is closed after that, because the next
+  /// writer may already be there, and must not find that nobody reads.
+  bool wait_for_writer() {
+    const int anew = open_fifo(path_);
+    if (anew < 0) return false;
+    close(file_);
+    file_ = anew;
+    stream_ = JpegStream();
+    damaged_said_ = bytes_without_image_ = 0;
+    return true;
+  }
+
   int file_;
+  std::string path_;
   std::array<uint8_t, 65536> buffer_{};
   JpegStream stream_;
   int64_t damaged_said_ = 0;
@@ -74,10 +92,9 @@ class StreamDevice : public CameraDevice {
 }  // namespace
 
 OpenedDevice open_stream(const std::string& path) {
-  // Not blocking, or the opening would wait for a writer.
-  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  const int file = open_fifo(path);
   if (file < 0) return {.device = nullptr, .fault = "'" + path + "': cannot be opened (" + std::strerror(errno) + ")"};
-  return {.device = std::make_unique<StreamDevice>(file)};
+  return {.device = std::make_unique<StreamDevice>(file, path)};
 }
 
 }  // namespace multireach

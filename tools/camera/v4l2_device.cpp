@@ -61,12 +61,10 @@ class V4l2Device : public CameraDevice {
 
   Grab grab(int64_t timeout_us) override {
     const int ready = device_.calls.wait(device_.file, timeout_us);
-    if (ready == 0 && device_.calls.monotonic_us() - heard_us_ > kSilence + 2000000 / request_.rate_hz)
-      return gone("has given no image for two seconds");
-    if (ready <= 0) return {};
+    if (ready < 0) return {};
     v4l2_buffer buffer = empty_buffer();
     if (!device_.ask(VIDIOC_DQBUF, &buffer)) {
-      if (errno == EAGAIN) return {};
+      if (errno == EAGAIN) return silent() ? gone("has given no image for two seconds") : Grab{};
       if (errno == EIO) return damaged("lost an image");
       return gone(errno == ENODEV ? "is gone" : std::string("gives no more images (") + std::strerror(errno) + ")");
     }
@@ -84,6 +82,8 @@ class V4l2Device : public CameraDevice {
 
   static Grab damaged(std::string reason) { return {.kind = Grab::Kind::kDamaged, .reason = std::move(reason)}; }
   static Grab gone(std::string reason) { return {.kind = Grab::Kind::kGone, .reason = std::move(reason)}; }
+
+  bool silent() const { return device_.calls.monotonic_us() - heard_us_ > kSilence + 2000000 / request_.rate_hz; }
 
   static v4l2_buffer empty_buffer() {
     v4l2_buffer buffer = {};
