@@ -37,7 +37,7 @@ std::vector<Background> backgrounds(double wall_distance_m) {
   fine.seed = 4;
   fine.wall_grey = 60;
   fine.wall_contrast = 1.3;
-  fine.wall_fineness = 6;
+  fine.wall_fineness = 5.4 / wall_distance_m;  // of one pitch in the image
   return {{"plain", base}, {"dark", dark}, {"bright", bright}, {"textured", fine}};
 }
 

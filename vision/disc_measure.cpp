@@ -16,7 +16,7 @@ constexpr double kWorstShape = 0.03;    // residual of the radius that an edge f
 constexpr double kSmallResidual = 0.5;  // ... but this is never too much, pixels
 constexpr double kLumaEdge = 0.15;      // share of brightness in a difference of colours that suffices to measure it
 // What no edge tells: how far the model of the image (blur, shading, lens) is from the truth, pixels.
-constexpr double kModelCentre = 0.008, kModelRadius = 0.05, kModelEdge = 0.02;
+constexpr double kModelCentre = 0.008, kModelRadius = 0.05, kModelEdge = 0.02, kModelHues = 0.03;
 
 /// Where a closed polygon crosses the rows from `first` on: the smallest and largest column in each.
 void cross_rows(const OutlinePolygon& polygon, int row, double& from, double& to) {
@@ -128,6 +128,11 @@ void DiscMeasurer::learn_blur() {
   luma_blur2_ = 4 * luma_samples_.size() > samples_.size() ? median_of(luma_samples_) : colour_blur2_;
 }
 
+bool DiscMeasurer::hues_blurred() const {
+  constexpr double kLowResolution = 0.2;  // less than half of what halving the hues' resolution adds, px^2
+  return colour_blur2_ > luma_blur2_ + kLowResolution;
+}
+
 void DiscMeasurer::learn_parts() {
   std::array<double, kOutlineCorners> fitting{}, all{};
   for (const Site& site : sites_) {
@@ -169,14 +174,13 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
   for (Site& site : sites_) site.readable = read_profile(bgr, site.edge, site.profile);
   if (refined) {
     // The narrowest window that holds the edge with its blur.
-    constexpr double kSharp = 0.36, kSoft = 1.4, kLowResolution = 0.2;
+    constexpr double kSharp = 0.36, kSoft = 1.4;
     const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
-    const bool hues_blurred = colour_blur2_ > luma_blur2_ + kLowResolution;
-    model.chroma_error = hues_blurred ? 0.2 : 0;
-    model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
+    model.chroma_error = hues_blurred() ? 0.2 : 0;
+    model.shading_error = std::clamp(0.08 * std::sqrt(20 / model.radius_px), 0.03, 0.2);
     for (Site& site : sites_) {
       if (!site.readable) continue;
-      const bool by_luma = hues_blurred && blur_of(site.profile, site.edge, EdgeModel()).luma_share > kLumaEdge;
+      const bool by_luma = hues_blurred() && blur_of(site.profile, site.edge, EdgeModel()).luma_share > kLumaEdge;
       site.half = half(by_luma ? luma_blur2_ : colour_blur2_);
     }
     learn_sides(model);
@@ -217,7 +221,7 @@ bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
   if (!fit) return false;
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   EdgeModel model;
-  constexpr int kPasses = 2;
+  constexpr int kPasses = 3;
   for (int pass = 0; pass < kPasses; ++pass) {
     const auto polygon = polygon_of(fit->cone, camera_);
     const double radius_px = fit->cone.sine() * focal;
@@ -331,7 +335,8 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurem
   result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
   // An error that all edges of one side share moves the centre of a whole outline as far as the edges, and that of a
   // part of an outline further.
-  const double shared2 = kModelCentre * kModelCentre + shading / weights;
+  const double hues = hues_blurred() ? kModelHues : 0;
+  const double shared2 = kModelCentre * kModelCentre + hues * hues + shading / weights;
   result.covariance += shared2 / 2 * J * fit.geometry * J.transpose();
   result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
 }

@@ -66,6 +66,7 @@ class DiscMeasurer {
   void learn_sides(EdgeModel& model);
   void learn_blur();
   void learn_parts();
+  bool hues_blurred() const;
   void learn_shading(const EdgeModel& model);
   bool fit_edges(const cv::Mat& bgr, DiscMeasurement& result);
   void describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurement& result);

@@ -82,7 +82,7 @@ void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
 
 void Shading::solve() {
   // Light of second order is weaker than that of the first, and that than the whole.
-  constexpr double kFirst = 0.02, kSecond = 0.2;
+  constexpr double kFirst = 0.02, kSecond = 0.5;
   for (int k = 1; k < kTerms; ++k) normal_equations_(k, k) += k < 4 ? kFirst : kSecond;
   terms_ = normal_equations_.ldlt().solve(products_);
 }
