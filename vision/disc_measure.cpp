@@ -11,7 +11,6 @@ using Along = OutlinePoint::Along;
 
 constexpr int kMostSites = 240;         // of an outline; a larger one is measured at every second, third ... line
 constexpr int kMostBorder = 40;         // lines of the blob whose ends the first fit uses, each way
-constexpr double kLeastSeen = 0.35;     // share of the outline that an edge fit needs
 constexpr double kWorstShape = 0.03;    // residual of the radius that an edge fit may have: else it is not a disc ...
 constexpr double kSmallResidual = 0.5;  // ... but this is never too much, pixels
 constexpr double kLumaEdge = 0.15;      // share of brightness in a difference of colours that suffices to measure it
@@ -236,7 +235,7 @@ bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
     learn_parts();
   }
   describe(bgr, *fit, result);
-  return result.outline_seen >= kLeastSeen &&
+  return result.outline_seen >= least_seen_ &&
          result.residual_px < std::max(kSmallResidual, kWorstShape * result.radius_px);
 }
 

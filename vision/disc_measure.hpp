@@ -36,7 +36,12 @@ struct DiscMeasurement {
 /// Measures discs in the images of one camera. Keeps nothing from one call to the next but memory.
 class DiscMeasurer {
  public:
-  explicit DiscMeasurer(const CameraModel& camera) : camera_(camera) {}
+  /// An outline is believed when at least this share of it is seen: little for what is known to be a sphere, most of it
+  /// for what may have any shape.
+  static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
+
+  explicit DiscMeasurer(const CameraModel& camera, double least_seen = kOfASphere)
+      : camera_(camera), least_seen_(least_seen) {}
 
   /// Measures what a blob shows. The blob may be ragged, have holes, be partly hidden or joined to something of a
   /// similar colour: it only tells where to look for the outline. `bgr`: 8-bit, of the camera's size; the blob is not
@@ -75,6 +80,7 @@ class DiscMeasurer {
   void take_middle(DiscMeasurement& result) const;
 
   CameraModel camera_;
+  double least_seen_;
   cv::Rect box_;                            // of the blob
   std::vector<Extent> rows_, columns_;      // first and last pixel of the blob in each row and column of the box
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box

@@ -14,6 +14,8 @@ constexpr double kSigmas = 3;  // of the measurements' own errors, within every 
 // How far a radius as seen is from the ball's own whatever the edges' noise: blur and bloom, pixels.
 constexpr double kRadiusBlur = 0.1;
 
+constexpr double kOtherLens = 0.02;  // of an image's width: so much two cameras of one make differ
+
 /// The distance between two lines of sight, signed, and its standard deviation, in pixels of the left camera.
 struct Gap {
   double px, sigma_px;
@@ -66,7 +68,8 @@ class Judge {
     const auto start = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
     if (!start) {
       sighting.status = Status::kBehindCameras;
-      sighting.fits_exchanged = fits(right, left);
+      // Each would have been measured with the other's lens.
+      sighting.fits_exchanged = fits(right, left, kOtherLens * rig_.left.width);
       return judgement;
     }
     const Gap gap = gap_of(rig_, left, right, start->depth_left_m, start->depth_right_m);
@@ -78,7 +81,7 @@ class Judge {
     if (!same_size(left, right, *start) || !on_one_line(gap)) {
       const bool discs = sighting.both_by_edges && same_size(left, right, *start);
       sighting.status = discs ? Status::kLinesOfSightMissed : Status::kNotTheSame;
-      sighting.fits_exchanged = fits(right, left);
+      sighting.fits_exchanged = fits(right, left, 0);
       return judgement;
     }
 
@@ -118,8 +121,8 @@ class Judge {
   }
 
  private:
-  bool on_one_line(const Gap& gap) const {
-    return std::abs(gap.px) <= options_.max_epipolar_px + kSigmas * gap.sigma_px;
+  bool on_one_line(const Gap& gap, double besides_px = 0) const {
+    return std::abs(gap.px) <= options_.max_epipolar_px + kSigmas * gap.sigma_px + besides_px;
   }
   bool same_size(const DiscMeasurement& left, const DiscMeasurement& right, const Triangulation& point) const {
     const double left_m = point.depth_left_m * left.ray().homogeneous().norm();
@@ -127,10 +130,10 @@ class Judge {
     return agree(left.value.z() * left_m, std::sqrt(left.covariance(2, 2)) * left_m, right.value.z() * right_m,
                  std::sqrt(right.covariance(2, 2)) * right_m, options_.max_size_ratio);
   }
-  bool fits(const DiscMeasurement& left, const DiscMeasurement& right) const {
+  bool fits(const DiscMeasurement& left, const DiscMeasurement& right, double besides_px) const {
     const auto point = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
     return point && same_size(left, right, *point) &&
-           on_one_line(gap_of(rig_, left, right, point->depth_left_m, point->depth_right_m));
+           on_one_line(gap_of(rig_, left, right, point->depth_left_m, point->depth_right_m), besides_px);
   }
 
   const StereoRig& rig_;

@@ -30,9 +30,9 @@ const TrackerOptions& checked(const TrackerOptions& options) {
   require(options.rig.X_RL.inverse().translation().x() > 0,
           "the right camera is to the left of the left one: the images are swapped, or the baseline's sign is wrong");
   const SightingOptions& sighting = options.sighting;
-  require(sighting.radius_m >= 0 && sighting.radius_tolerance_m >= 0 && options.min_area_px > 0 &&
-              sighting.max_epipolar_px > 0 && sighting.max_size_ratio > 1 && sighting.max_hidden > 0 &&
-              sighting.max_prediction_sigmas > 0,
+  require(sighting.radius_m >= 0 && sighting.radius_tolerance_m >= 0 && options.sigma_px >= 0 &&
+              options.min_area_px > 0 && sighting.max_epipolar_px > 0 && sighting.max_size_ratio > 1 &&
+              sighting.max_hidden > 0 && sighting.max_prediction_sigmas > 0,
           "the tracker's sizes and thresholds must be positive");
   return options;
 }
@@ -60,8 +60,15 @@ double offset_s(int64_t image, int64_t pair) {
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
     : options_(checked(options)),
-      eyes_{Eye(options.rig.left, options.colour[0]), Eye(options.rig.right, options.colour[1])},
+      eyes_{eye(options, Side::kLeft), eye(options, Side::kRight)},
       track_(options.track) {}
+
+StereoTracker::Eye StereoTracker::eye(const TrackerOptions& options, Side side) {
+  const bool left = side == Side::kLeft;
+  const bool sphere = options.sighting.radius_m > 0;
+  return {left ? options.rig.left : options.rig.right, options.colour[left ? 0 : 1],
+          sphere ? DiscMeasurer::kOfASphere : DiscMeasurer::kOfAnything};
+}
 
 cv::Rect StereoTracker::whole_image(Side side) const {
   const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
@@ -103,7 +110,12 @@ View StereoTracker::look(Side side, const cv::Mat& bgr, const cv::Rect& window) 
   view.filled = found.crowded || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
   view.blobs.assign(found.blobs.begin(), found.blobs.end());
-  for (const Blob& blob : view.blobs) view.discs.push_back(eye.measurer.measure(bgr, blob));
+  const Eigen::Matrix2d besides =
+      ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
+  for (const Blob& blob : view.blobs) {
+    view.discs.push_back(eye.measurer.measure(bgr, blob));
+    view.discs.back().covariance.topLeftCorner<2, 2>() += besides;
+  }
   view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
 }
@@ -138,6 +150,22 @@ Sighting StereoTracker::sight(const PairTimes& times, const View& left, const Vi
   return sighting;
 }
 
+bool StereoTracker::enough(const Sighting& sighting, const View& left, const View& right) const {
+  if (sighting.status != Sighting::Status::kSeen) return false;
+  const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
+    return (box.x > window.x || window.x == 0) && (box.y > window.y || window.y == 0) &&
+           (box.br().x < window.br().x || window.br().x == image.width) &&
+           (box.br().y < window.br().y || window.br().y == image.height);
+  };
+  return whole(left.blobs[static_cast<size_t>(sighting.left)].box, left.window, whole_image(Side::kLeft)) &&
+         whole(right.blobs[static_cast<size_t>(sighting.right)].box, right.window, whole_image(Side::kRight));
+}
+
+/// The track's status after a pair that was not taken for the target: a pair that is not later changes nothing in it.
+TargetTrack::Status StereoTracker::unseen_status() const {
+  return track_.status() == TargetTrack::Status::kTracked ? TargetTrack::Status::kCoasting : track_.status();
+}
+
 /// A sighting as a place at the time of the pair, with what is not known of the motion between the exposures.
 PlaceEstimate StereoTracker::place_at_pair(const PairTimes& times, const Sighting& sighting) const {
   PlaceEstimate place{sighting.point.p_W, sighting.point.covariance};
@@ -167,7 +195,7 @@ TargetReport StereoTracker::report(TargetTrack::Status status, const char* reaso
 TargetReport StereoTracker::take_unseen(int64_t utime, const char* reason) {
   track_.take(utime, std::nullopt);
   for (Eye& eye : eyes_) eye.shift = relaxed(eye.shift);
-  return report(track_.status(), reason);
+  return report(unseen_status(), reason);
 }
 
 TargetReport StereoTracker::take(const PairTimes& times, const Sighting& sighting, const View& left,
@@ -179,9 +207,11 @@ TargetReport StereoTracker::take(const PairTimes& times, const Sighting& sightin
   const bool partly = (sighting.status == Status::kHiddenTooMuch || sighting.status == Status::kCutOff) &&
                       sighting.left >= 0 && sighting.right >= 0 && track_.status() != TargetTrack::Status::kLost;
   if (!seen && !partly) return take_unseen(times.pair, description(sighting.status));
+  const int64_t before = track_.utime();
   const PlaceEstimate place = place_at_pair(times, sighting);
   if (!track_.take(times.pair, place)) {
-    return report(track_.status(), description(Status::kNotWhereExpected));
+    const bool past = track_.utime() == before && times.pair <= before;
+    return report(unseen_status(), past ? "seen, but of a time that is past" : description(Status::kNotWhereExpected));
   }
   if (partly) return report(TargetTrack::Status::kCoasting, description(sighting.status));
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * sighting.point.p_W;

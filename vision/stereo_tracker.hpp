@@ -15,6 +15,7 @@ struct TrackerOptions {
   std::array<ColourModel, 2> colour;  ///< of the left and the right camera
   SightingOptions sighting;
   TargetTrack::Options track;
+  double sigma_px = 0;       ///< standard deviation of every image point beyond what measuring it explains: calibration
   double min_area_px = 30;   ///< smaller blobs are not the object
   bool adapt_colour = true;  ///< follows slow changes of the light
 };
@@ -63,6 +64,8 @@ class StereoTracker {
   View look(Side side, const cv::Mat& bgr, const cv::Rect& window);
   /// Where in space that is. Changes nothing.
   Sighting sight(const PairTimes& times, const View& left, const View& right) const;
+  /// Whether nothing is to be gained by looking at the whole images: it is seen, and whole.
+  bool enough(const Sighting& sighting, const View& left, const View& right) const;
   /// Concludes a pair. `sighting` is that of these views.
   TargetReport take(const PairTimes& times, const Sighting& sighting, const View& left, const View& right);
   /// Concludes a pair that could not be looked at. `reason` is a literal.
@@ -77,15 +80,18 @@ class StereoTracker {
 
  private:
   struct Eye {
-    Eye(const CameraModel& camera, const ColourModel& colour) : model(colour), measurer(camera) {}
+    Eye(const CameraModel& camera, const ColourModel& colour, double least_seen)
+        : model(colour), measurer(camera, least_seen) {}
     LitModel model;
     ColourShift shift;
     Finder finder;
     DiscMeasurer measurer;
   };
 
+  static Eye eye(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
   PlaceEstimate place_at_pair(const PairTimes& times, const Sighting& sighting) const;
+  TargetTrack::Status unseen_status() const;
   TargetReport report(TargetTrack::Status status, const char* reason) const;
   void adapt(Side side, const View& view, int chosen, double quality);
 

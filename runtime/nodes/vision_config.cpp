@@ -23,6 +23,7 @@ vision::TrackerOptions tracker_options_from(const Config& keys, const ColourConf
   sighting.radius_tolerance_m = keys.number("ball_radius_tolerance_m", 0, 10, sighting.radius_tolerance_m);
   sighting.max_epipolar_px = keys.number("max_epipolar_px", 1e-6, 1e6, sighting.max_epipolar_px);
   sighting.max_hidden = keys.number("max_hidden", 0.01, 1, sighting.max_hidden);
+  options.sigma_px = keys.number("sigma_px", 0, 1000, options.sigma_px);
   options.min_area_px = keys.number("min_area_px", 1, 1e9, options.min_area_px);
   options.adapt_colour = keys.flag("adapt_colour", options.adapt_colour);
   vision::TargetTrack::Options& track = options.track;

@@ -72,8 +72,8 @@ bool VisionNode::look(StereoFrames& frames, Side side, bool everywhere) {
   if (!bgr) return false;
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
-    const bool again = everywhere && target.sighting.status == Sighting::Status::kSeen;
-    if (!again && target.views[at].window != windows[k]) target.views[at] = target.tracker.look(side, *bgr, windows[k]);
+    if (everywhere && target.enough) continue;
+    if (target.views[at].window != windows[k]) target.views[at] = target.tracker.look(side, *bgr, windows[k]);
   }
   return true;
 }
@@ -84,8 +84,9 @@ bool VisionNode::look_at_both(StereoFrames& frames, bool everywhere) {
   const bool left = look(frames, Side::kLeft, everywhere);
   if (!right.get() || !left) return false;
   for (Target& target : targets_) {
-    if (everywhere && target.sighting.status == Sighting::Status::kSeen) continue;
+    if (everywhere && target.enough) continue;
     target.sighting = target.tracker.sight(times_of(frames), target.views[0], target.views[1]);
+    target.enough = target.tracker.enough(target.sighting, target.views[0], target.views[1]);
   }
   return true;
 }
@@ -108,10 +109,10 @@ const char* VisionNode::fault_of(StereoFrames& frames) {
   for (Target& target : targets_) {
     target.views = {};
     target.sighting = {};
+    target.enough = false;
   }
   if (!look_at_both(frames, false)) return "an image cannot be decoded";
-  const bool all =
-      std::ranges::all_of(targets_, [](const Target& t) { return t.sighting.status == Sighting::Status::kSeen; });
+  const bool all = std::ranges::all_of(targets_, &Target::enough);
   if (!all && !look_at_both(frames, true)) return "an image cannot be decoded";
   return nullptr;
 }

@@ -36,6 +36,7 @@ class VisionNode : public Node {
     vision::StereoTracker tracker;
     std::array<vision::View, 2> views{};
     vision::Sighting sighting{};
+    bool enough = false;  ///< the whole images need not be looked at
     target_t last{};
   };
 

@@ -200,7 +200,7 @@ TEST(Fingerprints, AreThoseOfTheWireAsItWasFixed) {
   EXPECT_EQ(fingerprint<images_t>(), 0x20ba4f05e8f5e33aU);
   EXPECT_EQ(fingerprint<image_t>(), 0x14739ffe13d5f5f0U);
   EXPECT_EQ(fingerprint<image_metadata_t>(), 0x9a4b634d0577fb8eU);
-  EXPECT_EQ(fingerprint<target_t>(), 0x78db83aae2cf8a61U);
+  EXPECT_EQ(fingerprint<target_t>(), 0xdaf515c503f3947cU);
   EXPECT_EQ(fingerprint<obstacle_t>(), 0x7a71590b61880e5fU);
   EXPECT_EQ(fingerprint<obstacles_t>(), 0x9fe2d870847d0bbaU);
   EXPECT_EQ(fingerprint<joint_setpoint_t>(), 0x7c911a46d2091bfeU);

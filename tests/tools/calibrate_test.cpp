@@ -18,7 +18,7 @@ namespace {
 const Board kBoard{.columns = 9, .rows = 6, .square_m = 0.03};
 
 vision::StereoRig hoap2_rig() {
-  return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").tracker.rig;
+  return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
 }
 
 /// What one camera sees of a board with a white border, each pixel the mean over 5 x 5 rays, with noise.

@@ -193,15 +193,16 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
   // The ball is rendered where the hand is; the vision stage believes that its cameras are elsewhere.
   VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
   const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
-  const vision::StereoRig truth = vision.tracker.rig;
+  const vision::StereoRig truth = vision.rig;
   const SceneOptions scene{.distractors = 0, .noise_grey_levels = 2};
   const BallRenderer left(scene, truth.left, truth.X_WL, truth.X_WL),
       right(scene, truth.right, truth.X_WL * truth.X_RL.inverse(), truth.X_WL);
   Eigen::Isometry3d believed = Eigen::Isometry3d::Identity();
   believed.linear() = rotation_from_rpy({-2, 0.3, -1});
   believed.translation() = Eigen::Vector3d(0.3, 0.1, 0.2);
-  vision.tracker.rig.X_WL = believed;
-  vision::StereoTracker tracker(vision.tracker);
+  vision::TrackerOptions options = vision.targets.front().options;
+  options.rig.X_WL = believed;
+  vision::StereoTracker tracker(options);
 
   const std::vector<JointVector> postures = postures_in_view(chain, truth, 40);
   ASSERT_EQ(postures.size(), 40U);

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "bench/mask_blobs.hpp"
+#include "tests/vision/mask_blobs.hpp"
 #include "kinematics/random.hpp"
 
 namespace multireach::vision {

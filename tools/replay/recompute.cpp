@@ -32,7 +32,7 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
   int64_t ticked = 0, sent = 0;
   const auto hand_on = [&] {
     bool known = false;
-    for (const OutMessage& message : out) known = io.sent(message, result.missing == 0) || known;
+    for (const OutMessage& message : out) known = io.sent(message, result.certain) || known;
     sent += static_cast<int64_t>(out.size());
     out.clear();
     return known;
@@ -43,27 +43,33 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     return hand_on();
   };
   const int64_t per_input = node->sent_per_input();
+  // Takes what was sent for an input in its place: whatever was missing before, it is certain what comes after.
   const auto adopt = [&] {
     std::vector<std::span<const uint8_t>> recorded;
     for (int64_t k = 0; k < per_input; ++k) recorded.push_back(io.recorded(sent + k));
-    return node->adopt(recorded);
+    if (!node->adopt(recorded)) return false;
+    for (int64_t k = 0; k < per_input; ++k) io.adopted(sent + k);
+    sent += per_input;
+    result.certain = true;
+    return true;
   };
   // What it took in before the log tells of it.
   result.inputs = result.missing = run.untold;
+  result.certain = run.untold == 0;
   node->skip(run.untold);
   sent += run.untold * per_input;
   for (const auto& input : run.inputs) {
     ++result.inputs;
     while (input && ticked < input->ticks && node->next_tick()) tick();
     const std::span<const uint8_t> bytes = input ? io.find(input->digest) : std::span<const uint8_t>();
-    if (!bytes.empty()) {
+    if ((bytes.empty() || !result.certain) && adopt()) {
+      ++result.adopted;
+    } else if (!bytes.empty()) {
       node->receive(input->channel, bytes, out);
       hand_on();
-    } else if (adopt()) {
-      ++result.adopted;
-      sent += per_input;
     } else {
       ++result.missing;
+      result.certain = false;
       node->skip(1);
       sent += per_input;
     }

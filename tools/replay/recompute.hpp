@@ -29,14 +29,18 @@ struct Recomputation {
   FindMessage find;
   /// The message that the node is recorded to have sent with this sequence number; empty where it is not.
   std::function<std::span<const uint8_t>(int64_t sequence)> recorded;
-  /// A message, as the node sends it; `certain` is false once an input was missing. Returns whether it is in the log.
+  /// The message with this sequence number was taken as it is recorded.
+  std::function<void(int64_t sequence)> adopted{};
+  /// A message, as the node sends it; `certain` is false while something is missing that it may depend on. Returns
+  /// whether it is in the log.
   std::function<bool(const OutMessage& message, bool certain)> sent;
 };
 
 struct Recomputed {
   int64_t inputs = 0;
   int64_t missing = 0;  ///< inputs that are not in the log, or whose telling was lost
-  int64_t adopted = 0;  ///< inputs that are not in the log, in whose place what was sent for them was taken
+  int64_t adopted = 0;  ///< inputs in whose place what was sent for them was taken
+  bool certain = true;  ///< in the end, nothing is missing that what it sends may depend on
 };
 
 /// Computes a run again from what it took in, and goes on to tick for as long as the log knows what it sends.

@@ -126,15 +126,19 @@ class Verifier {
                              if (!recorded) recorded = recorded_by(publisher, run);
                              const auto found = recorded->find(sequence);
                              if (found == recorded->end()) return {};
-                             adopted_.insert(found->second->event);
                              return found->second->bytes;
                            },
+                           .adopted = [&](int64_t sequence) { adopted_.insert(recorded->at(sequence)->event); },
                            .sent =
                                [&](const OutMessage& message, bool certain) {
                                  const int64_t digest = digest_of(message.bytes);
                                  computed[message.channel].emplace(digest, number);
                                  const int64_t sequence = sequence_in(message.bytes);
-                                 if (!certain) played.uncertain_from.try_emplace(message.channel, sequence);
+                                 if (certain) {
+                                   played.uncertain_from.erase(message.channel);
+                                 } else {
+                                   played.uncertain_from.try_emplace(message.channel, sequence);
+                                 }
                                  next[message.channel] = sequence + 1;
                                  const bool known = !log_.bytes_of(digest).empty();
                                  // Others took it in, and the recorder lost it.
@@ -143,7 +147,7 @@ class Verifier {
                                  return known;
                                }};
     const Recomputed result = recompute(run, configs_, io);
-    if (result.missing > 0) {
+    if (!result.certain) {
       // What it sent beyond what can be computed is as uncertain.
       for (const std::string_view channel : publisher.channels) {
         played.uncertain_from.try_emplace(channel, next[channel]);
@@ -153,10 +157,12 @@ class Verifier {
                       "checked",
                       run.node, result.missing, result.inputs));
     }
-    if (result.adopted > 0) {
-      note(fmt::format(
-          "{}: {} of {} messages that it took in are not in the log; what it sent for them cannot be checked", run.node,
-          result.adopted, result.inputs));
+    const int64_t unchecked = result.adopted + (result.certain ? result.missing : 0);
+    if (unchecked > 0) {
+      note(
+          fmt::format("{}: what it sent for {} of {} messages that it took in cannot be checked, because they, or what "
+                      "came before them, are not in the log",
+                      run.node, unchecked, result.inputs));
     }
     const int64_t config = run.node == "vision" && configs_.vision ? configs_.vision->digest : configs_.robot.digest;
     if (config != run.config_digest) {
