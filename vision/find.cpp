@@ -46,11 +46,11 @@ void Finder::Sums::add(const Sums& other) {
   bottom = std::max(bottom, other.bottom);
 }
 
-void Finder::cut_row(int row, int width) {
+void Finder::cut_row(const uint64_t* bits, int row, int width) {
   uint64_t before = 0;  // the last pixel of the word before, in the lowest bit
   bool open = false;
-  for (size_t k = 0; k < bits_.size(); ++k) {
-    const uint64_t word = bits_[k];
+  for (size_t k = 0; k < words_for(width); ++k) {
+    const uint64_t word = bits[k];
     uint64_t edges = word ^ (word << 1 | before);
     before = word >> 63;
     for (; edges != 0; edges &= edges - 1) {
@@ -102,26 +102,39 @@ void Finder::connect_row(size_t above, size_t row) {
   }
 }
 
-bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, int64_t& members) {
+bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, bool opened,
+                         int64_t& members) {
   runs_.clear();
   label_.clear();
   parent_.clear();
   sums_.clear();
-  bits_.resize(words_for(part.width));
+  const size_t words = words_for(part.width);
+  opening_.begin(words);
   size_t above = 0;
-  int row_above = -1;
-  for (int row = 0; row < part.height; ++row) {
-    class_bits(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width, bits_.data());
+  int row_above = -2;
+  const auto take = [&](const uint64_t* bits, int row) {
     const size_t begin = runs_.size();
-    cut_row(row, part.width);
-    if (runs_.size() > kMostRuns) return false;
-    if (runs_.size() == begin) continue;
+    cut_row(bits, row, part.width);
+    if (runs_.size() == begin) return;
     connect_row(row_above == row - 1 ? above : begin, begin);
-    for (size_t i = begin; i < runs_.size(); ++i) members += runs_[i].end - runs_[i].begin;
     above = begin;
     row_above = row;
+  };
+  for (int row = 0; row < part.height + RowOpening::kDelay && runs_.size() <= kMostRuns; ++row) {
+    uint64_t* bits = opening_.next();
+    int64_t here = 0;
+    if (row < part.height) {
+      class_bits(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width, bits);
+      for (size_t k = 0; k < words; ++k) here += std::popcount(bits[k]);
+      members += here;
+    }
+    if (!opened) {
+      if (here > 0) take(bits, row);
+    } else if (const uint64_t* cleaned = opening_.advance(here > 0)) {
+      take(cleaned, row - RowOpening::kDelay);
+    }
   }
-  return true;
+  return runs_.size() <= kMostRuns;
 }
 
 void Finder::rank(const FindOptions& options) {
@@ -168,7 +181,7 @@ Found Finder::find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& c
   const cv::Rect inside = part & cv::Rect(0, 0, bgr.cols, bgr.rows);
   Found found;
   if (bgr.type() != CV_8UC3 || inside.empty()) return found;
-  found.crowded = !gather_runs(bgr, inside, colours, found.members);
+  found.crowded = !gather_runs(bgr, inside, colours, options.opened, found.members);
   if (found.crowded) return found;
   rank(options);
   fill_blobs(inside.tl());

@@ -5,18 +5,21 @@
 
 #include "vision/blob.hpp"
 #include "vision/pixel_class.hpp"
+#include "vision/row_opening.hpp"
 
 namespace multireach::vision {
 
 struct FindOptions {
   double min_area = 30;  ///< pixels; smaller blobs are left out
   int most = 8;          ///< blobs that are returned, at least 1
+  /// Without specks and bridges of less than three pixels: the opening of the class's pixels by a cross of five.
+  bool opened = true;
 };
 
 /// What one part of an image shows of a colour.
 struct Found {
   std::span<const Blob> blobs;  ///< the largest first; of equal ones the one that begins in an earlier row, then column
-  int64_t members = 0;          ///< pixels of the class, those of left-out blobs included
+  int64_t members = 0;          ///< pixels of the class, also those that are in no blob
   bool crowded = false;         ///< more than kMostRuns runs: the colour is all over the place; `blobs` is empty
 };
 /// More runs than this are no image of an object: one on every second pixel of a full VGA image is 153 600.
@@ -39,15 +42,15 @@ class Finder {
     void add(const Sums& other);
   };
 
-  bool gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, int64_t& members);
-  void cut_row(int row, int width);
+  bool gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, bool opened, int64_t& members);
+  void cut_row(const uint64_t* bits, int row, int width);
   void connect_row(size_t above, size_t row);
   uint32_t root_of(uint32_t label);
   void join(uint32_t a, uint32_t b);
   void rank(const FindOptions& options);
   void fill_blobs(const cv::Point& corner);
 
-  std::vector<uint64_t> bits_;    // of one row
+  RowOpening opening_;
   std::vector<Run> runs_;         // relative to the part
   std::vector<uint32_t> label_;   // of each run
   std::vector<uint32_t> parent_;  // of each label; roots are their own

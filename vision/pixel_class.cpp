@@ -63,7 +63,7 @@ PixelClass::PixelClass(const ChromaTest& test) : PixelClass() {
       for (int b = 0; b < kCodes; ++b) {
         if (test.contains({middle_of(r), middle_of(g), middle_of(b)})) row |= 1U << b;
       }
-      rows_[static_cast<size_t>(r * kCodes + g)] = row;
+      rows_[static_cast<size_t>(r) << 5 | static_cast<size_t>(g)] = row;
     }
   }
   find_boxes();
@@ -74,7 +74,7 @@ void PixelClass::find_boxes() {
   std::array<Slabs, 3> slabs;  // along red, green, blue
   for (int r = 0; r < kCodes; ++r) {
     for (int g = 0; g < kCodes; ++g) {
-      const uint32_t row = rows_[static_cast<size_t>(r * kCodes + g)];
+      const uint32_t row = rows_[static_cast<size_t>(r) << 5 | static_cast<size_t>(g)];
       if (row == 0) continue;
       uint32_t blue = 0;
       for (uint32_t bits = row; bits != 0; bits &= bits - 1) blue |= nibbles_of(std::countr_zero(bits));

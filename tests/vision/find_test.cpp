@@ -40,9 +40,14 @@ cv::Mat plain_mask(const cv::Mat& bgr, const PixelClass& colours) {
 }
 
 /// Looks at every pixel by the table, and leaves the components to OpenCV.
-std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, double min_area) {
-  cv::Mat labels, stats, centroids;
-  const int labelled = cv::connectedComponentsWithStats(plain_mask(bgr(part), colours), labels, stats, centroids, 8);
+std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, double min_area,
+                             bool opened) {
+  cv::Mat mask = plain_mask(bgr(part), colours), labels, stats, centroids;
+  if (opened) {
+    const cv::Mat cross = cv::getStructuringElement(cv::MORPH_CROSS, {3, 3});
+    cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cross, {-1, -1}, 1, cv::BORDER_CONSTANT, cv::Scalar(0));
+  }
+  const int labelled = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8);
   std::vector<Blob> blobs(static_cast<size_t>(labelled));
   for (int row = 0; row < part.height; ++row) {
     for (int column = 0; column < part.width; ++column) {
@@ -79,11 +84,11 @@ std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const Pix
   return result;
 }
 
-void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, const std::string& what) {
+void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, bool opened, const std::string& what) {
   const PixelClass colours = pink();
   Finder finder;
-  const Found found = finder.find(bgr, part, colours, {.min_area = min_area, .most = 1 << 20});
-  const std::vector<Blob> expected = plain_find(bgr, part, colours, min_area);
+  const Found found = finder.find(bgr, part, colours, {.min_area = min_area, .most = 1 << 20, .opened = opened});
+  const std::vector<Blob> expected = plain_find(bgr, part, colours, min_area, opened);
   EXPECT_FALSE(found.crowded) << what;
   EXPECT_EQ(found.members, cv::countNonZero(plain_mask(bgr(part), colours))) << what;
   ASSERT_EQ(found.blobs.size(), expected.size()) << what;
@@ -136,13 +141,16 @@ TEST(Find, IsWhatATableAndOpenCvComponentsGive) {
     for (const double density : {0.02, 0.3, 0.6, 0.98}) {
       for (const int width : {1, 2, 7, 15, 16, 17, 31, 63, 64, 65, 100, 127, 128, 129, 200}) {
         const cv::Mat image = painted(random_mask(seed++, width, 23, density));
-        expect_same(image, {0, 0, width, 23}, 1, name + ", width " + std::to_string(width));
+        for (const bool opened : {false, true})
+          expect_same(image, {0, 0, width, 23}, 1, opened, name + ", width " + std::to_string(width));
       }
     }
     for (seed = 1; seed <= 20; ++seed) {
       const cv::Mat image = painted(shapes(seed, 203, 91));
-      expect_same(image, {0, 0, 203, 91}, 1, name + ", shapes " + std::to_string(seed));
-      expect_same(image, {11, 5, 131, 70}, 20, name + ", a part of shapes " + std::to_string(seed));
+      for (const bool opened : {false, true})
+        expect_same(image, {0, 0, 203, 91}, 1, opened, name + ", shapes " + std::to_string(seed));
+      for (const bool opened : {false, true})
+        expect_same(image, {11, 5, 131, 70}, 20, opened, name + ", a part of shapes " + std::to_string(seed));
     }
   });
 }
@@ -208,6 +216,7 @@ TEST(Find, GivesTheLargestFirstAndNotMoreThanAsked) {
   EXPECT_EQ(found.blobs[1].box, cv::Rect(100, 60, 10, 10)) << "of equal ones that which begins earlier";
   EXPECT_EQ(found.blobs[2].box, cv::Rect(150, 60, 10, 10));
   EXPECT_TRUE(found.blobs[0].centroid.isApprox(Eigen::Vector2d(59.5, 29.5)));
+  EXPECT_EQ(found.blobs[0].area, 396) << "the cross takes the corners";
 }
 
 TEST(Find, OfAPartOutsideOfTheImageIsNothing) {
@@ -226,7 +235,7 @@ TEST(Find, AllPixelsAreOneBlob) {
   Finder finder;
   const Found found = finder.find(image, {0, 0, 640, 480}, pink());
   ASSERT_EQ(found.blobs.size(), 1U);
-  EXPECT_EQ(found.blobs[0].area, 640 * 480);
+  EXPECT_EQ(found.blobs[0].area, 640 * 480 - 4) << "the corners";
   EXPECT_EQ(found.members, 640 * 480);
 }
 
@@ -236,14 +245,18 @@ TEST(Find, AColourAllOverThePlaceIsCrowded) {
     for (int column = 0; column < 640; ++column) mask.at<uint8_t>(row, column) = (row + column) % 2 ? 255 : 0;
   }
   Finder finder;
-  const Found found = finder.find(painted(mask), {0, 0, 640, 480}, pink());
+  const Found found = finder.find(painted(mask), {0, 0, 640, 480}, pink(), {.opened = false});
   EXPECT_TRUE(found.crowded);
   EXPECT_TRUE(found.blobs.empty());
   // Half of it is not, and is one component: the pixels touch at their corners.
-  const Found half = finder.find(painted(mask), {0, 0, 320, 240}, pink());
+  const Found half = finder.find(painted(mask), {0, 0, 320, 240}, pink(), {.opened = false});
   EXPECT_FALSE(half.crowded);
   ASSERT_EQ(half.blobs.size(), 1U);
   EXPECT_EQ(half.blobs[0].area, 320 * 240 / 2);
+  const Found opened = finder.find(painted(mask), {0, 0, 640, 480}, pink());
+  EXPECT_TRUE(opened.blobs.empty());
+  EXPECT_FALSE(opened.crowded);
+  EXPECT_EQ(opened.members, 640 * 480 / 2);
 }
 
 TEST(Find, KeepsItsMemory) {
