@@ -387,6 +387,8 @@ DiscMeasurement DiscMeasurer::measure(const cv::Mat& bgr, const Blob& blob) {
   if (fit_edges(bgr, result)) {
     result.kind = DiscMeasurement::Kind::kEdges;
   } else {
+    // What hides a part of a disc is known of what is known to be one.
+    if (least_seen_ > kOfASphere) result = {};
     take_middle(result);
   }
   result.area = blob.area;

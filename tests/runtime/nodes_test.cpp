@@ -119,9 +119,8 @@ TEST(ControllerNode, ReachesForTheTargetOfItsName) {
   first.receive(channel::kTarget, target(0, 1000, kFront), out);
   EXPECT_FALSE(first.receive(channel::kTarget, target(1, 1000, elsewhere, target_t::STATUS_TRACKED, "cup"), out).utime);
   first.tick(out);
-  EXPECT_EQ(
-      Eigen::Map<const Eigen::Vector3d>(last_of<controller_state_t>(out, channel::kControllerState).hand_target_m),
-      kFront);
+  const auto state = last_of<controller_state_t>(out, channel::kControllerState);
+  EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(state.hand_target_m) - kFront).norm(), 1e-9);
   EXPECT_EQ(first.counters().dropped, 0);
 }
 
@@ -184,12 +183,17 @@ TEST(VisionNode, AnUnreadableImageIsNoSighting) {
   EXPECT_EQ(seen.pair_sequence, 0);
   EXPECT_EQ(seen.left_frame_utime, first.images[0].utime);
 
+  images_t last;
+  for (int k = 0; k < 10; ++k) {
+    last = next();
+    vision.receive(channel::kStereoImages, *encode(last), out);
+  }
   const auto expect_unseen = [&](const images_t& images, const std::string& reason) {
     vision.receive(channel::kStereoImages, *encode(images), out);
     const auto target = last_of<target_t>(out, channel::kTarget);
     EXPECT_EQ(target.status, target_t::STATUS_COASTING);
     EXPECT_EQ(target.reason, reason);
-    EXPECT_EQ(target.seen_utime, first.utime);
+    EXPECT_EQ(target.seen_utime, last.utime);
   };
   images_t bad = next();
   bad.images[1].data.resize(bad.images[1].data.size() / 4);
@@ -210,7 +214,7 @@ TEST(VisionNode, AnUnreadableImageIsNoSighting) {
   expect_unseen(first, "seen, but of a time that is past");
   vision.receive(channel::kStereoImages, *encode(next()), out);
   EXPECT_EQ(last_of<target_t>(out, channel::kTarget).status, target_t::STATUS_TRACKED) << "and goes on";
-  EXPECT_EQ(last_of<target_t>(out, channel::kTarget).sequence, 6) << "one target for every message";
+  EXPECT_EQ(last_of<target_t>(out, channel::kTarget).sequence, 16) << "one target for every message";
 }
 
 /// The whole loop in one thread, in the time of the messages: every node ticks when its next tick is due.
