@@ -15,7 +15,8 @@ constexpr double kWorstShape = 0.03;    // residual of the radius that an edge f
 constexpr double kSmallResidual = 0.5;  // ... but this is never too much, pixels
 constexpr double kLumaEdge = 0.15;      // share of brightness in a difference of colours that suffices to measure it
 // What no edge tells: how far the model of the image (blur, shading, lens) is from the truth, pixels.
-constexpr double kModelCentre = 0.008, kModelRadius = 0.05, kModelEdge = 0.02, kModelHues = 0.03;
+constexpr double kModelCentre = 0.008, kModelRadius = 0.05, kModelEdge = 0.02;
+constexpr double kModelBlur = 0.05;  // share of a blur's width that it may be one-sided by
 
 /// Where a closed polygon crosses the rows from `first` on: the smallest and largest column in each.
 void cross_rows(const OutlinePolygon& polygon, int row, double& from, double& to) {
@@ -128,7 +129,7 @@ void DiscMeasurer::learn_blur() {
 }
 
 bool DiscMeasurer::hues_blurred() const {
-  constexpr double kLowResolution = 0.2;  // less than half of what halving the hues' resolution adds, px^2
+  constexpr double kLowResolution = 0.15;  // a third of what halving the hues' resolution adds, about, px^2
   return colour_blur2_ > luma_blur2_ + kLowResolution;
 }
 
@@ -176,7 +177,7 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     constexpr double kSharp = 0.36, kSoft = 1.4;
     const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
     model.chroma_error = hues_blurred() ? 0.2 : 0;
-    model.shading_error = std::clamp(0.08 * std::sqrt(20 / model.radius_px), 0.03, 0.2);
+    model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
     for (Site& site : sites_) {
       if (!site.readable) continue;
       const bool by_luma = hues_blurred() && blur_of(site.profile, site.edge, EdgeModel()).luma_share > kLumaEdge;
@@ -334,8 +335,8 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurem
   result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
   // An error that all edges of one side share moves the centre of a whole outline as far as the edges, and that of a
   // part of an outline further.
-  const double hues = hues_blurred() ? kModelHues : 0;
-  const double shared2 = kModelCentre * kModelCentre + hues * hues + shading / weights;
+  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_);
+  const double shared2 = kModelCentre * kModelCentre + blur2 + shading / weights;
   result.covariance += shared2 / 2 * J * fit.geometry * J.transpose();
   result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
 }

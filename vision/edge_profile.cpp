@@ -57,25 +57,22 @@ Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site,
   return {from_centre.x(), from_centre.y(), std::sqrt(std::max(0.0, 1 - r2))};
 }
 
-namespace {
-
-Eigen::Matrix<double, Shading::kTerms, 1> terms_of(const Eigen::Vector3d& n) {
-  Eigen::Matrix<double, Shading::kTerms, 1> terms;
+Shading::Terms Shading::terms_of(const Eigen::Vector3d& n) {
+  Terms terms;
   terms << 1, n.x(), n.y(), n.z(), n.x() * n.y(), n.x() * n.z(), n.y() * n.z(), n.x() * n.x() - n.y() * n.y(),
       3 * n.z() * n.z() - 1;
   return terms;
 }
 
-}  // namespace
-
 void Shading::clear() {
   normal_equations_.setZero();
   products_.setZero();
   terms_.setZero();
+  inverse_.setZero();
 }
 
 void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
-  const Eigen::Matrix<double, kTerms, 1> terms = terms_of(normal);
+  const Terms terms = terms_of(normal);
   for (int k = 0; k < kTerms; ++k) normal_equations_.col(k) += terms[k] * terms;
   products_ += terms * bgr.transpose();
 }
@@ -84,11 +81,8 @@ void Shading::solve() {
   // Light of second order is weaker than that of the first, and that than the whole.
   constexpr double kFirst = 0.02, kSecond = 0.5;
   for (int k = 1; k < kTerms; ++k) normal_equations_(k, k) += k < 4 ? kFirst : kSecond;
-  terms_ = normal_equations_.ldlt().solve(products_);
-}
-
-Eigen::Vector3d Shading::colour(const Eigen::Vector3d& normal) const {
-  return terms_.transpose() * terms_of(normal);
+  inverse_ = normal_equations_.ldlt().solve(Eigen::Matrix<double, kTerms, kTerms>::Identity());
+  terms_ = inverse_ * products_;
 }
 
 Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model) {
@@ -128,11 +122,15 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const Eigen::Vector3d slope = belief * outside_slope(profile, model);
   const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
   const double outside_middle = half + 0.5 * (kSide + 1);
-  const auto shaded = [&](int k) { return shading.colour(surface_normal(profile, site, model.radius_px, k)); };
-  Eigen::Vector3d level = inside;
-  for (int k = 1; k <= kSide; ++k) level -= shaded(-half - k) / kSide;
+  // The object's colours relative to those of the pixels next to the window.
+  Shading::Terms beside = Shading::Terms::Zero(), sum = Shading::Terms::Zero();
+  for (int k = 1; k <= kSide; ++k)
+    beside += Shading::terms_of(surface_normal(profile, site, model.radius_px, -half - k)) / kSide;
+  const auto terms = [&](int k) -> Shading::Terms {
+    return Shading::terms_of(surface_normal(profile, site, model.radius_px, k)) - beside;
+  };
   const double expected = (site.at - profile.middle) * site.outward;
-  const Eigen::Vector3d rim = level + shaded(static_cast<int>(std::floor(expected)));
+  const Eigen::Vector3d rim = inside + shading.colour(terms(static_cast<int>(std::floor(expected))));
 
   // Fisher's discriminant for noise that is equal in all channels, and larger along the object's own colour and, where
   // hues are not to be trusted, across the direction of brightness.
@@ -149,12 +147,14 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
 
   double covered = 0, lever = 0;
   for (int k = -half; k <= half; ++k) {
-    const Eigen::Vector3d of_object = level + shaded(k);
+    const Shading::Terms shaded = terms(k);
+    const Eigen::Vector3d of_object = inside + shading.colour(shaded);
     const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
     const double whole = w.dot(of_object - of_background);
     if (!(whole > 0.2 * span)) return false;
     const double share = w.dot(profile.at(k) - of_background) / whole;
     covered += share;
+    sum += std::clamp(share, 0.0, 1.0) * shaded;
     lever += (1 - share) * (k - outside_middle);
   }
   const double from_middle = covered - (half + 0.5);  // outwards
@@ -170,7 +170,9 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
   const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
   edge.sigma_px = std::sqrt(gain2 * random + texture);
-  edge.shading_px = 0.5 * model.shading_error * std::abs(w.dot(rim)) / span;  // under half a pixel, about
+  // Errors of the shading's model under half a pixel, about, and of its fit under all that is covered.
+  const double model_px = 0.5 * model.shading_error * w.dot(rim) / span;
+  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum));
   return true;
 }
 

@@ -52,17 +52,21 @@ Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site,
 class Shading {
  public:
   static constexpr int kTerms = 9;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  static Terms terms_of(const Eigen::Vector3d& normal);
 
   void clear();
   /// Takes the colour of a place on the surface.
   void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr);
   /// After all were added; the strength of what few places tell is kept small.
   void solve();
-  /// The colour expected there; zero before `solve`.
-  Eigen::Vector3d colour(const Eigen::Vector3d& normal) const;
+  /// The colour for a sum of terms; zero before `solve`.
+  Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose() * terms; }
+  /// Its variance in each channel for places whose colours have the variance 1.
+  double variance(const Terms& terms) const { return terms.dot(inverse_ * terms); }
 
  private:
-  Eigen::Matrix<double, kTerms, kTerms> normal_equations_;
+  Eigen::Matrix<double, kTerms, kTerms> normal_equations_, inverse_;
   Eigen::Matrix<double, kTerms, 3> products_, terms_;
 };
 
