@@ -14,6 +14,7 @@ constexpr int kFewest = 40;              // pixels
 constexpr double kDark = 12;             // grey levels, below which chroma is noise
 constexpr double kMoreFrequent = 2;      // in the rectangle than elsewhere
 constexpr double kSmallestObject = 0.2;  // share of the rectangle
+constexpr double kEnough = 0.3;          // of the object, whose colour is known
 constexpr double kSwamped = 0.05;        // share of the background beyond which chroma is no help: grey things
 constexpr double kClean = 0.002;         // share of the background that may be members of a model that is good
 
@@ -40,6 +41,11 @@ std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, c
 
 bool clipped(const ChromaSample& sample) {
   return std::max({sample.colour.r, sample.colour.g, sample.colour.b}) >= kClipped;
+}
+
+bool overexposed(const ChromaSample& sample) {
+  const Rgb& c = sample.colour;
+  return (c.r >= kClipped) + (c.g >= kClipped) + (c.b >= kClipped) > 1;
 }
 
 double total_weight(const std::vector<ChromaSample>& samples) {
@@ -224,7 +230,12 @@ LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
 
   std::vector<ChromaSample> coloured = pictures.object;
   std::erase_if(coloured, clipped);
-  if (total_weight(coloured) < 0.3 * object) return failed(Status::kOverexposed);
+  if (total_weight(coloured) < kEnough * object) {
+    // One channel at its end: a bright, pure colour is at least as pure as it looks. Two: it may be any.
+    coloured = pictures.object;
+    std::erase_if(coloured, overexposed);
+    if (total_weight(coloured) < kEnough * object) return failed(Status::kOverexposed);
+  }
   std::erase_if(coloured, [](const ChromaSample& sample) { return sample.luma < kDark; });
   result.model.object = fit_chroma(coloured, 3);
   // A black object has no chroma; then noise decides, and that is about none.

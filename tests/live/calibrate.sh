@@ -76,6 +76,24 @@ if [ ! -r $data/left01.jpg ]; then
   [ $failed -eq 0 ] && exit 77
   exit $failed
 fi
+# Colours, from a photograph: by a click, by a rectangle, and what is no good.
+photographs="$root/../shared/data/moebius"
+if [ -d "$photographs" ]; then
+  "$bin/multireach-calibrate" colour --left "$photographs/view1.png" --click-left 225,245 --right "$photographs/view5.png" --rectangle-right 162,225,41,46 \
+    -o "$work/pink.yaml" --picture "$work/pink.png" --json "$work/pink.json" 2>"$work/err" || fail "colour: $(cat "$work/err")"
+  sed '/^colour:/,/tolerance/d' "$root/tests/data/moebius/vision.yaml" >"$work/pink.vision.yaml"
+  echo "colour: {file: pink.yaml}" >>"$work/pink.vision.yaml"
+  depth=$("$bin/multireach-vision" --config "$work/pink.vision.yaml" --pair "$photographs/view1.png" "$photographs/view5.png" | awk '$1 == "\"depth_m\":" { print $2 + 0 }')
+  awk -v z="$depth" 'BEGIN { exit !(z > 1.876 && z < 1.930) }' || fail "the solid whose colour was learned is seen at '$depth' m"
+  colour() { echo "$bin/multireach-calibrate colour --left $photographs/view1.png -o $work/none.yaml $*"; }
+  refuses "say where the object is" $(colour)
+  refuses "--rectangle-left: 400,300,100,100 is not inside" $(colour --rectangle-left 400,300,100,100)
+  refuses "--click-left: '12' is not X,Y in pixels" $(colour --click-left 12)
+  refuses "there is no display" env -u DISPLAY -u WAYLAND_DISPLAY $(colour --in-window)
+  refuses "nothing.png" $(colour --click-left 225,245 --right "$work/nothing.png" --click-right 1,1)
+  ends_with 1 "at least 40 of its pixels" $(colour --rectangle-left 1,1,3,3)
+  [ ! -e "$work/none.yaml" ] || fail "a refused run leaves a file"
+fi
 set -f  # the patterns are the program's
 boards="--left $data/left[01]?.jpg --right $data/right[01]?.jpg"
 $(cameras $boards --leave-one-out --json "$work/real.json" --picture "$work/real.png") >"$work/out" 2>"$work/err" || fail "calibration: $(cat "$work/err")"

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "vision/find.hpp"
 #include "vision/learn_colour.hpp"
+#include "vision/stereo_tracker.hpp"
 
 namespace multireach {
 namespace {
@@ -34,42 +36,86 @@ double overlap(const cv::Rect& a, const cv::Rect& b) {
   return both / (a.area() + b.area() - both);
 }
 
-TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
-  if (!std::filesystem::exists(kVideo)) GTEST_SKIP() << kVideo << " is not here: install opencv-doc";
+const cv::Rect kFirst(305, 125, 110, 260);
+
+/// Calls `take` with each frame. Returns their number; 0 when there is no such video or it cannot be read.
+size_t each_frame(const std::function<void(size_t, const cv::Mat&)>& take) {
+  if (!std::filesystem::exists(kVideo)) return 0;
   const std::filesystem::path video =
       std::filesystem::temp_directory_path() / ("cup-" + std::to_string(getpid()) + ".mp4");
-  ASSERT_EQ(std::system((std::string("gzip -dc ") + kVideo + " > " + video.string()).c_str()), 0);
+  if (std::system((std::string("gzip -dc ") + kVideo + " > " + video.string()).c_str()) != 0) return 0;
   cv::VideoCapture capture(video.string());
   std::filesystem::remove(video);
-  if (!capture.isOpened()) GTEST_SKIP() << "this OpenCV cannot read " << kVideo;
+  cv::Mat frame;
+  size_t frames = 0;
+  for (; capture.isOpened() && capture.read(frame); ++frames) take(frames, frame);
+  return frames;
+}
+
+TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
   vision::PixelClass colours;
   vision::Finder finder;
-  cv::Mat frame;
   Eigen::Vector2d before(0, 0);
   double area = 0;
-  size_t frames = 0, jumps = 0;
-  for (; capture.read(frame); ++frames) {
-    if (frames == 0) {
-      const vision::LearnedColour learned = vision::learn_colour(frame, {305, 125, 110, 260});
+  size_t jumps = 0;
+  const size_t frames = each_frame([&](size_t k, const cv::Mat& frame) {
+    if (k == 0) {
+      const vision::LearnedColour learned = vision::learn_colour(frame, kFirst);
       ASSERT_EQ(learned.status, vision::LearnedColour::Status::kLearned) << description(learned.status);
       EXPECT_TRUE(learned.by_brightness);
       colours = vision::PixelClass(learned.model);
     }
     const vision::Found found = finder.find(frame, {0, 0, frame.cols, frame.rows}, colours);
-    ASSERT_FALSE(found.blobs.empty()) << "frame " << frames;
+    ASSERT_FALSE(found.blobs.empty()) << "frame " << k;
     const vision::Blob& cup = found.blobs[0];
-    if (frames % 27 == 0) {
-      EXPECT_GT(overlap(cup.box, kByEye[frames / 27]), 0.75) << "frame " << frames << ": " << cup.box;
+    if (k % 27 == 0) {
+      EXPECT_GT(overlap(cup.box, kByEye[k / 27]), 0.75) << "frame " << k << ": " << cup.box;
     }
     // In between it moves by little.
-    if (frames > 0) jumps += (cup.centroid - before).norm() < 40 && std::abs(cup.area / area - 1) < 0.2 ? 0 : 1;
+    if (k > 0) jumps += (cup.centroid - before).norm() < 40 && std::abs(cup.area / area - 1) < 0.2 ? 0 : 1;
     before = cup.centroid;
     area = cup.area;
     const double next = found.blobs.size() > 1 ? found.blobs[1].area : 0;
-    EXPECT_LT(next, 0.4 * found.blobs[0].area) << "frame " << frames;
-  }
+    EXPECT_LT(next, 0.4 * found.blobs[0].area) << "frame " << k;
+  });
+  if (frames == 0) GTEST_SKIP() << kVideo << " cannot be read: install opencv-doc";
   EXPECT_EQ(frames, 217U);
   EXPECT_EQ(jumps, 0U);
+}
+
+TEST(Cup, IsTrackedInSpace) {
+  // As if a second camera stood beside the first and the cup were flat: everything is at the same depth.
+  constexpr int kDisparity = 20;
+  vision::TrackerOptions options;
+  options.rig.left = {.width = 640, .height = 480, .fx = 600, .fy = 600, .cx = 320, .cy = 240, .distortion = {}};
+  options.rig.right = options.rig.left;
+  options.rig.X_RL = options.rig.X_WL = Eigen::Isometry3d::Identity();
+  options.rig.X_RL.translation().x() = -0.06;
+  const double depth = 600 * 0.06 / kDisparity;
+  std::optional<vision::StereoTracker> tracker;
+  size_t tracked = 0;
+  const size_t frames = each_frame([&](size_t k, const cv::Mat& frame) {
+    if (k == 0) {
+      options.colour.fill(vision::learn_colour(frame, kFirst).model);
+      tracker.emplace(options);
+    }
+    cv::Mat shifted(frame.size(), CV_8UC3, cv::Scalar(200, 200, 200));
+    frame.colRange(kDisparity, frame.cols).copyTo(shifted.colRange(0, frame.cols - kDisparity));
+    const auto utime = static_cast<int64_t>(k) * 33333;
+    const vision::PairTimes times{utime, utime, utime};
+    const vision::View left = tracker->look(vision::Side::kLeft, frame, tracker->whole_image(vision::Side::kLeft));
+    const vision::View right = tracker->look(vision::Side::kRight, shifted, tracker->whole_image(vision::Side::kRight));
+    const vision::Sighting sighting = tracker->sight(times, left, right);
+    const vision::TargetReport report = tracker->take(times, sighting, left, right);
+    if (report.status != vision::TargetTrack::Status::kTracked) {
+      ADD_FAILURE() << "frame " << k << ": " << report.reason;
+      return;
+    }
+    ++tracked;
+    EXPECT_NEAR(report.place.position.z(), depth, 0.01) << "frame " << k;
+  });
+  if (frames == 0) GTEST_SKIP() << kVideo << " cannot be read: install opencv-doc";
+  EXPECT_EQ(tracked, 217U);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ struct Command {
 };
 
 Command cameras_command(CLI::App& cli);
+Command colour_command(CLI::App& cli);
 Command convert_command(CLI::App& cli);
 Command hand_eye_command(CLI::App& cli);
 

@@ -1,4 +1,5 @@
-// multireach-calibrate: two cameras from photographs of a chessboard, their place on the robot, and files of others.
+// multireach-calibrate: two cameras from photographs of a chessboard, their place on the robot, an object's colours,
+// and files of others.
 #include <opencv2/core.hpp>
 
 #include "runtime/program.hpp"
@@ -6,11 +7,13 @@
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-calibrate",
-                  "Two cameras calibrated from a chessboard, placed on the robot, and written as others want them.");
+  Program program(
+      "multireach-calibrate",
+      "Two cameras calibrated from a chessboard, placed on the robot, shown an object, and written as others want "
+      "them.");
   program.cli().require_subcommand(1);
   const std::vector<Command> commands{cameras_command(program.cli()), hand_eye_command(program.cli()),
-                                      convert_command(program.cli())};
+                                      colour_command(program.cli()), convert_command(program.cli())};
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);  // the same numbers on every machine
     for (const Command& command : commands) {

@@ -1,0 +1,206 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/highgui.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "runtime/files.hpp"
+#include "runtime/nodes/colour_config.hpp"
+#include "tools/calibrate/camera_output.hpp"
+#include "tools/calibrate/commands.hpp"
+#include "vision/learn_colour.hpp"
+#include "vision/pixel_class.hpp"
+
+namespace multireach {
+namespace {
+
+/// What the user says of one camera: a picture, and where the object is in it.
+struct Picture {
+  std::string name, file, rectangle;
+  std::vector<std::string> clicks;
+};
+
+struct ColourOptions {
+  Picture left{"left", {}, {}, {}}, right{"right", {}, {}, {}};
+  bool in_window = false;
+  std::string output, check_picture, json;
+};
+
+std::vector<int> integers(const std::string& option, const std::string& text, size_t count, const char* form) {
+  std::vector<int> values;
+  const char *at = text.data(), *end = text.data() + text.size();
+  while (at <= end) {
+    int value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || (next != end && *next != ',')) break;
+    values.push_back(value);
+    if (next == end) break;
+    at = next + 1;
+  }
+  const std::string again = fmt::format("{}", fmt::join(values, ","));
+  if (values.size() != count || again != text) {
+    throw InputError(fmt::format("{}: '{}' is not {}", option, text, form));
+  }
+  return values;
+}
+
+cv::Mat read_picture(const std::string& path) {
+  const std::vector<uint8_t> bytes = read_binary_file(path);
+  cv::Mat image;
+  if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_COLOR);
+  if (image.empty()) throw InputError(path + ": is not an image that can be read");
+  return image;
+}
+
+/// What is around a clicked pixel and of about its colour.
+cv::Rect patch_around(const cv::Mat& bgr, const cv::Point& click) {
+  constexpr int kApart = 30;    // grey levels, in each channel
+  constexpr int kSmallest = 4;  // pixels: a patch of this half size is taken at least
+  const cv::Rect whole({0, 0}, bgr.size());
+  cv::Mat mask = cv::Mat::zeros(bgr.rows + 2, bgr.cols + 2, CV_8UC1);
+  cv::Mat smooth;
+  cv::GaussianBlur(bgr, smooth, {5, 5}, 0);
+  cv::Rect patch;
+  cv::floodFill(smooth, mask, click, {}, &patch, cv::Scalar::all(kApart), cv::Scalar::all(kApart),
+                4 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE);
+  return (patch | cv::Rect(click.x - kSmallest, click.y - kSmallest, 2 * kSmallest + 1, 2 * kSmallest + 1)) & whole;
+}
+
+cv::Rect rectangle_in_window(const Picture& picture, const cv::Mat& bgr) {
+  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) {
+    throw InputError("--in-window: there is no display; give --rectangle-left and --rectangle-right instead");
+  }
+  const std::string title = "multireach: the object in the " + picture.name + " image, then Enter";
+  const cv::Rect rectangle = cv::selectROI(title, bgr, false, false);
+  cv::destroyAllWindows();
+  if (rectangle.empty()) throw std::runtime_error("nothing was chosen in the " + picture.name + " image");
+  return rectangle;
+}
+
+cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window) {
+  const std::string option = "--rectangle-" + picture.name;
+  if (in_window) return rectangle_in_window(picture, bgr);
+  if (!picture.rectangle.empty()) {
+    const std::vector<int> v = integers(option, picture.rectangle, 4, "X,Y,WIDTH,HEIGHT in pixels");
+    const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
+    if (v[2] <= 0 || v[3] <= 0 || (rectangle & cv::Rect({0, 0}, bgr.size())) != rectangle) {
+      throw InputError(fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, picture.rectangle,
+                                   picture.file, bgr.cols, bgr.rows));
+    }
+    return rectangle;
+  }
+  if (picture.clicks.empty()) {
+    throw InputError(fmt::format("say where the object is: {} X,Y,WIDTH,HEIGHT, or --click-{} X,Y, or --in-window",
+                                 option, picture.name));
+  }
+  cv::Rect all;
+  for (const std::string& click : picture.clicks) {
+    const std::vector<int> v = integers("--click-" + picture.name, click, 2, "X,Y in pixels");
+    if (!cv::Rect({0, 0}, bgr.size()).contains({v[0], v[1]})) {
+      throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", picture.name, click,
+                                   picture.file, bgr.cols, bgr.rows));
+    }
+    all |= patch_around(bgr, {v[0], v[1]});
+  }
+  return all;
+}
+
+/// The picture, with all that is not of the class grey and dark, and the rectangle.
+cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const cv::Rect& rectangle) {
+  const vision::PixelClass members(model);
+  cv::Mat shown = bgr.clone();
+  for (int row = 0; row < shown.rows; ++row) {
+    for (int column = 0; column < shown.cols; ++column) {
+      auto& p = shown.at<cv::Vec3b>(row, column);
+      if (members.contains(p[0], p[1], p[2])) continue;
+      const auto grey = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2]) / 12);
+      p = {grey, grey, grey};
+    }
+  }
+  cv::rectangle(shown, rectangle, {0, 255, 0});
+  return shown;
+}
+
+struct Learned {
+  vision::LearnedColour colour;
+  nlohmann::json json;
+  cv::Mat shown;
+};
+
+Learned learn(const Picture& picture, const ColourOptions& options) {
+  const cv::Mat bgr = read_picture(picture.file);
+  const cv::Rect rectangle = rectangle_of(picture, bgr, options.in_window);
+  Learned learned;
+  learned.colour = vision::learn_colour(bgr, rectangle);
+  const vision::LearnedColour& colour = learned.colour;
+  if (colour.status != vision::LearnedColour::Status::kLearned) {
+    throw std::runtime_error(fmt::format("{}: {}", picture.file, description(colour.status)));
+  }
+  constexpr double kFew = 0.8, kMuch = 0.01;
+  if (colour.kept < kFew)
+    spdlog::warn("{}: only {:.0f} % of the object are of the learned colours", picture.file, 100 * colour.kept);
+  if (colour.background > kMuch) {
+    spdlog::warn("{}: {:.1f} % of what is around the object look like it", picture.file, 100 * colour.background);
+  }
+  if (colour.by_brightness) {
+    spdlog::warn("{}: only brightness tells the object from the rest; lock the camera's exposure", picture.file);
+  }
+  learned.json = {{"file", picture.file},
+                  {"rectangle_px", {rectangle.x, rectangle.y, rectangle.width, rectangle.height}},
+                  {"kept", colour.kept},
+                  {"background", colour.background},
+                  {"by_brightness", colour.by_brightness}};
+  if (!options.check_picture.empty()) learned.shown = members_of(bgr, colour.model, rectangle);
+  return learned;
+}
+
+int learn_both(const ColourOptions& options) {
+  for (const std::string& path : {options.output, options.check_picture, options.json}) check_writable(path);
+  const Learned left = learn(options.left, options);
+  const Learned right = options.right.file.empty() ? left : learn(options.right, options);
+  if (options.right.file.empty()) spdlog::info("no --right: both cameras are taken to see the same colours");
+  if (!options.check_picture.empty()) {
+    cv::Mat both(std::max(left.shown.rows, right.shown.rows), left.shown.cols + right.shown.cols, CV_8UC3,
+                 cv::Scalar(0, 0, 0));
+    left.shown.copyTo(both(cv::Rect({0, 0}, left.shown.size())));
+    right.shown.copyTo(both(cv::Rect({left.shown.cols, 0}, right.shown.size())));
+    std::vector<uint8_t> png;
+    cv::imencode(".png", both, png);
+    OutputFile file(options.check_picture);
+    file.write(png);
+    file.finish();
+  }
+  if (!options.json.empty()) write_json_file(options.json, {{"left", left.json}, {"right", right.json}});
+  write_text_file(options.output, colour_text({left.colour.model, right.colour.model}));
+  return 0;
+}
+
+}  // namespace
+
+Command colour_command(CLI::App& cli) {
+  const auto options = std::make_shared<ColourOptions>();
+  CLI::App* app = cli.add_subcommand("colour", "an object's colours, from a picture of it by each camera");
+  for (Picture* picture : {&options->left, &options->right}) {
+    const std::string& name = picture->name;
+    CLI::Option* file = app->add_option("--" + name, picture->file, "the " + name + " camera's picture");
+    if (picture == &options->left) file->required();
+    app->add_option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
+        ->needs(file);
+    app->add_option("--click-" + name, picture->clicks,
+                    "X,Y: a place on the object, pixels; may be given several times")
+        ->needs(file);
+  }
+  app->add_flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
+  app->add_option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}")
+      ->required();
+  app->add_option("--picture", options->check_picture, "PNG of what is of the learned colours");
+  app->add_option("--json", options->json, "where to write how good they are; - for standard output");
+  return {app, [options] { return learn_both(*options); }};
+}
+
+}  // namespace multireach
