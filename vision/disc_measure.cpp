@@ -10,7 +10,8 @@ namespace {
 using Along = OutlinePoint::Along;
 
 constexpr int kMostSites = 240;         // of an outline; a larger one is measured at every second, third ... line
-constexpr int kMostBorder = 40;         // lines of the blob whose ends the first fit uses, each way
+constexpr int kSitesBefore = 64;        // likewise, where it is only to be found
+constexpr int kMostBorder = 16;         // lines of the blob whose ends the first fit uses, each way
 constexpr double kWorstShape = 0.03;    // residual of the radius that an edge fit may have: else it is not a disc ...
 constexpr double kSmallResidual = 0.5;  // ... but this is never too much, pixels
 constexpr double kLumaEdge = 0.15;      // share of brightness in a difference of colours that suffices to measure it
@@ -81,9 +82,9 @@ void DiscMeasurer::find_border_points() {
   }
 }
 
-void DiscMeasurer::place_sites(const OutlinePolygon& polygon, double radius_px) {
+void DiscMeasurer::place_sites(const OutlinePolygon& polygon, double radius_px, int most) {
   sites_.clear();
-  const int stride = 1 + static_cast<int>(4 * std::numbers::sqrt2 * radius_px / kMostSites);
+  const int stride = 1 + static_cast<int>(4 * std::numbers::sqrt2 * radius_px / most);
   double area = 0;
   for (size_t k = 0; k < polygon.size(); ++k) {
     const Eigen::Vector2d &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
@@ -110,7 +111,8 @@ void DiscMeasurer::place_sites(const OutlinePolygon& polygon, double radius_px) 
       site.edge.normal = turn * Eigen::Vector2d(d.y(), -d.x()) / d.norm();
       site.part = k;
       site.length = stride / site.edge.cosine;
-      sites_.push_back(site);
+      site.profile = sites_.size();
+      if (site.profile < profiles_.size()) sites_.push_back(site);
     }
   }
 }
@@ -120,7 +122,7 @@ void DiscMeasurer::learn_blur() {
   luma_samples_.clear();
   for (const Site& site : sites_) {
     if (site.point < 0 || points_[static_cast<size_t>(site.point)].weight == 0) continue;
-    const EdgeBlur blur = blur_of(site.profile, site.edge, EdgeModel());
+    const EdgeBlur blur = blur_of(profiles_[site.profile], site.edge, EdgeModel());
     samples_.push_back(blur.colour2);
     if (blur.luma_share > kLumaEdge) luma_samples_.push_back(blur.luma2);
   }
@@ -149,9 +151,9 @@ void DiscMeasurer::learn_sides(EdgeModel& model) {
   NoiseGauge gauge;
   for (Site& site : sites_) {
     if (!site.readable) continue;
-    gauge.add(site.profile);
+    gauge.add(profiles_[site.profile]);
     model.half = site.half;
-    samples_.push_back(outside_slope(site.profile, model).squaredNorm() / 3);
+    samples_.push_back(outside_slope(profiles_[site.profile], model).squaredNorm() / 3);
   }
   if (samples_.empty()) return;
   model.noise = gauge.sigma();
@@ -161,17 +163,21 @@ void DiscMeasurer::learn_sides(EdgeModel& model) {
 
 void DiscMeasurer::learn_shading(const EdgeModel& model) {
   shading_.clear();
-  for (const Site& site : sites_) {
+  constexpr size_t kEnough = 64;  // sites
+  const size_t stride = 1 + (sites_.size() - 1) / kEnough;
+  for (size_t i = 0; i < sites_.size(); i += stride) {
+    const Site& site = sites_[i];
     // Beside what hides the ball there are other colours than the ball's.
     if (!site.readable || !fits_[site.part]) continue;
-    for (int k = EdgeProfile::kReach; k > site.half; --k)
-      shading_.add(surface_normal(site.profile, site.edge, model.radius_px, -k), site.profile.at(-k));
+    for (int k = EdgeProfile::kReach; k > site.half; k -= 2)
+      shading_.add(surface_normal(profiles_[site.profile], site.edge, model.radius_px, -k),
+                   profiles_[site.profile].at(-k));
   }
   shading_.solve();
 }
 
 void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& model) {
-  for (Site& site : sites_) site.readable = read_profile(bgr, site.edge, site.profile);
+  for (Site& site : sites_) site.readable = read_profile(bgr, site.edge, profiles_[site.profile]);
   if (refined) {
     // The narrowest window that holds the edge with its blur.
     constexpr double kSharp = 0.36, kSoft = 1.4;
@@ -180,7 +186,8 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
     for (Site& site : sites_) {
       if (!site.readable) continue;
-      const bool by_luma = hues_blurred() && blur_of(site.profile, site.edge, EdgeModel()).luma_share > kLumaEdge;
+      const bool by_luma =
+          hues_blurred() && blur_of(profiles_[site.profile], site.edge, EdgeModel()).luma_share > kLumaEdge;
       site.half = half(by_luma ? luma_blur2_ : colour_blur2_);
     }
     learn_sides(model);
@@ -194,12 +201,12 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     if (!site.readable || points_.size() == kMostOutlinePoints) continue;
     model.half = site.half;
     Edge edge;
-    bool found = measure_edge(site.profile, site.edge, model, shading_, edge);
+    bool found = measure_edge(profiles_[site.profile], site.edge, model, shading_, edge);
     // The window is best about the edge.
     for (int again = 0; again < 2 && found && std::abs(edge.at - site.edge.at) > 0.75; ++again) {
       site.edge.at = edge.at;
-      found =
-          read_profile(bgr, site.edge, site.profile) && measure_edge(site.profile, site.edge, model, shading_, edge);
+      found = read_profile(bgr, site.edge, profiles_[site.profile]) &&
+              measure_edge(profiles_[site.profile], site.edge, model, shading_, edge);
     }
     if (!found) continue;
     // Mean of the second-order term of a circle over the line's width of one pixel.
@@ -216,7 +223,7 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
 
 bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
   find_border_points();
-  const RobustFit to_border{.trials = 48, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
+  const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
   auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
   if (!fit) return false;
   const double focal = std::sqrt(camera_.fx * camera_.fy);
@@ -226,13 +233,13 @@ bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
     const auto polygon = polygon_of(fit->cone, camera_);
     const double radius_px = fit->cone.sine() * focal;
     if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return false;
-    place_sites(*polygon, radius_px);
+    place_sites(*polygon, radius_px, pass < kPasses - 1 ? kSitesBefore : kMostSites);
     model.radius_px = radius_px;
     measure_sites(bgr, pass > 0, model);
-    RobustFit to_edges{.trials = pass == 0 ? 32 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
+    RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
     if (!fit) return false;
-    learn_blur();
+    if (pass < kPasses - 1) learn_blur();
     learn_parts();
   }
   describe(bgr, *fit, result);
@@ -263,35 +270,29 @@ double DiscMeasurer::neighbours_agree() const {
   // Neighbours on the outline share what disturbs them (texture, blocks of a JPEG image): then there are fewer
   // independent points than points. The sum of the residuals' autocorrelation says how many fewer.
   constexpr size_t kLags = 12;
-  double variance = 0;
-  std::array<double, kLags + 1> products{};
-  std::array<double, kLags + 1> counts{};
-  const auto value = [this](size_t i, double& weight) {
-    const Site& site = sites_[i % sites_.size()];
-    weight = site.point < 0 ? 0 : points_[static_cast<size_t>(site.point)].weight;
-    if (weight == 0) return 0.0;
+  const size_t count = sites_.size();
+  std::array<double, kMostOutlinePoints + kLags> weights, values;  // the first ones again at the end
+  for (size_t i = 0; i < count + kLags; ++i) {
+    const Site& site = sites_[i % count];
+    weights[i] = values[i] = 0;
+    if (site.point < 0) continue;
     const OutlinePoint& point = points_[static_cast<size_t>(site.point)];
-    return point.residual_px / point.sigma_px * site.edge.outward;
-  };
-  for (size_t i = 0; i < sites_.size(); ++i) {
-    double w;
-    const double z = value(i, w);
-    if (w == 0) continue;
-    for (size_t lag = 0; lag <= kLags; ++lag) {
-      double other_w;
-      const double other = value(i + lag, other_w);
-      products[lag] += w * z * other_w * other;
-      counts[lag] += w * other_w;
+    weights[i] = point.weight;
+    values[i] = point.weight * point.residual_px / point.sigma_px * site.edge.outward;
+  }
+  std::array<double, kLags + 1> covariance{};
+  for (size_t lag = 0; lag <= kLags; ++lag) {
+    double product = 0, pairs = 0;
+    for (size_t i = 0; i < count; ++i) {
+      product += values[i] * values[i + lag];
+      pairs += weights[i] * weights[i + lag];
     }
+    if (pairs > 0) covariance[lag] = product / pairs;
   }
-  if (counts[0] == 0 || products[0] == 0) return 1;
-  variance = products[0] / counts[0];
+  if (covariance[0] == 0) return 1;
   double factor = 1;
-  for (size_t lag = 1; lag <= kLags; ++lag) {
-    if (counts[lag] == 0) break;
-    const double correlation = products[lag] / counts[lag] / variance;
-    factor += 2 * correlation * (1 - static_cast<double>(lag) / (kLags + 1));
-  }
+  for (size_t lag = 1; lag <= kLags; ++lag)
+    factor += 2 * covariance[lag] / covariance[0] * (1 - static_cast<double>(lag) / (kLags + 1));
   return std::max(1.0, factor);
 }
 

@@ -51,11 +51,11 @@ class DiscMeasurer {
  private:
   struct Site {
     EdgeSite edge;
-    size_t part = 0;    // side of the polygon that it is on
-    double length = 0;  // of the outline that it stands for, pixels
+    size_t part = 0;     // side of the polygon that it is on
+    double length = 0;   // of the outline that it stands for, pixels
+    size_t profile = 0;  // in profiles_
     bool readable = false;
     int half = 2;  // of the window, see EdgeModel
-    EdgeProfile profile;
     double shading_px = 0;
     int point = -1;  // in points_, or -1: no edge found
   };
@@ -66,7 +66,7 @@ class DiscMeasurer {
   void find_extents(const Blob& blob);
   void find_border_points();
   OutlinePoint outline_point(double x, double y, OutlinePoint::Along along, double sigma_px) const;
-  void place_sites(const OutlinePolygon& polygon, double radius_px);
+  void place_sites(const OutlinePolygon& polygon, double radius_px, int most);
   void measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& model);
   void learn_sides(EdgeModel& model);
   void learn_blur();
@@ -86,6 +86,7 @@ class DiscMeasurer {
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box
   Eigen::Matrix2d d_ray_d_pixel_;           // there
   std::vector<Site> sites_;                 // in order along the outline
+  std::vector<EdgeProfile> profiles_ = std::vector<EdgeProfile>(kMostOutlinePoints);
   std::vector<OutlinePoint> points_;
   Shading shading_;
   std::array<bool, kOutlineCorners> fits_;  // sides of the polygon where the last fit's edges were

@@ -69,20 +69,25 @@ void Shading::clear() {
   products_.setZero();
   terms_.setZero();
   inverse_.setZero();
+  known_ = false;
 }
 
 void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
   const Terms terms = terms_of(normal);
-  for (int k = 0; k < kTerms; ++k) normal_equations_.col(k) += terms[k] * terms;
-  products_ += terms * bgr.transpose();
+  for (int column = 0; column < kTerms; ++column) {
+    for (int row = column; row < kTerms; ++row) normal_equations_(row, column) += terms[row] * terms[column];
+  }
+  for (int channel = 0; channel < 3; ++channel) products_.col(channel) += bgr[channel] * terms;
 }
 
 void Shading::solve() {
   // Light of second order is weaker than that of the first, and that than the whole.
   constexpr double kFirst = 0.02, kSecond = 0.5;
   for (int k = 1; k < kTerms; ++k) normal_equations_(k, k) += k < 4 ? kFirst : kSecond;
+  // LDLT reads the lower half alone.
   inverse_ = normal_equations_.ldlt().solve(Eigen::Matrix<double, kTerms, kTerms>::Identity());
-  terms_ = inverse_ * products_;
+  terms_.noalias() = inverse_ * products_;
+  known_ = true;
 }
 
 Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model) {
@@ -122,15 +127,16 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const Eigen::Vector3d slope = belief * outside_slope(profile, model);
   const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
   const double outside_middle = half + 0.5 * (kSide + 1);
-  // The object's colours relative to those of the pixels next to the window.
-  Shading::Terms beside = Shading::Terms::Zero(), sum = Shading::Terms::Zero();
-  for (int k = 1; k <= kSide; ++k)
-    beside += Shading::terms_of(surface_normal(profile, site, model.radius_px, -half - k)) / kSide;
-  const auto terms = [&](int k) -> Shading::Terms {
-    return Shading::terms_of(surface_normal(profile, site, model.radius_px, k)) - beside;
-  };
+  // The object's colours relative to that of the pixels next to the window, which their middle one stands for.
+  const auto terms_at = [&](int k) { return Shading::terms_of(surface_normal(profile, site, model.radius_px, k)); };
+  Shading::Terms beside = Shading::Terms::Zero(), at_rim = Shading::Terms::Zero(), sum = Shading::Terms::Zero();
   const double expected = (site.at - profile.middle) * site.outward;
-  const Eigen::Vector3d rim = inside + shading.colour(terms(static_cast<int>(std::floor(expected))));
+  const int last_inside = static_cast<int>(std::floor(expected + 0.5));  // the pixel in which the edge is
+  if (shading.known()) {
+    beside = terms_at(-half - (kSide + 1) / 2);
+    at_rim = terms_at(last_inside) - beside;
+  }
+  const Eigen::Vector3d rim = inside + shading.colour(at_rim);
 
   // Fisher's discriminant for noise that is equal in all channels, and larger along the object's own colour and, where
   // hues are not to be trusted, across the direction of brightness.
@@ -139,15 +145,23 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double shading2 = model.shading_error * model.shading_error * brightness2;
   const Eigen::Vector3d y = luma_direction();
   const double chroma2 = model.chroma_error * model.chroma_error * difference.squaredNorm();
-  Eigen::Matrix3d scatter = (noise2 + chroma2) * Eigen::Matrix3d::Identity() - chroma2 * y * y.transpose();
-  scatter += shading2 / brightness2 * rim * rim.transpose();
-  const Eigen::Vector3d w = scatter.ldlt().solve(difference) * noise2;
+  // noise2 times the inverse of (noise2 + chroma2) I - chroma2 y y', then of that plus shading2 along the rim's colour
+  // (Sherman & Morrison).
+  const double along_luma = chroma2 / (noise2 + chroma2), across_luma = 1 - along_luma;
+  const auto weighed = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
+    return across_luma * v + along_luma * y.dot(v) * y;
+  };
+  const Eigen::Vector3d by_noise = weighed(difference), rim_by_noise = weighed(rim);
+  const double relative2 = shading2 / (brightness2 * noise2);
+  const Eigen::Vector3d w =
+      by_noise - rim_by_noise * (relative2 * rim.dot(by_noise) / (1 + relative2 * rim.dot(rim_by_noise)));
   const double span = w.dot(difference), length = w.norm();
   if (!(span > kLeastContrast * length)) return false;
 
   double covered = 0, lever = 0;
   for (int k = -half; k <= half; ++k) {
-    const Shading::Terms shaded = terms(k);
+    Shading::Terms shaded = at_rim;
+    if (shading.known() && k < last_inside) shaded = terms_at(k) - beside;
     const Eigen::Vector3d of_object = inside + shading.colour(shaded);
     const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
     const double whole = w.dot(of_object - of_background);
@@ -172,7 +186,8 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   edge.sigma_px = std::sqrt(gain2 * random + texture);
   // Errors of the shading's model under half a pixel, about, and of its fit under all that is covered.
   const double model_px = 0.5 * model.shading_error * w.dot(rim) / span;
-  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum));
+  // A third of the fit's terms, those of the first order, moves what is fitted to all edges.
+  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum) / 3);
   return true;
 }
 

@@ -60,6 +60,7 @@ class Shading {
   void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr);
   /// After all were added; the strength of what few places tell is kept small.
   void solve();
+  bool known() const { return known_; }
   /// The colour for a sum of terms; zero before `solve`.
   Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose() * terms; }
   /// Its variance in each channel for places whose colours have the variance 1.
@@ -68,6 +69,7 @@ class Shading {
  private:
   Eigen::Matrix<double, kTerms, kTerms> normal_equations_, inverse_;
   Eigen::Matrix<double, kTerms, 3> products_, terms_;
+  bool known_ = false;
 };
 
 /// How the background's colour changes per pixel, from the pixels outside of the window.

@@ -12,36 +12,31 @@
 namespace multireach::vision {
 namespace {
 
-/// A point's unit direction e, and how e changes from pixel to pixel.
+/// A point's unit direction e, and how e changes from pixel to pixel in the direction of measurement; for the normal of
+/// the outline, in both directions.
 struct Direction {
-  Eigen::Vector3d e;
-  Eigen::Matrix<double, 3, 2> d_e_d_pixel;
-  OutlinePoint::Along along;
+  Eigen::Vector3d e, step, other_step;
+  bool normal;
 
   Direction() = default;
-  Direction(const OutlinePoint& point, const Eigen::Matrix2d& d_ray_d_pixel) : along(point.along) {
-    const Eigen::Vector3d d = point.ray.homogeneous();
-    const double length = d.norm();
-    e = d / length;
-    d_e_d_pixel.setZero();
-    d_e_d_pixel.topRows<2>() = d_ray_d_pixel;
-    d_e_d_pixel = ((d_e_d_pixel - e * (e.transpose() * d_e_d_pixel)) / length).eval();
+  Direction(const OutlinePoint& point, const Eigen::Matrix2d& d_ray_d_pixel)
+      : normal(point.along == OutlinePoint::Along::kNormal) {
+    const double x = point.ray.x(), y = point.ray.y(), inverse = 1 / std::sqrt(x * x + y * y + 1);
+    e = Eigen::Vector3d(x, y, 1) * inverse;
+    const auto tangent = [&](int axis) -> Eigen::Vector3d {
+      const Eigen::Vector3d d(d_ray_d_pixel(0, axis), d_ray_d_pixel(1, axis), 0);
+      return (d - e * e.dot(d)) * inverse;
+    };
+    step = tangent(point.along == OutlinePoint::Along::kColumn ? 1 : 0);
+    other_step = normal ? tangent(1) : Eigen::Vector3d::Zero();
   }
 
   /// Change of e . n for one pixel in the direction of measurement.
   double slope(const Eigen::Vector3d& n) const {
-    const Eigen::Vector2d gradient = d_e_d_pixel.transpose() * n;
-    double slope = 0;
-    switch (along) {
-      case OutlinePoint::Along::kRow:
-        slope = gradient.x();
-        break;
-      case OutlinePoint::Along::kColumn:
-        slope = gradient.y();
-        break;
-      case OutlinePoint::Along::kNormal:
-        slope = gradient.norm();
-        break;
+    double slope = step.dot(n);
+    if (normal) {
+      const double other = other_step.dot(n);
+      slope = std::sqrt(slope * slope + other * other);
     }
     // Where the cone runs along the direction of measurement the distance has no bound.
     constexpr double kSmallest = 1e-9;
@@ -124,13 +119,14 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
   if (!found) return std::nullopt;
 
   ConeFit fit;
-  std::array<double, kMostOutlinePoints> sizes;
-  constexpr int kRounds = 6;
+  std::array<double, kMostOutlinePoints> sizes, slopes;
+  constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
     // The robust scale is that of the points near the cone; the rest are something else.
     int near = 0;
     for (int i = 0; i < count; ++i) {
-      points[i].residual_px = directions[i].distance_px(n);
+      slopes[i] = directions[i].slope(n);
+      points[i].residual_px = (1 - directions[i].e.dot(n)) / slopes[i];
       if (std::abs(points[i].residual_px) < options.largest_px)
         sizes[near++] = std::abs(points[i].residual_px) / points[i].sigma_px;
     }
@@ -149,10 +145,11 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
       point.weight =
           std::abs(t) < 1 && std::abs(point.residual_px) < options.largest_px ? (1 - t * t) * (1 - t * t) : 0;
       if (point.weight == 0) continue;
-      const double slope = directions[i].slope(n);
+      const double slope = slopes[i];
       const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
-      A += w * directions[i].e * directions[i].e.transpose();
-      G += point.weight / (slope * slope) * directions[i].e * directions[i].e.transpose();
+      const Eigen::Matrix3d square = directions[i].e * directions[i].e.transpose();
+      A += w * square;
+      G += point.weight / (slope * slope) * square;
       b += w * directions[i].e;
       psi2 += point.weight * point.weight * z * z;
       slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
