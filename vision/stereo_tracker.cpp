@@ -59,15 +59,21 @@ double offset_s(int64_t image, int64_t pair) {
 }  // namespace
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
-    : options_(checked(options)),
-      eyes_{eye(options, Side::kLeft), eye(options, Side::kRight)},
-      track_(options.track) {}
+    : options_(checked(options)), eyes_{eye(options, Side::kLeft), eye(options, Side::kRight)}, track_(options.track) {}
 
 StereoTracker::Eye StereoTracker::eye(const TrackerOptions& options, Side side) {
   const bool left = side == Side::kLeft;
   const bool sphere = options.sighting.radius_m > 0;
   return {left ? options.rig.left : options.rig.right, options.colour[left ? 0 : 1],
           sphere ? DiscMeasurer::kOfASphere : DiscMeasurer::kOfAnything};
+}
+
+bool StereoTracker::begin(int64_t utime) {
+  if (!track_.begins_anew(utime)) return false;
+  track_ = TargetTrack(options_.track);
+  radius_m_ = 0;
+  for (Eye& eye : eyes_) eye.shift = {};
+  return true;
 }
 
 cv::Rect StereoTracker::whole_image(Side side) const {

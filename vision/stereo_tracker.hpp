@@ -56,6 +56,9 @@ class StereoTracker {
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
+  /// To be called before a pair is looked at. Forgets everything when the pair is more than a second before the last
+  /// one, as when a log is played again, and then returns true.
+  bool begin(int64_t utime);
   cv::Rect whole_image(Side side) const;
   /// Where the object is to be looked for in a pair of time `utime`: where it is expected, or in the whole image.
   cv::Rect window(Side side, int64_t utime) const;

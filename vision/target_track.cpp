@@ -89,8 +89,12 @@ bool TargetTrack::confirm(int64_t utime, const PlaceEstimate& seen) {
   return true;
 }
 
+bool TargetTrack::begins_anew(int64_t utime) const {
+  return begun_ && utime < utime_ - kAnotherTimeLine;
+}
+
 bool TargetTrack::take(int64_t utime, const std::optional<PlaceEstimate>& seen) {
-  if (begun_ && utime < utime_ - kAnotherTimeLine) *this = TargetTrack(options_);
+  if (begins_anew(utime)) *this = TargetTrack(options_);
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;

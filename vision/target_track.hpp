@@ -37,9 +37,12 @@ class TargetTrack {
   /// one the most agile.
   explicit TargetTrack(const Options& options);
 
+  /// Whether a pair of this time begins anew: it is more than a second before the last one, as when a log is played
+  /// again.
+  bool begins_anew(int64_t utime) const;
   /// Takes what was seen at `utime` (microseconds), or that nothing was. Returns false when that was not taken for the
-  /// target: there was nothing, it was too far from where the target can be, or its time is not after the last one. A
-  /// time more than a second before the last one begins anew.
+  /// target: there was nothing, it was too far from where the target can be, or its time is not after the last one and
+  /// does not begin anew.
   bool take(int64_t utime, const std::optional<PlaceEstimate>& seen);
   /// Where the target is expected at `utime`, if it is agile; nothing when it is lost.
   std::optional<PlaceEstimate> expected(int64_t utime) const;

@@ -4,6 +4,7 @@
 
 #include <future>
 #include <multireach/debug_request_t.hpp>
+#include <utility>
 
 #include "runtime/channels.hpp"
 #include "vision/debug_picture.hpp"
@@ -94,6 +95,12 @@ bool VisionNode::look_at_both(StereoFrames& frames, bool everywhere) {
 /// Looks at the pair; says what is wrong with it as a whole, or nothing.
 const char* VisionNode::fault_of(StereoFrames& frames) {
   const vision::StereoRig& rig = config_.rig;
+  for (Target& target : targets_) {
+    if (target.tracker.begin(frames.utime())) watch_ = {};
+    target.views = {};
+    target.sighting = {};
+    target.enough = false;
+  }
   if (frames.frame_utime(Side::kLeft) < 0) return "there is no left image";
   if (frames.frame_utime(Side::kRight) < 0) return "there is no right image";
   // Before decoding: an image of another size is of no use, whatever memory it asks for.
@@ -105,11 +112,6 @@ const char* VisionNode::fault_of(StereoFrames& frames) {
   if (const auto frozen = watch_.frozen()) {
     return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
                                   : "the right camera is frozen: it gives the same image again and again";
-  }
-  for (Target& target : targets_) {
-    target.views = {};
-    target.sighting = {};
-    target.enough = false;
   }
   if (!look_at_both(frames, false)) return "an image cannot be decoded";
   const bool all = std::ranges::all_of(targets_, &Target::enough);
@@ -171,7 +173,7 @@ bool VisionNode::adopt(const std::vector<std::span<const uint8_t>>& sent) {
 
 Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   if (channel == channel::kVisionDebugRequest) {
-    asked_for_pictures_ = asked_for_pictures_ || take<debug_request_t>(bytes).has_value();
+    if (const auto request = take<debug_request_t>(bytes)) picture_of_ = request->name;
     return {};
   }
   StereoFrames frames(bytes);
@@ -200,8 +202,10 @@ Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
 }
 
 void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
-  if (asked_for_pictures_) pictures_until_ = frames.utime() + kPicturesFor;
-  asked_for_pictures_ = false;
+  if (picture_of_) {
+    pictures_until_ = frames.utime() + kPicturesFor;
+    shown_ = *std::exchange(picture_of_, std::nullopt);
+  }
   // A log that is played again begins at an earlier time.
   if (frames.utime() > pictures_until_ || frames.utime() < pictures_until_ - kPicturesFor) return;
   std::array<cv::Mat, 2> images;
@@ -215,6 +219,7 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
                                    cv::Scalar(255, 120, 255)};
   std::vector<vision::DebugMarks> marks;
   for (const Target& target : targets_) {
+    if (!shown_.empty() && target.name != shown_) continue;
     vision::DebugMarks mark{fmt::format("{} {}: {}", target.name, word_for(target.last.status), target.last.reason),
                             kColours[marks.size() % kColours.size()],
                             {}};

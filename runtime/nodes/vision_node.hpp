@@ -54,7 +54,8 @@ class VisionNode : public Node {
   vision::FrameWatch watch_;
   SequenceWatch pairs_;
   int64_t sequence_ = 0;
-  bool asked_for_pictures_ = false;
+  std::optional<std::string> picture_of_;  // since the last pair, what somebody asked for; "" for all targets
+  std::string shown_;
   int64_t pictures_until_ = -1;
 };
 
