@@ -184,8 +184,8 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
   const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
   edge.sigma_px = std::sqrt(gain2 * random + texture);
-  // Errors of the shading's model under half a pixel, about, and of its fit under all that is covered.
-  const double model_px = 0.5 * model.shading_error * w.dot(rim) / span;
+  // Errors of the shading's model under one pixel, about, and of its fit under all that is covered.
+  const double model_px = model.shading_error * w.dot(rim) / span;
   // A third of the fit's terms, those of the first order, moves what is fitted to all edges.
   edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum) / 3);
   return true;
