@@ -32,7 +32,8 @@ sleep 1; pause vision 0.2
 sleep 1; restart bridge
 sleep 0.7; pause control_log 0.15
 wait $camera
-sleep 0.5
+for k in 1 2 3 4; do kill "${pids[load$k]}"; wait "${pids[load$k]}" 2>/dev/null || true; unset "pids[load$k]"; done
+sleep 2  # lcm-logger drops what it has not written when it ends
 for name in vision controller bridge robot-sim; do kill "${pids[$name]}"; wait "${pids[$name]}" || true; done
 kill -INT "${pids[control_log]}" "${pids[image_log]}"
 wait "${pids[control_log]}" "${pids[image_log]}" || true

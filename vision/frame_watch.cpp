@@ -11,6 +11,7 @@ constexpr int64_t kFrozen = 5;  // images in a row
 
 void FrameWatch::take(int64_t left, int64_t right) {
   const std::array<int64_t, 2> now{left, right};
+  if (now == last_) return;  // the same pair again
   const std::array<bool, 2> same{left == last_[0], right == last_[1]};
   for (size_t side = 0; side < 2; ++side) {
     repeated_[side] = same[side] && !same[1 - side] ? repeated_[side] + 1 : 0;

@@ -148,7 +148,10 @@ Sighting StereoTracker::sight(const PairTimes& times, const View& left, const Vi
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   std::optional<Prediction> prediction;
-  if (const auto expected = track_.expected(times.pair)) prediction = {expected->position, expected->covariance};
+  if (const auto expected = track_.expected(times.pair)) {
+    // The sighting is of the time of the left image.
+    prediction = {expected->position + track_.velocity() * offset_s(times.left, times.pair), expected->covariance};
+  }
   sighting = vision::sight(rig_at(times), left.discs, right.discs, prediction, options_.sighting);
   const bool apart = sighting.status == Status::kBehindCameras || sighting.status == Status::kNotTheSame ||
                      sighting.status == Status::kLinesOfSightMissed;
@@ -158,10 +161,12 @@ Sighting StereoTracker::sight(const PairTimes& times, const View& left, const Vi
 
 bool StereoTracker::enough(const Sighting& sighting, const View& left, const View& right) const {
   if (sighting.status != Sighting::Status::kSeen) return false;
+  // Edges are measured in pixels beyond the blob's.
+  constexpr int kRead = 10;
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
-    return (box.x > window.x || window.x == 0) && (box.y > window.y || window.y == 0) &&
-           (box.br().x < window.br().x || window.br().x == image.width) &&
-           (box.br().y < window.br().y || window.br().y == image.height);
+    return (box.x - kRead >= window.x || window.x == 0) && (box.y - kRead >= window.y || window.y == 0) &&
+           (box.br().x + kRead <= window.br().x || window.br().x == image.width) &&
+           (box.br().y + kRead <= window.br().y || window.br().y == image.height);
   };
   return whole(left.blobs[static_cast<size_t>(sighting.left)].box, left.window, whole_image(Side::kLeft)) &&
          whole(right.blobs[static_cast<size_t>(sighting.right)].box, right.window, whole_image(Side::kRight));
@@ -215,7 +220,7 @@ TargetReport StereoTracker::take(const PairTimes& times, const Sighting& sightin
   if (!seen && !partly) return take_unseen(times.pair, description(sighting.status));
   const int64_t before = track_.utime();
   const PlaceEstimate place = place_at_pair(times, sighting);
-  if (!track_.take(times.pair, place)) {
+  if (!track_.take(times.pair, place, seen)) {
     const bool past = track_.utime() == before && times.pair <= before;
     return report(unseen_status(), past ? "seen, but of a time that is past" : description(Status::kNotWhereExpected));
   }
@@ -240,25 +245,28 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
   eye.shift = adapted(eye.shift, sample, quality);
 }
 
-std::vector<double> StereoTracker::memory() const {
+std::vector<double> StereoTracker::memory(int64_t utime) const {
   std::vector<double> memory = track_.memory();
+  memory.push_back(static_cast<double>(track_.utime() - utime));
   memory.push_back(radius_m_);
   for (const Eye& eye : eyes_) memory.insert(memory.end(), {eye.shift.red, eye.shift.blue});
   return memory;
 }
 
 bool StereoTracker::restore(int64_t utime, std::span<const double> memory) {
-  constexpr size_t kOwn = 5;
+  constexpr size_t kOwn = 6;
+  constexpr double kLongest = 9e15;  // us, as exact as a double is
   if (memory.size() < kOwn) return false;
   const auto own = memory.last(kOwn);
-  if (!(own[0] >= 0 && own[0] < 1e6)) return false;
+  if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
+  if (!(own[1] >= 0 && own[1] < 1e6)) return false;
   for (const double gain : own.last(4)) {
     if (!(gain >= kSmallestGain && gain <= kLargestGain)) return false;
   }
-  if (!track_.restore(utime, memory.first(memory.size() - kOwn))) return false;
-  radius_m_ = own[0];
-  eyes_[0].shift = {own[1], own[2]};
-  eyes_[1].shift = {own[3], own[4]};
+  if (!track_.restore(utime + static_cast<int64_t>(own[0]), memory.first(memory.size() - kOwn))) return false;
+  radius_m_ = own[1];
+  eyes_[0].shift = {own[2], own[3]};
+  eyes_[1].shift = {own[4], own[5]};
   return true;
 }
 

@@ -77,7 +77,8 @@ class StereoTracker {
   /// What a single pair shows, whatever came before.
   Sighting find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
 
-  std::vector<double> memory() const;
+  /// After a pair of time `utime`, which need not have been later than those before.
+  std::vector<double> memory(int64_t utime) const;
   /// Goes on from a memory() after the pair of time `utime`. Returns false, and changes nothing, when `memory` is none.
   bool restore(int64_t utime, std::span<const double> memory);
 

@@ -93,7 +93,7 @@ bool TargetTrack::begins_anew(int64_t utime) const {
   return begun_ && utime < utime_ - kAnotherTimeLine;
 }
 
-bool TargetTrack::take(int64_t utime, const std::optional<PlaceEstimate>& seen) {
+bool TargetTrack::take(int64_t utime, const std::optional<PlaceEstimate>& seen, bool may_jump) {
   if (begins_anew(utime)) *this = TargetTrack(options_);
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
@@ -113,7 +113,7 @@ bool TargetTrack::take(int64_t utime, const std::optional<PlaceEstimate>& seen) 
     predict(seconds, options_.unseen_m2_s3, state, covariance);
     state_ = state;
     covariance_ = covariance;
-    taken = usable && confirm(utime, *seen);
+    taken = usable && may_jump && confirm(utime, *seen);
   }
   if (taken) {
     strays_ = 0;
@@ -162,7 +162,8 @@ bool TargetTrack::restore(int64_t utime, std::span<const double> memory) {
   constexpr double kLongest = 9e15;  // us, as exact as a double is
   const bool valid = memory.size() == kMemory &&
                      std::ranges::all_of(memory, [](double v) { return std::isfinite(v); }) && whole(memory[0], 0, 1) &&
-                     whole(memory[1], 0, 2) && whole(memory[2], -1, kLongest) && whole(memory[3], 0, 1e6) &&
+                     whole(memory[1], 0, 2) && whole(memory[2], -1, kLongest) &&
+                     (memory[1] == 0 || (memory[0] == 1 && memory[2] >= 0)) && whole(memory[3], 0, 1e6) &&
                      whole(memory[4], -kLongest, kLongest);
   if (!valid) return false;
   begun_ = memory[0] > 0;

@@ -43,7 +43,8 @@ class TargetTrack {
   /// Takes what was seen at `utime` (microseconds), or that nothing was. Returns false when that was not taken for the
   /// target: there was nothing, it was too far from where the target can be, or its time is not after the last one and
   /// does not begin anew.
-  bool take(int64_t utime, const std::optional<PlaceEstimate>& seen);
+  /// `may_jump`: it may be the target although it is elsewhere.
+  bool take(int64_t utime, const std::optional<PlaceEstimate>& seen, bool may_jump = true);
   /// Where the target is expected at `utime`, if it is agile; nothing when it is lost.
   std::optional<PlaceEstimate> expected(int64_t utime) const;
 

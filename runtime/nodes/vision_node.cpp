@@ -109,13 +109,16 @@ const char* VisionNode::fault_of(StereoFrames& frames) {
     return vision::description(Sighting::Status::kWrongImageSize);
   }
   watch_.take(frames.fingerprint(Side::kLeft), frames.fingerprint(Side::kRight));
-  if (const auto frozen = watch_.frozen()) {
-    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
-                                  : "the right camera is frozen: it gives the same image again and again";
-  }
   if (!look_at_both(frames, false)) return "an image cannot be decoded";
   const bool all = std::ranges::all_of(targets_, &Target::enough);
   if (!all && !look_at_both(frames, true)) return "an image cannot be decoded";
+  // A covered camera gives the same black image again and again, which has a sentence of its own.
+  const auto frozen = watch_.frozen();
+  const auto black = [&](const Target& target) { return target.views[static_cast<size_t>(index(*frozen))].dark; };
+  if (frozen && std::ranges::none_of(targets_, black)) {
+    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
+                                  : "the right camera is frozen: it gives the same image again and again";
+  }
   return nullptr;
 }
 
@@ -145,7 +148,7 @@ target_t VisionNode::target_of(Target& target, const StereoFrames& frames, const
     said.epipolar_error_px = target.sighting.point.epipolar_error_px;
     said.hidden = target.sighting.hidden;
   }
-  said.memory = target.tracker.memory();
+  said.memory = target.tracker.memory(frames.utime());
   const std::vector<double> watched = watch_.memory();
   said.memory.insert(said.memory.end(), watched.begin(), watched.end());
   said.num_memory = static_cast<int32_t>(said.memory.size());
@@ -212,7 +215,8 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   for (const Side side : kSides) {
     const auto at = static_cast<size_t>(index(side));
     const cv::Rect whole = targets_.front().tracker.whole_image(side);
-    const cv::Mat* bgr = frames.pixels(side, whole, codecs_[at]);
+    const bool fits = frames.has(side, whole.width, whole.height);
+    const cv::Mat* bgr = fits ? frames.pixels(side, whole, codecs_[at]) : nullptr;
     images[at] = bgr ? *bgr : cv::Mat(whole.size(), CV_8UC3, cv::Scalar(0, 0, 0));
   }
   static const std::array kColours{cv::Scalar(0, 255, 0), cv::Scalar(255, 255, 0), cv::Scalar(0, 200, 255),

@@ -143,6 +143,8 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   // Wrong sightings at several places confirm nothing.
   for (int k = 0; k < 4; ++k) EXPECT_FALSE(see({k % 2 ? 0.4 : -0.4, 0.3, 0.5}));
   EXPECT_TRUE(see(here));
+  for (int k = 0; k < 5; ++k) EXPECT_FALSE(track.take(t += kFrame, seen_at(there), false)) << "it cannot be told there";
+  EXPECT_TRUE(see(here));
   EXPECT_FALSE(see(there));
   EXPECT_FALSE(see(there));
   EXPECT_TRUE(see(there)) << "confirmed";

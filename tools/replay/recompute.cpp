@@ -53,10 +53,15 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     result.certain = true;
     return true;
   };
+  const auto doubt = [&](int64_t inputs) {
+    if (result.certain || !io.doubtful || node->name() != "vision") return;
+    for (int64_t k = 0; k < inputs * per_input; ++k) io.doubtful(sent + k);
+  };
   // What it took in before the log tells of it.
   result.inputs = result.missing = run.untold;
   result.certain = run.untold == 0;
   node->skip(run.untold);
+  doubt(run.untold);
   sent += run.untold * per_input;
   for (const auto& input : run.inputs) {
     ++result.inputs;
@@ -65,12 +70,14 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     if ((bytes.empty() || !result.certain) && adopt()) {
       ++result.adopted;
     } else if (!bytes.empty()) {
+      doubt(1);
       node->receive(input->channel, bytes, out);
       hand_on();
     } else {
       ++result.missing;
       result.certain = false;
       node->skip(1);
+      doubt(1);
       sent += per_input;
     }
   }

@@ -31,6 +31,9 @@ struct Recomputation {
   std::function<std::span<const uint8_t>(int64_t sequence)> recorded;
   /// The message with this sequence number was taken as it is recorded.
   std::function<void(int64_t sequence)> adopted{};
+  /// What it sent with this sequence number cannot be computed: something is missing that it may depend on. Only of a
+  /// node whose messages are counted by those that it takes in.
+  std::function<void(int64_t sequence)> doubtful{};
   /// A message, as the node sends it; `certain` is false while something is missing that it may depend on. Returns
   /// whether it is in the log.
   std::function<bool(const OutMessage& message, bool certain)> sent;
