@@ -6,6 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "controller/batch/arm_batch.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/nodes/vision_node.hpp"
 #include "tools/camera/ball_renderer.hpp"
 #include "vision/find.hpp"
 #include "vision/image_codec.hpp"
@@ -109,6 +111,49 @@ void turbojpeg_pair(benchmark::State& state, int width, int height) {
   tjDestroy(handle);
 }
 
+/// A message with two JPEGs to its TARGET, in one thread, as the live node does it: the ball is tracked, and only its
+/// window is decoded; or, `lost` before every pair, the whole images.
+void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
+  VisionConfig config;
+  config.rig.left = config.rig.right = camera(width, height);
+  config.rig.X_RL = config.rig.X_WL = Eigen::Isometry3d::Identity();
+  config.rig.X_RL.translation().x() = -0.06;
+  vision::TrackerOptions options;
+  options.rig = config.rig;
+  options.colour.fill(model_of(ball_colours()));
+  options.sighting.radius_m = 0.02;
+  config.targets.push_back({"ball", options});
+  VisionNode node(config);
+  vision::ImageCodec codec;
+  const Eigen::Vector3d ball(0.03, -0.02, 0.5);
+  images_t pair;
+  pair.n_images = 2;
+  pair.image_types = {images_t::LEFT, images_t::RIGHT};
+  for (const auto& X_WC : {config.rig.X_WL, config.rig.X_RL.inverse()}) {
+    const BallRenderer renderer({.noise_grey_levels = 3}, camera(width, height), X_WC, config.rig.X_WL);
+    image_t& image = pair.images.emplace_back();
+    image.width = width;
+    image.height = height;
+    image.pixelformat = image_t::PIXEL_FORMAT_MJPEG;
+    image.data = codec.encode_jpeg(renderer.render(ball, pair.images.size()), 90);
+    image.size = static_cast<int32_t>(image.data.size());
+  }
+  int64_t tracked = 0;
+  for (auto _ : state) {
+    // A pair two seconds earlier begins anew.
+    pair.utime += lost ? -2000000 : 33333;
+    if (pair.utime < 0) pair.utime = int64_t{1} << 50;
+    for (image_t& image : pair.images) image.utime = pair.utime;
+    state.PauseTiming();
+    const std::vector<uint8_t> bytes = *encode(pair);
+    state.ResumeTiming();
+    Outbox out;
+    node.receive(channel::kStereoImages, bytes, out);
+    tracked += decode<target_t>(out.at(0).bytes)->status == target_t::STATUS_TRACKED;
+  }
+  if (tracked != state.iterations()) state.SkipWithError("not tracked");
+}
+
 void memory(benchmark::State& state, int width, int height) {
   const cv::Mat bgr = scene(width, height);
   const size_t words = static_cast<size_t>(width) * static_cast<size_t>(height) * 3 / 8;
@@ -135,6 +180,9 @@ void register_all() {
     benchmark::RegisterBenchmark(("decode_jpeg_pair/" + size).c_str(), decode_jpeg_pair, width, height, whole)
         ->Unit(kUnit);
     benchmark::RegisterBenchmark(("decode_jpeg_pair_in_window/" + size).c_str(), decode_jpeg_pair, width, height, part)
+        ->Unit(kUnit);
+    benchmark::RegisterBenchmark(("pair_to_target/" + size).c_str(), pair_to_target, width, height, false)->Unit(kUnit);
+    benchmark::RegisterBenchmark(("pair_to_target_when_lost/" + size).c_str(), pair_to_target, width, height, true)
         ->Unit(kUnit);
     benchmark::RegisterBenchmark(("sum_of_bytes/" + size).c_str(), memory, width, height)->Unit(kUnit);
   }
