@@ -126,7 +126,7 @@ void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
   VisionNode node(config);
   vision::ImageCodec codec;
   const Eigen::Vector3d ball(0.03, -0.02, 0.5);
-  images_t pair;
+  images_t pair{};
   pair.n_images = 2;
   pair.image_types = {images_t::LEFT, images_t::RIGHT};
   for (const auto& X_WC : {config.rig.X_WL, config.rig.X_RL.inverse()}) {
