@@ -6,6 +6,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 folder=$(cd "${1:-$root/logs}" && pwd)
 bin="$root/build/release/bin"
+. "$root/tools/recorder.sh"
 if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   user=()
   [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
@@ -33,8 +34,8 @@ sleep 1; restart bridge
 sleep 0.7; pause control_log 0.15
 wait $camera
 for k in 1 2 3 4; do kill "${pids[load$k]}"; wait "${pids[load$k]}" 2>/dev/null || true; unset "pids[load$k]"; done
-sleep 2  # lcm-logger drops what it has not written when it ends
 for name in vision controller bridge robot-sim; do kill "${pids[$name]}"; wait "${pids[$name]}" || true; done
+await_written "$work"/{control,images}.lcm
 kill -INT "${pids[control_log]}" "${pids[image_log]}"
 wait "${pids[control_log]}" "${pids[image_log]}" || true
 "$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$folder/load.lcm"

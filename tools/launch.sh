@@ -4,6 +4,7 @@
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin="$root/build/release/bin"
+. "$root/tools/recorder.sh"
 
 usage() {
   cat <<'EOF'
@@ -149,7 +150,7 @@ fi
 stop view source
 [ -t 2 ] && echo >&2
 stop "${nodes[@]}"
-sleep 0.2
+await_written "$work"/{control,images}.lcm
 STOP_SIGNAL=INT stop control_log image_log
 grep -hE '\[(warning|error)\]' "$work"/*.err >&2
 

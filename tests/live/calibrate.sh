@@ -2,14 +2,7 @@
 # multireach-calibrate on the real chessboards of Debian's opencv-doc: as good as can be, in every format, and unusable input in
 # one sentence.
 #   tests/live/calibrate.sh BIN_FOLDER
-set -uo pipefail
-bin=$1
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() { echo "FAILED: $*"; failed=1; }
-. "$(dirname "${BASH_SOURCE[0]}")/refuses.sh"
+. "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
 calibrate="$bin/multireach-calibrate"
 
 # The hand at eight places, seen by cameras that stand at (1, 2, 3) and look as W does.

@@ -2,13 +2,8 @@
 # tools/figures.sh draws every picture of docs/guarantees.md and of the pages of results, and the numbers on the latter are those that
 # the programs measure now. What needs an arm that is not here is skipped.
 #   tests/live/figures.sh BIN_FOLDER
-set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 command -v gnuplot >/dev/null || { echo "skipped: gnuplot is not installed"; exit 77; }
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() { echo "FAILED: $*"; failed=1; }
+. "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
 new=$work/pictures
 "$root/tools/figures.sh" --into "$new" >"$work/said" || fail "figures.sh"
 cat "$work/said"
@@ -61,7 +56,6 @@ agree "$written" "$work/alone/docs/results/measures.csv" || fail "figures.sh wit
 [ "$(wc -l <"$written")" -eq "$(wc -l <"$work/alone/docs/results/measures.csv")" ] || fail "figures.sh without other arms drops rows"
 for page in "${pages[@]}"; do diff "$root/docs/$page" "$work/alone/docs/$page" || fail "figures.sh without other arms changes docs/$page"; done
 
-. "$(dirname "${BASH_SOURCE[0]}")/refuses.sh"
 refuses "unknown picture 'fig99'" "$root/tools/figures.sh" --into "$work/none" fig99
 refuses "unknown option '--onto'" "$root/tools/figures.sh" --onto "$work/none"
 refuses "--into needs a folder" "$root/tools/figures.sh" --into

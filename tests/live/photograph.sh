@@ -3,13 +3,14 @@
 # its own range of true depth (1.876 to 1.930 m, 5 % to 95 %; tools/moebius_test computes it from the true disparity).
 bin=$1
 . "$(dirname "$0")/namespace.sh"
+. "$root/tools/recorder.sh"
 photographs="$root/../shared/data/moebius"
 [ -d "$photographs" ] || { echo "skipped: the pair of shared/data/moebius is not here"; exit 77; }
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 lcm-logger --lcm-url='udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304' --force --quiet "$work/session.lcm" & logger=$!
 sleep 0.5
 "$bin/multireach-camera" images --left "$photographs/view1.png" --right "$photographs/view5.png" --repeat 60 2>/dev/null || failed "camera"
-sleep 0.3; kill -INT $logger; wait $logger 2>/dev/null
+await_written "$work/session.lcm"; kill -INT $logger; wait $logger 2>/dev/null
 cp "$root/tests/data/moebius/vision.yaml" "$work/session.vision.yaml"
 "$root/tools/launch.sh" --no-setup --session "$work/session.lcm" --json "$work/report.json" 2>"$work/err" || failed "exit code $?: $(cat "$work/err")"
 depth=$(tr -d ' \n' <"$work/report.json" | grep -o '"out_of_reach":.*"target_m":\[[^]]*\]' | grep -o '[0-9.e-]*\]' | tr -d ']' | tail -n1)

@@ -1,13 +1,7 @@
 #!/usr/bin/env bash
 # multireach-study: the same numbers with any threads and shards; a sample traced again; unusable input in one sentence.
 #   tests/live/study.sh BIN_FOLDER
-set -uo pipefail
-bin=$1
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-failed=0
-fail() { echo "FAILED: $*"; failed=1; }
+. "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
 arm=(--urdf "$root/robots/hoap2/hoap2.urdf" --base torso --tip right_hand)
 study() { "$bin/multireach-study" "${arm[@]}" --samples 600 --gamma 100,1000 "$@"; }
 # All but the shard's name and the time that it took.
@@ -54,7 +48,6 @@ read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --
 "$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --rechoose-mm 1e6 --samples 600 --json "$work/far.json"
 diff <(numbers "$work/never.json" | grep -v rechoose) <(numbers "$work/far.json" | grep -v rechoose) >/dev/null || fail "0 is not never"
 
-. "$(dirname "${BASH_SOURCE[0]}")/refuses.sh"
 refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5
 refuses "--gamma" "$bin/multireach-study" "${arm[@]}" --gamma=many
 refuses "expected i/n" "$bin/multireach-study" "${arm[@]}" --shard 3/3

@@ -3,6 +3,7 @@
 # again message by message; and a byte that is changed is found.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
+. "$root/tools/recorder.sh"
 robot="$root/robots/hoap2/robot.yaml"
 declare -A pids
 run() { "$bin/multireach-$1" --config "$2" 2>"$work/$1.err" & pids[$1]=$!; }
@@ -27,6 +28,7 @@ sleep 2; restart controller "$robot"
 sleep 1; pause "${pids[robot-sim]}" 0.2
 sleep 2; kill "${load[@]}" $player
 for node in "${!pids[@]}"; do kill "${pids[$node]}"; wait "${pids[$node]}" || failed "$node: $(cat "$work/$node.err")"; done
+await_written "$work"/{control,images}.lcm
 kill -INT $control_logger $image_logger; wait $control_logger $image_logger 2>/dev/null
 "$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$work/live.lcm" || failed "the logs cannot be merged"
 [ -z "${MULTIREACH_KEEP:-}" ] || cp "$work/live.lcm" "$MULTIREACH_KEEP"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "tests/vision/mask_blobs.hpp"
 #include "kinematics/random.hpp"
+#include "tests/vision/mask_blobs.hpp"
 
 namespace multireach::vision {
 namespace {

@@ -1,0 +1,12 @@
+# Sourced by scripts that record with lcm-logger.
+# await_written LOG...: waits until lcm-logger has written what it received (at most 20 s). It drops the rest when it is ended, and
+# a slow disk holds it up. To be called when nobody sends any more.
+await_written() {
+  local before=none now
+  for _ in $(seq 20); do
+    now=$(stat -c %s "$@" 2>/dev/null | tr '\n' ' ')
+    [ "$now" = "$before" ] && return
+    before=$now
+    sleep 1
+  done
+}
