@@ -2,21 +2,13 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
+#include "runtime/image_file.hpp"
 #include "runtime/nodes/vision_node.hpp"
 #include "runtime/program.hpp"
 
 namespace multireach {
 namespace {
-
-cv::Mat read_image(const std::string& path) {
-  const std::vector<uint8_t> bytes = read_binary_file(path);
-  cv::Mat image;
-  if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  if (image.empty()) throw InputError(path + ": is not an image that can be read");
-  return image;
-}
 
 nlohmann::json vector(const auto& values) {
   return std::vector<double>(values.begin(), values.end());

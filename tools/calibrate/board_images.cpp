@@ -5,31 +5,20 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 
 #include "runtime/files.hpp"
+#include "runtime/image_file.hpp"
 
 namespace multireach {
 namespace {
 
-cv::Mat read_grey(const std::string& path) {
-  const std::vector<uint8_t> bytes = read_binary_file(path);
-  cv::Mat image;
-  try {
-    if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_GRAYSCALE);
-  } catch (const cv::Exception&) {  // more pixels than OpenCV takes
-  }
-  if (image.empty()) throw InputError(path + ": is not an image that can be read");
-  return image;
-}
-
 cv::Size common_size(const BoardImages& images) {
   const std::string& first = images.left_files[0];
-  const cv::Size size = read_grey(first).size();
+  const cv::Size size = read_image(first, cv::IMREAD_GRAYSCALE).size();
   for (const auto* files : {&images.left_files, &images.right_files}) {
     for (const std::string& file : *files) {
-      const cv::Mat image = read_grey(file);
+      const cv::Mat image = read_image(file, cv::IMREAD_GRAYSCALE);
       if (image.size() == size) continue;
       throw InputError(fmt::format("{}: is {} x {} pixels and {} is {} x {}; a calibration needs images of one size",
                                    file, image.cols, image.rows, first, size.width, size.height));
@@ -71,8 +60,8 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
   for (size_t k = 0; k < count; ++k) {
     const std::string &left = images.left_files[k], &right = images.right_files[k];
     progress(static_cast<double>(k) / static_cast<double>(count));
-    const auto l = find_board(read_grey(left), board);
-    const auto r = find_board(read_grey(right), board);
+    const auto l = find_board(read_image(left, cv::IMREAD_GRAYSCALE), board);
+    const auto r = find_board(read_image(right, cv::IMREAD_GRAYSCALE), board);
     for (const auto& [found, path] : {std::pair(&l, &left), std::pair(&r, &right)}) {
       if (!*found)
         images.complaints.push_back(

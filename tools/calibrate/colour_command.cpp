@@ -6,10 +6,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/highgui.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "runtime/files.hpp"
+#include "runtime/image_file.hpp"
 #include "runtime/nodes/colour_config.hpp"
 #include "tools/calibrate/camera_output.hpp"
 #include "tools/calibrate/commands.hpp"
@@ -47,14 +47,6 @@ std::vector<int> integers(const std::string& option, const std::string& text, si
     throw InputError(fmt::format("{}: '{}' is not {}", option, text, form));
   }
   return values;
-}
-
-cv::Mat read_picture(const std::string& path) {
-  const std::vector<uint8_t> bytes = read_binary_file(path);
-  cv::Mat image;
-  if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  if (image.empty()) throw InputError(path + ": is not an image that can be read");
-  return image;
 }
 
 /// What is around a clicked pixel and of about its colour.
@@ -133,7 +125,7 @@ struct Learned {
 };
 
 Learned learn(const Picture& picture, const ColourOptions& options) {
-  const cv::Mat bgr = read_picture(picture.file);
+  const cv::Mat bgr = read_image(picture.file);
   const cv::Rect rectangle = rectangle_of(picture, bgr, options.in_window);
   Learned learned;
   learned.colour = vision::learn_colour(bgr, rectangle);

@@ -1,8 +1,7 @@
 #include "tools/camera/file_sources.hpp"
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "runtime/files.hpp"
+#include "runtime/image_file.hpp"
 #include "tools/camera/frame_maker.hpp"
 
 namespace multireach {
@@ -39,9 +38,7 @@ class ImagesSource : public CameraSource {
  private:
   Frame load(const std::string& path, int64_t utime) {
     std::vector<uint8_t> bytes = read_binary_file(path);
-    cv::Mat image;
-    if (!bytes.empty()) image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-    if (image.empty()) throw InputError(path + ": is not an image that can be read");
+    const cv::Mat image = decode_image(bytes, path, cv::IMREAD_COLOR);
     const bool jpeg = bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
     if (!jpeg) return frame_of(codec_, image, utime, options_.jpeg_quality);
     return {.utime = utime,
