@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what is missing of the Debian packages that multireach needs, then configures and builds.
-#   tools/setup.sh [--preset NAME] [--tests]     preset: see CMakePresets.json; default release
+#   tools/setup.sh [--preset NAME] [--tests] [--target NAME]     preset: see CMakePresets.json; default release
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
+target=all
 packages=(g++ cmake ninja-build git iproute2 util-linux
   liblcm-dev liblcm-bin libglib2.0-dev libopencv-dev libeigen3-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev
   libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libjpeg62-turbo-dev libgtest-dev libbenchmark-dev libfcl-dev libhwy-dev
@@ -12,7 +13,8 @@ packages=(g++ cmake ninja-build git iproute2 util-linux
 while [ $# -gt 0 ]; do
   case "$1" in
     --preset) preset=$2; shift 2 ;;
-    --tests) packages+=(clang clang-format clang-tidy libclang-rt-14-dev opencv-doc gnuplot-nox)
+    --target) target=$2; shift 2 ;;
+    --tests) packages+=(ccache clang clang-format clang-tidy libclang-rt-14-dev opencv-doc gnuplot-nox)
       command -v npm >/dev/null || packages+=(nodejs npm)
       shift ;;
     *) echo "setup.sh: unknown option '$1'" >&2; exit 2 ;;
@@ -35,7 +37,7 @@ fi
 cd "$root"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-build() { cmake --preset "$preset" && cmake --build --preset "$preset"; }
+build() { cmake --preset "$preset" && cmake --build --preset "$preset" --target "$target"; }
 [ -d "build/$preset" ] || echo "Building (preset $preset); the first time this takes some minutes" >&2
 # On a terminal, ninja's own counter shows how far it is.
 watched() {

@@ -33,7 +33,7 @@ stage() {
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
 unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
-build_and_test() { tools/setup.sh --preset "$1" --tests && unit_tests "$1"; }
+build_and_test() { tools/setup.sh --preset "$1" --tests --target unit_tests && unit_tests "$1"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }

@@ -6,7 +6,8 @@ bin=$1
 . "$root/tools/recorder.sh"
 robot="$root/robots/hoap2/robot.yaml"
 declare -A pids
-run() { "$bin/multireach-$1" --config "$2" 2>"$work/$1.err" & pids[$1]=$!; }
+# Appends: to empty a file waits for the disk.
+run() { "$bin/multireach-$1" --config "$2" 2>>"$work/$1.err" & pids[$1]=$!; }
 lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & control_logger=$!
 lcm-logger --lcm-url='udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304' --force --quiet "$work/images.lcm" & image_logger=$!
 run vision "$root/robots/hoap2/vision.yaml"
@@ -27,7 +28,7 @@ sleep 1; restart vision "$root/robots/hoap2/vision.yaml"
 sleep 2; restart controller "$robot"
 sleep 1; pause "${pids[robot-sim]}" 0.2
 sleep 2; kill "${load[@]}" $player
-for node in "${!pids[@]}"; do kill "${pids[$node]}"; wait "${pids[$node]}" || failed "$node: $(cat "$work/$node.err")"; done
+for node in "${!pids[@]}"; do kill "${pids[$node]}"; wait "${pids[$node]}" || failed "$node, exit code $?: $(cat "$work/$node.err")"; done
 await_written "$work"/{control,images}.lcm
 kill -INT $control_logger $image_logger; wait $control_logger $image_logger 2>/dev/null
 "$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$work/live.lcm" || failed "the logs cannot be merged"

@@ -1,6 +1,7 @@
 // Calibration from rendered boards, whose cameras are known, and from real photographs.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
@@ -36,21 +37,31 @@ class BoardRenderer {
   cv::Mat render(const Eigen::Isometry3d& X_CB, uint64_t stream) const {
     const CounterRandom random(4, stream);
     const Eigen::Isometry3d X_BC = X_CB.inverse();
-    const Eigen::Vector3d eye = X_BC.translation();
+    const double eye_x = X_BC.translation().x(), eye_y = X_BC.translation().y(), eye_z = X_BC.translation().z();
+    // In the board's frame. Plain numbers: there are millions of rays, and sanitizers watch each call.
+    std::vector<std::array<double, 3>> rays(rays_.size());
+    for (size_t i = 0; i < rays.size(); ++i)
+      Eigen::Map<Eigen::Vector3d>(rays[i].data()) = X_BC.linear() * rays_[i].homogeneous();
     cv::Mat image(camera_.height, camera_.width, CV_8UC1);
     for (int row = 0; row < image.rows; ++row) {
       for (int column = 0; column < image.cols; ++column) {
         constexpr int kGrid = 5;
+        const size_t at = static_cast<size_t>(row * (camera_.width + 1) + column),
+                     below = at + static_cast<size_t>(camera_.width) + 1;
         double sum = 0;
         for (int k = 0; k < kGrid * kGrid; ++k) {
           const double u = (k % kGrid + 0.5) / kGrid, v = (k / kGrid + 0.5) / kGrid;
-          const Eigen::Vector3d ray = X_BC.linear() * ray_at(column, row, u, v).homogeneous();
-          const Eigen::Vector3d p = eye - ray * (eye.z() / ray.z());
-          sum += shade(p.x() / kBoard.square_m, p.y() / kBoard.square_m);
+          std::array<double, 3> ray;
+          for (size_t i = 0; i < 3; ++i) {
+            ray[i] = (1 - v) * ((1 - u) * rays[at][i] + u * rays[at + 1][i]) +
+                     v * ((1 - u) * rays[below][i] + u * rays[below + 1][i]);
+          }
+          const double along = eye_z / ray[2];
+          sum += shade((eye_x - ray[0] * along) / kBoard.square_m, (eye_y - ray[1] * along) / kBoard.square_m);
         }
         double noise = -2;
-        const auto at = static_cast<uint64_t>(4 * (row * image.cols + column));
-        for (uint64_t k = 0; k < 4; ++k) noise += random.uniform(at + k);
+        const auto first = static_cast<uint64_t>(4 * (row * image.cols + column));
+        for (uint64_t k = 0; k < 4; ++k) noise += random.uniform(first + k);
         image.at<uint8_t>(row, column) = cv::saturate_cast<uint8_t>(sum / (kGrid * kGrid) + 3 * noise);
       }
     }
@@ -58,11 +69,6 @@ class BoardRenderer {
   }
 
  private:
-  Eigen::Vector2d ray_at(int column, int row, double u, double v) const {
-    const size_t at = static_cast<size_t>(row * (camera_.width + 1) + column),
-                 below = at + static_cast<size_t>(camera_.width) + 1;
-    return (1 - v) * ((1 - u) * rays_[at] + u * rays_[at + 1]) + v * ((1 - u) * rays_[below] + u * rays_[below + 1]);
-  }
   static double shade(double x, double y) {
     if (x < -2 || y < -2 || x > kBoard.columns + 1 || y > kBoard.rows + 1) return 110;
     const bool squares = x > -1 && y > -1 && x < kBoard.columns && y < kBoard.rows;
