@@ -44,10 +44,12 @@ wait "${pids[control_log]}" "${pids[image_log]}" || true
 "$bin/multireach-log" cut "$folder/load.lcm" --from 2 --until 4 -o "$work/cut.lcm"
 size=$(stat -c %s "$work/cut.lcm")
 at() { printf "$2" | dd of="$work/cut.lcm" bs=1 seek="$1" conv=notrunc status=none; }
-nth() { LC_ALL=C grep -obUaP '\xed\xa1\xda\x01' "$work/cut.lcm" | sed -n "$1p" | cut -d: -f1; }
+LC_ALL=C grep -obUaP '\xed\xa1\xda\x01' "$work/cut.lcm" | cut -d: -f1 >"$work/events"
+nth() { sed -n "$1p" "$work/events"; }
+image=$(awk 'NR > 1 && $1 - last > 8000 && last > size / 2 { print last; exit } { last = $1 }' size="$size" "$work/events")
 at $(($(nth 100) + 24)) '\x7f'
 dd if=/dev/zero of="$work/cut.lcm" bs=1 seek=$(($(nth 500) + 10)) count=2000 conv=notrunc status=none
-at $((size / 2)) '\x00\x00\x00\x00'
+at $((image + 4000)) '\x00\x00\x00\x00'
 truncate -s $((size - 77)) "$work/cut.lcm"
 mv "$work/cut.lcm" "$folder/damaged.lcm"
 (cd "$folder" && sha256sum load.lcm damaged.lcm)

@@ -38,7 +38,11 @@ class Candidates {
       hn::StoreMaskBits(Bytes(), hn::Ne(inside, hn::Zero(Bytes())), bits + first / 8);
     }
     uint64_t word = 0;
-    for (size_t i = 0; i < 8; ++i) word |= static_cast<uint64_t>(bits[i]) << (8 * i);
+    if constexpr (std::endian::native == std::endian::little) {
+      std::memcpy(&word, bits, sizeof(word));
+    } else {
+      for (size_t i = 0; i < 8; ++i) word |= static_cast<uint64_t>(bits[i]) << (8 * i);
+    }
     return word;
   }
 
@@ -53,27 +57,31 @@ struct Candidates {
 #endif
 
 /// Those of the candidates that are members.
-HWY_INLINE uint64_t members(const PixelClass& colours, const uint8_t* bgr, uint64_t candidates) {
+HWY_INLINE uint64_t members(const PixelClass& colours, const uint8_t* bgr, uint64_t candidates, int& count) {
   uint64_t word = 0;
   for (; candidates != 0; candidates &= candidates - 1) {
     const int i = std::countr_zero(candidates);
     const uint8_t* pixel = bgr + 3 * i;
-    word |= static_cast<uint64_t>(colours.contains(pixel[0], pixel[1], pixel[2])) << i;
+    const bool is_member = colours.contains(pixel[0], pixel[1], pixel[2]);
+    word |= static_cast<uint64_t>(is_member) << i;
+    count += is_member ? 1 : 0;
   }
   return word;
 }
 
-void class_bits_of(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words) {
+int class_bits_of(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words) {
   const Candidates candidates(colours.boxes());
   const int whole = pixels / 64, rest = pixels % 64;
+  int count = 0;
   for (int k = 0; k < whole; ++k, bgr += 192) {
     const uint64_t some = candidates(bgr);
-    words[k] = some == 0 ? 0 : members(colours, bgr, some);
+    words[k] = some == 0 ? 0 : members(colours, bgr, some, count);
   }
-  if (rest == 0) return;
+  if (rest == 0) return count;
   uint8_t last[192] = {};
   std::memcpy(last, bgr, 3 * static_cast<size_t>(rest));
-  words[whole] = members(colours, last, candidates(last) & ((uint64_t{1} << rest) - 1));
+  words[whole] = members(colours, last, candidates(last) & ((uint64_t{1} << rest) - 1), count);
+  return count;
 }
 
 }  // namespace HWY_NAMESPACE
@@ -85,8 +93,8 @@ namespace multireach::vision {
 
 HWY_EXPORT(class_bits_of);
 
-void class_bits(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words) {
-  HWY_DYNAMIC_DISPATCH(class_bits_of)(colours, bgr, pixels, words);
+int class_bits(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words) {
+  return HWY_DYNAMIC_DISPATCH(class_bits_of)(colours, bgr, pixels, words);
 }
 
 }  // namespace multireach::vision

@@ -13,7 +13,7 @@ inline size_t words_for(int pixels) {
 }
 
 /// One bit for each of `pixels` BGR pixels, whether it is a member: bit i % 64 of word i / 64; bits beyond the last
-/// pixel are zero. Reads no byte but the pixels'. The same on every instruction set.
-void class_bits(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words);
+/// pixel are zero. Reads no byte but the pixels'. Returns the number of members. The same on every instruction set.
+int class_bits(const PixelClass& colours, const uint8_t* bgr, int pixels, uint64_t* words);
 
 }  // namespace multireach::vision

@@ -62,9 +62,9 @@ class Shading {
   void solve();
   bool known() const { return known_; }
   /// The colour for a sum of terms; zero before `solve`.
-  Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose() * terms; }
+  Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose().lazyProduct(terms); }
   /// Its variance in each channel for places whose colours have the variance 1.
-  double variance(const Terms& terms) const { return terms.dot(inverse_ * terms); }
+  double variance(const Terms& terms) const { return terms.dot(inverse_.lazyProduct(terms)); }
 
  private:
   Eigen::Matrix<double, kTerms, kTerms> normal_equations_, inverse_;

@@ -122,10 +122,9 @@ bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelCl
   };
   for (int row = 0; row < part.height + RowOpening::kDelay && runs_.size() <= kMostRuns; ++row) {
     uint64_t* bits = opening_.next();
-    int64_t here = 0;
+    int here = 0;
     if (row < part.height) {
-      class_bits(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width, bits);
-      for (size_t k = 0; k < words; ++k) here += std::popcount(bits[k]);
+      here = class_bits(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width, bits);
       members += here;
     }
     if (!opened) {

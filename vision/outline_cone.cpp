@@ -45,6 +45,9 @@ struct Direction {
   double distance_px(const Eigen::Vector3d& n) const { return (1 - e.dot(n)) / slope(n); }
 };
 
+constexpr double kMissed = 1e-3;     // chance that no trial was with three good points, which is small enough
+constexpr double kConverged = 1e-3;  // pixels: a smaller step of the least squares is the last
+
 bool is_cone(const Eigen::Vector3d& n) {
   constexpr double kWidest = 2;  // 1 / cos 60 degrees
   const double q = n.squaredNorm();
@@ -96,8 +99,12 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
   // Which points stand for all when a cone is tried.
   const int stride = 1 + (count - 1) / 64, voters = (count + stride - 1) / stride;
   double best = voters * (1 - options.smallest_share);
+  // Three points of a cone as good as the best so far were tried with a chance of 1 - missed.
+  double missed = 1;
   const CounterRandom random(20081);
-  for (int trial = 0; trial < options.trials; ++trial) {
+  for (int trial = 0; trial < options.trials && missed > kMissed; ++trial) {
+    const double good = found ? 1 - best / voters : 0;
+    missed *= 1 - good * good * good;
     Eigen::Matrix3d E;
     const auto modulus = static_cast<uint64_t>(count);
     for (int k = 0; k < 3; ++k)
@@ -157,13 +164,15 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
     }
     const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
     if (ldlt.info() != Eigen::Success || fit.points < 5) return std::nullopt;
+    const Eigen::Vector3d before = n;
     n = ldlt.solve(b);
     if (!is_cone(n)) return std::nullopt;
-    if (round < kRounds - 1) continue;
+    if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
     fit.covariance = A.inverse();
     fit.geometry = (G / fit.points).inverse();
     // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), against the sum of the weights.
     fit.spread = psi2 * fit.points / std::max(1.0, slope_of_psi * slope_of_psi);
+    break;
   }
   fit.cone.n = n;
   return fit;

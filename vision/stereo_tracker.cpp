@@ -11,7 +11,7 @@ constexpr int kMostBlobs = 6;          // of one image, that are measured
 constexpr double kFilled = 0.5;        // share of an image's pixels in the class, beyond which the class is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation, of a target that was not tracked
 constexpr int64_t kFarApart = 200000;  // us: an image of such another time than its pair's has none of its own
-constexpr double kWindowSigmas = 4;    // of where the target is expected
+constexpr double kWindowSigmas = 2.5;  // of where the target is expected; beyond, the whole image is looked at
 constexpr double kWindowRadii = 2;     // around it, so that its background is seen too
 constexpr double kWindowMargin = 8;    // pixels
 constexpr double kWorthwhile = 0.5;    // a window of more than this share of the image is no gain
@@ -90,7 +90,8 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const CameraModel& camera = left ? rig.left : rig.right;
   Eigen::Vector3d p = rig.X_WL.inverse() * expected->position;
   if (!left) p = rig.X_RL * p;
-  const double sigma_m = std::sqrt(expected->covariance.trace());
+  // At least the standard deviation in any direction: a norm of the covariance.
+  const double sigma_m = std::sqrt(expected->covariance.cwiseAbs().rowwise().sum().maxCoeff());
   const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
   if (!(near > radius_m_)) return whole;
   const double half =

@@ -10,8 +10,8 @@ namespace {
 
 constexpr int64_t kAnotherTimeLine = 1000000;  // us: a time this far before the last one is not a late pair
 constexpr double kExpected = 7.8;              // 95 % of sightings are nearer, squared, in three dimensions
-constexpr double kFirstSpeed = 1;              // m/s, standard deviation of the velocity of a target just found
-constexpr double kFastest = 5;                 // m/s, of a target that is seen at a new place
+constexpr double kFastest = 12;                // m/s, of a target that is just found: a ball tossed to somebody
+constexpr double kFirstSpeed = kFastest / 4;   // m/s, standard deviation of its velocity
 
 double seconds_between(int64_t from, int64_t to) {
   return static_cast<double>(to - from) * 1e-6;

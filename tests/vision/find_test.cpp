@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <functional>
 #include <iostream>
 #include <opencv2/imgproc.hpp>
@@ -164,7 +165,10 @@ TEST(Find, PixelsOfAllColoursAreClassifiedAlike) {
   on_every_instruction_set([&](const std::string& name) {
     std::vector<uint64_t> words(words_for(image.cols));
     for (int row = 0; row < image.rows; ++row) {
-      class_bits(colours, image.ptr(row), image.cols, words.data());
+      const int members = class_bits(colours, image.ptr(row), image.cols, words.data());
+      int counted = 0;
+      for (const uint64_t word : words) counted += std::popcount(word);
+      ASSERT_EQ(members, counted) << name;
       for (int column = 0; column < image.cols; ++column) {
         const auto& pixel = image.at<cv::Vec3b>(row, column);
         ASSERT_EQ(words[static_cast<size_t>(column) / 64] >> (column % 64) & 1,

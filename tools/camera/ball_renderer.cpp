@@ -187,9 +187,23 @@ void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::
   }
 }
 
+/// The image before noise: the mean over the time that the shutter is open.
+cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const Look& look) const {
+  constexpr int kInstants = 24;
+  const int instants = look.motion_W.isZero(0) ? 1 : kInstants;
+  cv::Mat sum = cv::Mat::zeros(wall_.size(), CV_32FC3);
+  for (int k = 0; k < instants; ++k) {
+    cv::Mat image = wall_.clone();
+    const double share = (k + 0.5) / instants - 0.5;
+    draw_ball(X_CW_ * (p_WB + share * look.motion_W), look, image);
+    if (instants == 1) return image;
+    sum += image / kInstants;
+  }
+  return sum;
+}
+
 cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const Look& look) const {
-  cv::Mat image = wall_.clone();
-  if (p_WB) draw_ball(X_CW_ * *p_WB, look, image);
+  const cv::Mat image = p_WB ? exposed(*p_WB, look) : wall_;
   std::array<float, 3> gains;
   for (size_t channel = 0; channel < 3; ++channel)
     gains[channel] = static_cast<float>(look.exposure * look.gains_rgb[2 - channel]);

@@ -47,6 +47,7 @@ struct Look {
   std::array<double, 3> gains_rgb{1, 1, 1};  ///< white balance, likewise
   std::optional<Occluder> occluder;
   std::optional<Neighbour> neighbour;
+  Eigen::Vector3d motion_W{0, 0, 0};  ///< of the ball while the shutter is open, m; it is where told half-way
 };
 
 /// Renders what one camera of a rig sees: a lit ball before a wall with texture and coloured discs. The ball's outline
@@ -67,6 +68,7 @@ class BallRenderer {
   std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const;
   cv::Vec3f wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const;
   void draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::Mat& image) const;
+  cv::Mat exposed(const Eigen::Vector3d& p_WB, const Look& look) const;
 
   struct Disc {
     Eigen::Vector2d centre;
