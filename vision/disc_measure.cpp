@@ -16,8 +16,9 @@ constexpr double kWorstShape = 0.03;    // residual of the radius that an edge f
 constexpr double kSmallResidual = 0.5;  // ... but this is never too much, pixels
 constexpr double kLumaEdge = 0.15;      // share of brightness in a difference of colours that suffices to measure it
 // What no edge tells: how far the model of the image (blur, shading, lens) is from the truth, pixels.
-constexpr double kModelCentre = 0.008, kModelRadius = 0.05, kModelEdge = 0.02;
+constexpr double kModelCentre = 0.006, kModelRadius = 0.04, kModelEdge = 0.01;
 constexpr double kModelBlur = 0.05;  // share of a blur's width that it may be one-sided by
+constexpr double kNoBlur = 0.05;     // px^2: what sharp edges of a shaded ball seem to have
 
 /// Where a closed polygon crosses the rows from `first` on: the smallest and largest column in each.
 void cross_rows(const OutlinePolygon& polygon, int row, double& from, double& to) {
@@ -183,6 +184,8 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     constexpr double kSharp = 0.36, kSoft = 1.4;
     const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
     model.chroma_error = hues_blurred() ? 0.2 : 0;
+    // Where hues are spread wider than brightness there is no one shape.
+    model.blur2 = hues_blurred() || colour_blur2_ > kSoft ? -1 : std::max(0.0, colour_blur2_);
     model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
     for (Site& site : sites_) {
       if (!site.readable) continue;
@@ -290,10 +293,15 @@ double DiscMeasurer::neighbours_agree() const {
     if (pairs > 0) covariance[lag] = product / pairs;
   }
   if (covariance[0] == 0) return 1;
-  double factor = 1;
-  for (size_t lag = 1; lag <= kLags; ++lag)
-    factor += 2 * covariance[lag] / covariance[0] * (1 - static_cast<double>(lag) / (kLags + 1));
-  return std::max(1.0, factor);
+  double factor = 1, squares = 0;
+  for (size_t lag = 1; lag <= kLags; ++lag) {
+    const double taper = 1 - static_cast<double>(lag) / (kLags + 1);
+    factor += 2 * taper * covariance[lag] / covariance[0];
+    squares += taper * taper;
+  }
+  // Of independent points the sum has this standard deviation, and the larger of it and nothing 0.4 of it as its mean.
+  const double by_chance = 2 * std::sqrt(squares / static_cast<double>(count));
+  return std::max(1.0, factor) / (1 + 0.4 * by_chance);
 }
 
 void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurement& result) {
@@ -336,7 +344,7 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurem
   result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
   // An error that all edges of one side share moves the centre of a whole outline as far as the edges, and that of a
   // part of an outline further.
-  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_);
+  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_ - kNoBlur);
   const double shared2 = kModelCentre * kModelCentre + blur2 + shading / weights;
   result.covariance += shared2 / 2 * J * fit.geometry * J.transpose();
   result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);

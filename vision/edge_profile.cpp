@@ -118,6 +118,81 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
   return blur;
 }
 
+namespace {
+
+/// How much of each pixel is the object's when the edge is at a place: pixels average over their width, and the edge's
+/// slant and the light's spread over that of another box.
+class Coverage {
+ public:
+  explicit Coverage(double spread_px) {
+    constexpr double kSharpest = 0.05;  // px
+    const double spread = std::max(spread_px, kSharpest);
+    height_ = 1 / std::max(1.0, spread);
+    flat_ = 0.5 * std::abs(1 - spread);
+    ramp_ = std::min(1.0, spread);
+  }
+  /// Share of the object for an edge `d` px outwards of the pixel's middle.
+  double share(double d) const { return 0.5 + std::copysign(half_share(std::abs(d)), d); }
+  /// Its derivative.
+  double slope(double d) const {
+    const double beyond = std::abs(d) - flat_;
+    return beyond <= 0 ? height_ : beyond < ramp_ ? height_ * (1 - beyond / ramp_) : 0;
+  }
+
+ private:
+  double half_share(double d) const {
+    if (d <= flat_) return height_ * d;
+    const double rest = std::max(0.0, 1 - (d - flat_) / ramp_);
+    return height_ * (flat_ + 0.5 * ramp_ * (1 - rest * rest));
+  }
+  double height_, flat_, ramp_;  // of a trapezoid
+};
+
+/// The object's shares of the pixels in a window, and by how much the edge's place changes with each.
+struct Window {
+  static constexpr int kMost = 7;
+  int half = 2;
+  std::array<double, kMost> share{}, influence{};
+  double& share_of(int k) { return share[static_cast<size_t>(half + k)]; }
+
+  /// The edge's place from the sum of the shares, whatever the light's spread.
+  double by_area() {
+    double covered = 0;
+    for (int k = -half; k <= half; ++k) {
+      covered += share_of(k);
+      influence[static_cast<size_t>(half + k)] = 1;
+    }
+    return covered - (half + 0.5);
+  }
+
+  /// Least squares from a place nearby, for a spread that is known: then the pixels that the edge does not touch do not
+  /// bring in their noise. Leaves what `by_area` found where no pixel tells.
+  double by_shape(double place, double spread_px) {
+    const Coverage coverage(spread_px);
+    constexpr int kSteps = 3;
+    double at = place;
+    std::array<double, kMost> slopes{};
+    for (int step = 0; step < kSteps; ++step) {
+      double squares = 0, sum = 0;
+      for (int k = -half; k <= half; ++k) {
+        const auto i = static_cast<size_t>(half + k);
+        slopes[i] = coverage.slope(at - k);
+        squares += slopes[i] * slopes[i];
+        sum += slopes[i] * (share[i] - coverage.share(at - k));
+      }
+      constexpr double kLeast = 0.1;
+      if (squares < kLeast) return place;
+      for (double& slope : slopes) slope /= squares;
+      at += std::clamp(sum / squares, -0.5, 0.5);
+    }
+    if (!(std::abs(at - place) < 1)) return place;
+    influence = slopes;
+    return at;
+  }
+};
+
+}  // namespace
+
 bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
                   Edge& edge) {
   const int half = model.half;
@@ -158,36 +233,48 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double span = w.dot(difference), length = w.norm();
   if (!(span > kLeastContrast * length)) return false;
 
-  double covered = 0, lever = 0;
+  Window window{.half = half};
+  std::array<Shading::Terms, Window::kMost> shaded;
   for (int k = -half; k <= half; ++k) {
-    Shading::Terms shaded = at_rim;
-    if (shading.known() && k < last_inside) shaded = terms_at(k) - beside;
-    const Eigen::Vector3d of_object = inside + shading.colour(shaded);
+    Shading::Terms& here = shaded[static_cast<size_t>(half + k)];
+    here = shading.known() && k < last_inside ? Shading::Terms(terms_at(k) - beside) : at_rim;
+    const Eigen::Vector3d of_object = inside + shading.colour(here);
     const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
     const double whole = w.dot(of_object - of_background);
     if (!(whole > 0.2 * span)) return false;
-    const double share = w.dot(profile.at(k) - of_background) / whole;
-    covered += share;
-    sum += std::clamp(share, 0.0, 1.0) * shaded;
-    lever += (1 - share) * (k - outside_middle);
+    window.share_of(k) = w.dot(profile.at(k) - of_background) / whole;
   }
-  const double from_middle = covered - (half + 0.5);  // outwards
+  double from_middle = window.by_area();  // outwards
+  if (model.blur2 >= 0) {
+    const double tilt2 = 1 / (site.cosine * site.cosine) - 1;
+    from_middle = window.by_shape(from_middle, std::sqrt(tilt2 + 12 * model.blur2));
+  }
   if (!(std::abs(from_middle - expected) < half)) return false;
   edge.at = profile.middle + site.outward * from_middle;
   // d at / d inside = -covered, d at / d outside = -uncovered, each the mean of kSide pixels; d at / d slope = -lever.
+  double covered = 0, uncovered = 0, lever = 0, pixels = 0;
+  for (int k = -half; k <= half; ++k) {
+    const auto i = static_cast<size_t>(half + k);
+    const double share = window.share[i], influence = window.influence[i];
+    covered += influence * share;
+    uncovered += influence * (1 - share);
+    lever += influence * (1 - share) * (k - outside_middle);
+    pixels += influence * influence;
+    sum += influence * std::clamp(share, 0.0, 1.0) * shaded[i];
+  }
   const double gain2 = length * length / (span * span);
-  const double window = 2 * half + 1, uncovered = window - covered;
   const double random =
-      noise2 * (window + (covered * covered + uncovered * uncovered) / kSide) +
+      noise2 * (pixels + (covered * covered + uncovered * uncovered) / kSide) +
       lever * lever * (belief * belief * slope_noise2 + (1 - belief) * (1 - belief) * model.outside_slope2);
   // What neither a level nor a slope tells of the background, from how far it is from straight beyond the noise.
   const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
   const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
   edge.sigma_px = std::sqrt(gain2 * random + texture);
-  // Errors of the shading's model under one pixel, about, and of its fit under all that is covered.
-  const double model_px = model.shading_error * w.dot(rim) / span;
-  // A third of the fit's terms, those of the first order, moves what is fitted to all edges.
-  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum) / 3);
+  // Errors of the shading's model under one pixel at most, about, and of its fit under all that is covered.
+  const double model_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
+  // A third of the fit's terms, those of the first order, moves what is fitted to all edges, and they are known best:
+  // theirs is a tenth of the variance, about.
+  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum) / 10);
   return true;
 }
 

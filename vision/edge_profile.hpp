@@ -37,7 +37,7 @@ struct EdgeModel {
   double noise = 2;                ///< standard deviation of a pixel's independent noise, grey levels
   double radius_px = 1e3;          ///< of the disc
   double outside_slope2 = 0;       ///< variance of the background's slope, grey levels^2 per pixel^2
-  double blur2 = 0;                ///< variance of the light's spread across the edges, px^2
+  double blur2 = -1;               ///< variance of the light's spread across the edges, px^2; negative: not known
   double chroma_error = 0;         ///< how far the hue next to an edge may be wrong, of the difference of both sides
   double shading_error = 0.15;  ///< how far the object's brightness at its rim may be from the one expected, relative
 };
@@ -93,9 +93,11 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
 
 /// Measures an edge by the partial-area principle: the share of the object's colour in the pixels across the edge,
 /// added up, is the length of the object's part. Unbiased for pixels that average over their area and for any symmetric
-/// blur narrower than the window. The colours of both sides are those next to the window, carried on to the edge with
-/// the slopes that are given; they are compared along the direction in colour space that tells them best when the
-/// object's brightness at the rim is less sure than its hue. False when there is no edge near the expected place.
+/// blur narrower than the window. Where the blur is known (`model.blur2`), least squares then fit the shares of an edge
+/// of that blur to the pixels that it touches, which leaves out the noise of the others. The colours of both sides are
+/// those next to the window, carried on to the edge with the slopes that are given; they are compared along the
+/// direction in colour space that tells them best when the object's brightness at the rim is less sure than its hue.
+/// False when there is no edge near the expected place.
 bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
                   Edge& edge);
 
