@@ -187,7 +187,7 @@ TEST(VisionSession, FollowsABallThatIsThrown) {
 
 TEST(VisionSession, MemoryStaysFlat) {
   const char* asked = std::getenv("MULTIREACH_FRAMES");
-  const int64_t frames = asked ? std::atoll(asked) : 3000;
+  const int64_t frames = asked ? std::atoll(asked) : 1200;
   const VisionConfig config = VisionConfig::load(kVisionFile);
   const Cameras cameras(config.rig, {.noise_grey_levels = 3});
   VisionNode vision(config);
