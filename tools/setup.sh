@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing of the Debian packages that multireach needs, then configures and builds.
-#   tools/setup.sh [--preset NAME] [--tests] [--target NAME]     preset: see CMakePresets.json; default release
+#   tools/setup.sh [--preset NAME] [--tests] [--target NAME]     preset: see CMakePresets.json; default release;
+#                                                                target: what to build; default all
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release

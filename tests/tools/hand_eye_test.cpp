@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
@@ -189,6 +190,36 @@ std::vector<JointVector> postures_in_view(const Chain& chain, const vision::Ster
   return postures;
 }
 
+/// A log of what the robot says and what the vision stage says, whose clock is another one.
+class SessionLog {
+ public:
+  SessionLog(const std::string& path, const Chain& chain) : log_(path), chain_(chain) {}
+
+  void state(const JointVector& theta, int64_t utime) {
+    robot_state_t state{};
+    state.utime = utime;
+    state.joint_name = joint_names(chain_);
+    state.angle_rad = to_field(theta);
+    state.num_joints = chain_.size();
+    state.velocity_rad_s = state.torque_n_m = std::vector<double>(state.angle_rad.size(), 0.0);
+    log_.write(utime, channel::kRobotState, *encode(state));
+  }
+  void target(const Eigen::Vector3d& p_W, const Eigen::Matrix3d& covariance, int8_t status, int64_t utime) {
+    target_t target{};
+    target.utime = utime - 5000000;
+    target.name = "ball";
+    target.status = status;
+    Eigen::Map<Eigen::Vector3d>(target.position_m) = p_W;
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = covariance;
+    log_.write(utime, channel::kTarget, *encode(target));
+  }
+  void close() { log_.close(); }
+
+ private:
+  LogWriter log_;
+  const Chain& chain_;
+};
+
 TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
   // The ball is rendered where the hand is; the vision stage believes that its cameras are elsewhere.
   VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
@@ -206,32 +237,19 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
 
   const std::vector<JointVector> postures = postures_in_view(chain, truth, 40);
   ASSERT_EQ(postures.size(), 40U);
-  LogWriter log(path_);
+  SessionLog log(path_, chain);
   int64_t utime = 1000000;
   uint64_t stream = 0;
   for (const JointVector& theta : postures) {
-    robot_state_t state{};
-    state.joint_name = joint_names(chain);
-    state.angle_rad = to_field(theta);
-    state.num_joints = chain.size();
-    state.velocity_rad_s = state.torque_n_m = std::vector<double>(state.angle_rad.size(), 0.0);
     // The first image is of where the hand was before: it comes too soon to be believed.
     for (int frame = 0; frame < 4; ++frame, utime += 200000) {
-      state.utime = utime;
-      const auto state_bytes = encode(state);
-      log.write(utime, channel::kRobotState, *state_bytes);
+      log.state(theta, utime);
       const Eigen::Vector3d ball = frame == 0 ? Eigen::Vector3d(0.1, -0.12, 0.1) : chain.position(theta);
       const vision::Sighting sighting = tracker.find(left.render(ball, stream), right.render(ball, stream + 1));
       stream += 2;
-      target_t target{};
-      target.utime = utime - 5000000;  // another clock
-      target.name = "ball";
-      target.status =
-          sighting.status == vision::Sighting::Status::kSeen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
-      Eigen::Map<Eigen::Vector3d>(target.position_m) = sighting.point.p_W;
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]) = sighting.point.covariance;
-      const auto target_bytes = encode(target);
-      log.write(utime + 50000, channel::kTarget, *target_bytes);
+      const bool seen = sighting.status == vision::Sighting::Status::kSeen;
+      log.target(sighting.point.p_W, sighting.point.covariance, seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,
+                 utime + 50000);
     }
   }
   log.close();
@@ -249,6 +267,39 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
     EXPECT_LT((truth.X_WL * Eigen::Vector3d(0, 0, 0.45) - result.X_WL * Eigen::Vector3d(0, 0, 0.45)).norm(), 0.003);
   }
   EXPECT_THROW(places_from_log(path_, chain, believed, {.target = "cup"}), InputError);
+}
+
+TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
+  const VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
+  const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
+  const std::vector<JointVector> postures = postures_in_view(chain, vision.rig, 12);
+  // At every place the hand stands for a second; the target is already at the next place for the last tenth of it, or
+  // only at one of the places, or it moves by less than what is seen is uncertain.
+  const auto places_of = [&](const std::function<bool(size_t)>& goes_ahead, double sigma_m) {
+    SessionLog log(path_, chain);
+    int64_t utime = 1000000;
+    for (size_t k = 0; k + 1 < postures.size(); ++k) {
+      for (int frame = 0; frame < 30; ++frame, utime += 33333) {
+        log.state(postures[k], utime);
+        const bool ahead = frame >= 27 && goes_ahead(k);
+        log.target(chain.position(postures[k + (ahead ? 1 : 0)]), sigma_m * sigma_m * Eigen::Matrix3d::Identity(),
+                   target_t::STATUS_TRACKED, utime + 1);
+      }
+    }
+    log.close();
+    return places_from_log(path_, chain, vision.rig.X_WL, {}).size();
+  };
+  EXPECT_EQ(places_of([](size_t) { return false; }, 0.001), 11U);
+  EXPECT_EQ(places_of([](size_t k) { return k == 4; }, 0.001), 10U);
+  EXPECT_EQ(places_of([](size_t) { return true; }, 0.1), 11U);
+  try {
+    places_of([](size_t k) { return k % 2 == 0; }, 0.001);
+    FAIL() << "nothing was refused";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("at 6 of 11 places: a target that the hand does not hold"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(HandEyeFiles, ATableIsRead) {

@@ -6,6 +6,8 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <stdexcept>
+#include <utility>
 
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
@@ -22,18 +24,29 @@ class Stand {
  public:
   Stand(const Eigen::Isometry3d& X_WH, int64_t utime) : begin_utime_(utime) { place_.X_WH = X_WH; }
 
+  /// How far a point of the hand has moved, at most, when it is within 10 cm of the hand's origin, m.
   double distance_to(const Eigen::Isometry3d& X_WH) const {
-    return (X_WH.translation() - place_.X_WH.translation()).norm();
+    constexpr double kHandSize = 0.1;
+    return (X_WH.translation() - place_.X_WH.translation()).norm() +
+           kHandSize * Eigen::Quaterniond(X_WH.linear()).angularDistance(Eigen::Quaterniond(place_.X_WH.linear()));
   }
   void see(const Eigen::Vector3d& p_LT, const Eigen::Matrix3d& covariance, int64_t utime) {
     constexpr int64_t kSettling = 300000;  // us; images of when the hand still moved arrive until then
     if (utime - begin_utime_ < kSettling) return;
+    if (count_ > 0) {
+      constexpr double kFar = 0.01, kFarChi2 = 36;  // more than noise, in metres and in standard deviations
+      const Eigen::Vector3d from_mean = p_LT - place_.p_LT;
+      const Eigen::Matrix3d both = covariance + place_.covariance;
+      if (from_mean.norm() > kFar && from_mean.dot(both.inverse() * from_mean) > kFarChi2) target_moved_ = true;
+    }
     ++count_;
     place_.p_LT += (p_LT - place_.p_LT) / count_;
     place_.covariance += (covariance - place_.covariance) / count_;
   }
-  std::optional<HandEyePlace> place() const {
-    if (count_ == 0) return std::nullopt;
+  bool seen() const { return count_ > 0; }
+  /// The target has moved while the hand stood.
+  bool target_moved() const { return target_moved_; }
+  HandEyePlace place() const {
     HandEyePlace mean = place_;
     mean.covariance /= count_;
     return mean;
@@ -43,6 +56,32 @@ class Stand {
   HandEyePlace place_;
   int64_t begin_utime_;
   double count_ = 0;
+  bool target_moved_ = false;
+};
+
+/// The places of a hand that holds the target.
+class Stands {
+ public:
+  void add(const Stand& stand) {
+    if (!stand.seen()) return;
+    if (stand.target_moved())
+      ++target_moved_;
+    else
+      places_.push_back(stand.place());
+  }
+  std::vector<HandEyePlace> take() {
+    const size_t stands = places_.size() + target_moved_;
+    if (target_moved_ > 1 && 4 * target_moved_ > stands) {
+      throw std::runtime_error("the target that is seen moves while the hand stands still, at " +
+                               std::to_string(target_moved_) + " of " + std::to_string(stands) +
+                               " places: a target that the hand does not hold");
+    }
+    return std::move(places_);
+  }
+
+ private:
+  std::vector<HandEyePlace> places_;
+  size_t target_moved_ = 0;
 };
 
 }  // namespace
@@ -50,14 +89,13 @@ class Stand {
 std::vector<HandEyePlace> places_from_log(const std::string& path, const Chain& chain, const Eigen::Isometry3d& X_WL,
                                           const LogChoice& choice) {
   LogReader log(path);
-  std::vector<HandEyePlace> places;
+  Stands stands;
   std::optional<Stand> stand;
   std::set<std::string> names;
   bool any_state = false, any_seen = false;
   const Eigen::Isometry3d X_LW = X_WL.inverse();
   const auto leave = [&] {
-    if (!stand) return;
-    if (const auto place = stand->place()) places.push_back(*place);
+    if (stand) stands.add(*stand);
     stand.reset();
   };
   Progress progress;
@@ -95,7 +133,7 @@ std::vector<HandEyePlace> places_from_log(const std::string& path, const Chain& 
   }
   if (names.size() > 1)
     throw InputError(path + ": has several targets, '" + *names.begin() + "' and others; say which with --target");
-  return places;
+  return stands.take();
 }
 
 std::vector<HandEyePlace> places_from_csv(const std::string& path, double sigma_m) {

@@ -17,7 +17,9 @@ struct LogChoice {
 /// The places at which the hand stood and the target was seen, from ROBOT_STATE (by the chain's forward kinematics) and
 /// TARGET, of which `X_WL`, the camera's pose that the vision stage had, is taken away. One place for each stand: the
 /// mean of the sightings after its first 0.3 s, so neither the robot's and the cameras' clocks nor the delay between
-/// them matter. Throws InputError when the log holds nothing of this.
+/// them matter. A stand in which the target moves gives none: the hand does not hold it, or something else was seen.
+/// Throws InputError when the log holds nothing of this, and std::runtime_error when the target moves in more than one
+/// stand and more than a quarter of them: a hand that follows a target would give the camera's old pose back.
 std::vector<HandEyePlace> places_from_log(const std::string& path, const Chain& chain, const Eigen::Isometry3d& X_WL,
                                           const LogChoice& choice);
 
