@@ -13,7 +13,7 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   export MULTIREACH_ISOLATED=1
   exec unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' "$0" "$folder"
 fi
-work=$(mktemp -d -p "$(folder_for_recording 60)")
+work=$(mktemp -d)
 declare -A pids
 trap 'kill "${pids[@]}" 2>/dev/null; rm -rf "$work"' EXIT
 robot="$root/robots/hoap2/robot.yaml"

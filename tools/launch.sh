@@ -68,10 +68,7 @@ fi
 control='udpm://239.255.76.67:7667?ttl=0'
 images='udpm://239.255.76.68:7668?ttl=0'
 buffer='&recv_buf_size=4194304'
-# A short session is recorded in memory: where the disk is slow, lcm-logger loses messages.
-megabytes=999999
-[ -n "$camera" ] || megabytes=$((30 + 8 * $(stat -Lc %s "$session") / 1000000))
-work=$(mktemp -d -p "$(folder_for_recording $megabytes)")
+work=$(mktemp -d)
 declare -A pids=()
 
 # Each process gets a signal when this script dies, however it dies.

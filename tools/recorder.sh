@@ -10,10 +10,3 @@ await_written() {
     sleep 1
   done
 }
-
-# folder_for_recording MEGABYTES: prints a folder in memory if it has that much room, else the one for temporary files.
-folder_for_recording() {
-  local free
-  free=$(df --output=avail --block-size=1M /dev/shm 2>/dev/null | tail -n1)
-  if [ -w /dev/shm ] && [ "${free:-0}" -ge "$1" ]; then echo /dev/shm; else echo "${TMPDIR:-/tmp}"; fi
-}

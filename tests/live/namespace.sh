@@ -12,7 +12,7 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
 fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 . "$root/tools/recorder.sh"
-work=$(mktemp -d -p "$(folder_for_recording 60)")
+work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 failures=0
 failed() { echo "FAILED: $1"; failures=$((failures + 1)); }
