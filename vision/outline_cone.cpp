@@ -167,6 +167,7 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
     const Eigen::Vector3d before = n;
     n = ldlt.solve(b);
     if (!is_cone(n)) return std::nullopt;
+    // A slope turns the change into pixels; along one outline the slopes are nearly the same.
     if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
     fit.covariance = A.inverse();
     fit.geometry = (G / fit.points).inverse();
