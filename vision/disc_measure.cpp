@@ -39,6 +39,21 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
+struct Median {
+  double value = 0;
+  double sigma = 0;  ///< its standard deviation, by how the values scatter
+};
+
+/// Of values from neighbouring edges, of which three share what disturbs them, about.
+Median median_with_sigma(std::vector<double>& values) {
+  if (values.empty()) return {};
+  const double median = median_of(values);
+  for (double& value : values) value = std::abs(value - median);
+  constexpr double kNormal = 1.4826, kOfMedian = 1.2533, kTogether = 3;
+  const double scatter = kNormal * median_of(values);
+  return {median, kOfMedian * scatter * std::sqrt(kTogether / static_cast<double>(values.size()))};
+}
+
 }  // namespace
 
 void DiscMeasurer::find_extents(const Blob& blob) {
@@ -120,20 +135,25 @@ void DiscMeasurer::place_sites(const OutlinePolygon& polygon, double radius_px, 
 
 void DiscMeasurer::learn_blur() {
   samples_.clear();
-  luma_samples_.clear();
+  wider_samples_.clear();
   for (const Site& site : sites_) {
     if (site.point < 0 || points_[static_cast<size_t>(site.point)].weight == 0) continue;
     const EdgeBlur blur = blur_of(profiles_[site.profile], site.edge, EdgeModel());
     samples_.push_back(blur.colour2);
-    if (blur.luma_share > kLumaEdge) luma_samples_.push_back(blur.luma2);
+    if (blur.luma_share > kLumaEdge) wider_samples_.push_back(blur.colour2 - blur.luma2);
   }
-  colour_blur2_ = samples_.empty() ? 0 : median_of(samples_);
-  luma_blur2_ = 4 * luma_samples_.size() > samples_.size() ? median_of(luma_samples_) : colour_blur2_;
-}
-
-bool DiscMeasurer::hues_blurred() const {
+  const Median colour = median_with_sigma(samples_), wider = median_with_sigma(wider_samples_);
   constexpr double kLowResolution = 0.15;  // a third of what halving the hues' resolution adds, about, px^2
-  return colour_blur2_ > luma_blur2_ + kLowResolution;
+  constexpr double kSure = 2;              // standard deviations
+  const bool told = 4 * wider_samples_.size() > samples_.size();
+  hues_blurred_ = told && wider.value > std::max(kLowResolution, kSure * wider.sigma);
+  colour_blur2_ = colour.value;
+  luma_blur2_ = colour.value - wider.value;
+  if (hues_blurred_) return;
+  // A small disc, or one before texture, tells its blur less well than one knows that of usual lenses in focus.
+  constexpr double kUsual = 0.1, kUsualSigma = 0.1;  // px^2
+  const double usual2 = kUsualSigma * kUsualSigma, sigma2 = colour.sigma * colour.sigma;
+  colour_blur2_ = luma_blur2_ = (usual2 * colour.value + sigma2 * kUsual) / (usual2 + sigma2);
 }
 
 void DiscMeasurer::learn_parts() {
@@ -183,14 +203,14 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     // The narrowest window that holds the edge with its blur.
     constexpr double kSharp = 0.36, kSoft = 1.4;
     const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
-    model.chroma_error = hues_blurred() ? 0.2 : 0;
+    model.chroma_error = hues_blurred_ ? 0.2 : 0;
     // Where hues are spread wider than brightness there is no one shape.
-    model.blur2 = hues_blurred() || colour_blur2_ > kSoft ? -1 : std::max(0.0, colour_blur2_);
+    model.blur2 = hues_blurred_ || colour_blur2_ > kSoft ? -1 : std::max(0.0, colour_blur2_);
     model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
     for (Site& site : sites_) {
       if (!site.readable) continue;
       const bool by_luma =
-          hues_blurred() && blur_of(profiles_[site.profile], site.edge, EdgeModel()).luma_share > kLumaEdge;
+          hues_blurred_ && blur_of(profiles_[site.profile], site.edge, EdgeModel()).luma_share > kLumaEdge;
       site.half = half(by_luma ? luma_blur2_ : colour_blur2_);
     }
     learn_sides(model);
@@ -217,8 +237,13 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     edge.at += site.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
     site.point = static_cast<int>(points_.size());
     site.shading_px = edge.shading_px;
-    const double line = site.edge.line, sigma = std::sqrt(edge.sigma_px * edge.sigma_px +
-                                                          edge.shading_px * edge.shading_px + kModelEdge * kModelEdge);
+    site.shading_terms = edge.shading_terms;
+    site.shading_gain = edge.shading_gain;
+    const double of_fit2 =
+        model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.variance(edge.shading_terms);
+    const double line = site.edge.line,
+                 sigma = std::sqrt(edge.sigma_px * edge.sigma_px + edge.shading_px * edge.shading_px + of_fit2 +
+                                   kModelEdge * kModelEdge);
     points_.push_back(site.edge.along_row ? outline_point(edge.at, line, Along::kRow, sigma)
                                           : outline_point(line, edge.at, Along::kColumn, sigma));
   }
@@ -245,7 +270,7 @@ bool DiscMeasurer::fit_edges(const cv::Mat& bgr, DiscMeasurement& result) {
     if (pass < kPasses - 1) learn_blur();
     learn_parts();
   }
-  describe(bgr, *fit, result);
+  describe(bgr, *fit, model.noise, result);
   return result.outline_seen >= least_seen_ &&
          result.residual_px < std::max(kSmallResidual, kWorstShape * result.radius_px);
 }
@@ -304,7 +329,24 @@ double DiscMeasurer::neighbours_agree() const {
   return std::max(1.0, factor) / (1 + 0.4 * by_chance);
 }
 
-void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurement& result) {
+Eigen::Matrix3d DiscMeasurer::shading_covariance(const ConeFit& fit, double noise) const {
+  // How n changes with the shading's terms in each channel.
+  std::array<Eigen::Matrix<double, 3, Shading::kTerms>, 3> changes;
+  for (auto& change : changes) change.setZero();
+  for (const Site& site : sites_) {
+    if (site.point < 0) continue;
+    const Eigen::Vector3d& pull = points_[static_cast<size_t>(site.point)].pull;
+    for (int channel = 0; channel < 3; ++channel) {
+      changes[static_cast<size_t>(channel)].noalias() +=
+          site.shading_gain[channel] * pull * site.shading_terms.transpose();
+    }
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& change : changes) sum += change * shading_.covariance() * change.transpose();
+  return noise * noise * fit.covariance * sum * fit.covariance.transpose();
+}
+
+void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, double noise, DiscMeasurement& result) {
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   const OutlineCone& cone = fit.cone;
   result.value << cone.ray(), cone.sine();
@@ -345,8 +387,11 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurem
   // An error that all edges of one side share moves the centre of a whole outline as far as the edges, and that of a
   // part of an outline further.
   const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_ - kNoBlur);
-  const double shared2 = kModelCentre * kModelCentre + blur2 + shading / weights;
-  result.covariance += shared2 / 2 * J * fit.geometry * J.transpose();
+  // Of the shading's error, what is the same on all sides changes the size, and what alternates the shape: the share of
+  // the rest is set by rendered balls and flat discs.
+  constexpr double kOneSided = 0.4;
+  const double shared2 = kModelCentre * kModelCentre + blur2 + kOneSided * shading / weights;
+  result.covariance += J * (shared2 / 2 * fit.geometry + shading_covariance(fit, noise)) * J.transpose();
   result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
 }
 

@@ -55,8 +55,10 @@ class DiscMeasurer {
     double length = 0;   // of the outline that it stands for, pixels
     size_t profile = 0;  // in profiles_
     bool readable = false;
-    int half = 2;  // of the window, see EdgeModel
-    double shading_px = 0;
+    int half = 2;           // of the window, see EdgeModel
+    double shading_px = 0;  // this and the next two: see Edge
+    Shading::Terms shading_terms = Shading::Terms::Zero();
+    Eigen::Vector3d shading_gain{0, 0, 0};
     int point = -1;  // in points_, or -1: no edge found
   };
   struct Extent {
@@ -71,10 +73,10 @@ class DiscMeasurer {
   void learn_sides(EdgeModel& model);
   void learn_blur();
   void learn_parts();
-  bool hues_blurred() const;
   void learn_shading(const EdgeModel& model);
   bool fit_edges(const cv::Mat& bgr, DiscMeasurement& result);
-  void describe(const cv::Mat& bgr, const ConeFit& fit, DiscMeasurement& result);
+  void describe(const cv::Mat& bgr, const ConeFit& fit, double noise, DiscMeasurement& result);
+  Eigen::Matrix3d shading_covariance(const ConeFit& fit, double noise) const;  // of n, from the shading's fit
   double missing_share(const OutlinePolygon& polygon) const;
   double neighbours_agree() const;
   void take_middle(DiscMeasurement& result) const;
@@ -93,7 +95,8 @@ class DiscMeasurer {
   // Variance of the light's spread across the edges, px^2: along the difference of both colours, and of brightness
   // alone.
   double colour_blur2_ = 0, luma_blur2_ = 0;
-  std::vector<double> samples_, luma_samples_;
+  bool hues_blurred_ = false;  // hues were stored at a lower resolution than brightness
+  std::vector<double> samples_, wider_samples_;
 };
 
 }  // namespace multireach::vision

@@ -1,6 +1,7 @@
 #include "vision/edge_profile.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <cmath>
 
 namespace multireach::vision {
@@ -8,6 +9,9 @@ namespace {
 
 constexpr int kSide = EdgeModel::kSide;
 constexpr double kLeastContrast = 12;  // grey levels
+// How far the colours of both sides are from the truth in any direction, whatever the noise, grey levels. Without it
+// the rim's brightness is not used at all in images without noise, and before a dark background there is little else.
+constexpr double kColourError = 1.5;
 
 /// The direction of brightness in BGR (Rec. 601), of unit length.
 Eigen::Vector3d luma_direction() {
@@ -68,7 +72,7 @@ void Shading::clear() {
   normal_equations_.setZero();
   products_.setZero();
   terms_.setZero();
-  inverse_.setZero();
+  covariance_.setZero();
   known_ = false;
 }
 
@@ -83,10 +87,14 @@ void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
 void Shading::solve() {
   // Light of second order is weaker than that of the first, and that than the whole.
   constexpr double kFirst = 0.02, kSecond = 0.5;
-  for (int k = 1; k < kTerms; ++k) normal_equations_(k, k) += k < 4 ? kFirst : kSecond;
+  Terms kept_small;
+  for (int k = 0; k < kTerms; ++k) kept_small[k] = k == 0 ? 0 : k < 4 ? kFirst : kSecond;
+  normal_equations_.diagonal() += kept_small;
   // LDLT reads the lower half alone.
-  inverse_ = normal_equations_.ldlt().solve(Eigen::Matrix<double, kTerms, kTerms>::Identity());
-  terms_.noalias() = inverse_ * products_;
+  const Matrix inverse = normal_equations_.ldlt().solve(Matrix::Identity());
+  terms_.noalias() = inverse * products_;
+  // Of a ridge regression: what is kept small does not vary with the places' colours.
+  covariance_ = inverse - inverse * kept_small.asDiagonal() * inverse;
   known_ = true;
 }
 
@@ -220,16 +228,10 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double shading2 = model.shading_error * model.shading_error * brightness2;
   const Eigen::Vector3d y = luma_direction();
   const double chroma2 = model.chroma_error * model.chroma_error * difference.squaredNorm();
-  // noise2 times the inverse of (noise2 + chroma2) I - chroma2 y y', then of that plus shading2 along the rim's colour
-  // (Sherman & Morrison).
-  const double along_luma = chroma2 / (noise2 + chroma2), across_luma = 1 - along_luma;
-  const auto weighed = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
-    return across_luma * v + along_luma * y.dot(v) * y;
-  };
-  const Eigen::Vector3d by_noise = weighed(difference), rim_by_noise = weighed(rim);
-  const double relative2 = shading2 / (brightness2 * noise2);
-  const Eigen::Vector3d w =
-      by_noise - rim_by_noise * (relative2 * rim.dot(by_noise) / (1 + relative2 * rim.dot(rim_by_noise)));
+  const double colour2 = kColourError * kColourError;
+  Eigen::Matrix3d disturbing = (noise2 + colour2 + chroma2) * Eigen::Matrix3d::Identity();
+  disturbing += (shading2 / brightness2) * rim * rim.transpose() - chroma2 * y * y.transpose();
+  const Eigen::Vector3d w = disturbing.inverse() * difference;
   const double span = w.dot(difference), length = w.norm();
   if (!(span > kLeastContrast * length)) return false;
 
@@ -271,10 +273,9 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
   edge.sigma_px = std::sqrt(gain2 * random + texture);
   // Errors of the shading's model under one pixel at most, about, and of its fit under all that is covered.
-  const double model_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
-  // A third of the fit's terms, those of the first order, moves what is fitted to all edges, and they are known best:
-  // theirs is a tenth of the variance, about.
-  edge.shading_px = std::sqrt(model_px * model_px + gain2 * noise2 * shading.variance(sum) / 10);
+  edge.shading_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
+  edge.shading_terms = sum;
+  edge.shading_gain = -site.outward / span * w;
   return true;
 }
 

@@ -53,6 +53,7 @@ class Shading {
  public:
   static constexpr int kTerms = 9;
   using Terms = Eigen::Matrix<double, kTerms, 1>;
+  using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
   static Terms terms_of(const Eigen::Vector3d& normal);
 
   void clear();
@@ -64,10 +65,12 @@ class Shading {
   /// The colour for a sum of terms; zero before `solve`.
   Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose().lazyProduct(terms); }
   /// Its variance in each channel for places whose colours have the variance 1.
-  double variance(const Terms& terms) const { return terms.dot(inverse_.lazyProduct(terms)); }
+  double variance(const Terms& terms) const { return terms.dot(covariance_.lazyProduct(terms)); }
+  /// The covariance of the terms of each channel, likewise.
+  const Matrix& covariance() const { return covariance_; }
 
  private:
-  Eigen::Matrix<double, kTerms, kTerms> normal_equations_, inverse_;
+  Matrix normal_equations_, covariance_;
   Eigen::Matrix<double, kTerms, 3> products_, terms_;
   bool known_ = false;
 };
@@ -79,7 +82,10 @@ Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model
 struct Edge {
   double at = 0;          ///< column or row
   double sigma_px = 0;    ///< standard deviation of `at` from what differs from edge to edge: noise, texture
-  double shading_px = 0;  ///< standard deviation from the shading, which neighbouring edges share
+  double shading_px = 0;  ///< standard deviation from what shading is in truth, which neighbouring edges share
+  /// By how much `at` changes with the fitted shading, whose noise all edges share: gain . (colour of these terms).
+  Shading::Terms shading_terms = Shading::Terms::Zero();
+  Eigen::Vector3d shading_gain{0, 0, 0};
 };
 
 /// How the light of an edge is spread beyond the pixels' own width: variances across the edge, px^2, from one edge and

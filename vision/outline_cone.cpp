@@ -151,9 +151,11 @@ std::optional<ConeFit> fit_cone(std::span<OutlinePoint> points, const Eigen::Mat
       const double z = point.residual_px / point.sigma_px, t = z / reach;
       point.weight =
           std::abs(t) < 1 && std::abs(point.residual_px) < options.largest_px ? (1 - t * t) * (1 - t * t) : 0;
+      point.pull.setZero();
       if (point.weight == 0) continue;
       const double slope = slopes[i];
       const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
+      point.pull = -w * slope * directions[i].e;
       const Eigen::Matrix3d square = directions[i].e * directions[i].e.transpose();
       A += w * square;
       G += point.weight / (slope * slope) * square;

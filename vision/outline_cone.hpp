@@ -45,6 +45,9 @@ struct OutlinePoint {
   double sigma_px = 1;     ///< standard deviation along that direction
   double weight = 1;       ///< set by the fit: 0 for a point that is not of the cone, 1 for one that fits
   double residual_px = 0;  ///< set by the fit: distance from the cone along that direction
+  /// Set by the fit: how n changes when the point moves by 1 px along that direction is the fit's covariance times
+  /// this.
+  Eigen::Vector3d pull{0, 0, 0};
 };
 
 /// How a robust fit is done.

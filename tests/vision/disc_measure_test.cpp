@@ -101,6 +101,18 @@ TEST(DiscMeasure, IsExactToHundredthsOfAPixelWherePicturesAreClean) {
   }
 }
 
+TEST(DiscMeasure, SmallDiscsBeforeBlackAreMeasuredByTheirEdges) {
+  // Nothing tells them from the background but their brightness, and there is no noise that would keep it from being
+  // believed less than their hue by far.
+  const CameraModel c = camera();
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d p(0.05 + 0.0007 * k, -0.03 + 0.0004 * k, 1 + 0.03 * k);
+    const DiscMeasurement disc = measured(c, picture(c, p, 0.02, {.wall_rgb = {2, 6, 1}}));
+    EXPECT_EQ(disc.kind, Kind::kEdges) << "at " << p.z() << " m";
+    EXPECT_LT((disc.centre_px - c.project(p)).norm(), 0.05) << "at " << p.z() << " m";
+  }
+}
+
 TEST(DiscMeasure, CovarianceIsThatOfTheErrors) {
   const CameraModel c = camera();
   const CounterRandom random(7);
