@@ -388,9 +388,9 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, double noise
   // part of an outline further.
   const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_ - kNoBlur);
   // Of the shading's error, what is the same on all sides changes the size, and what alternates the shape: the share of
-  // the rest is set by rendered balls and flat discs.
-  constexpr double kOneSided = 0.4;
-  const double shared2 = kModelCentre * kModelCentre + blur2 + kOneSided * shading / weights;
+  // the rest is set by rendered balls and flat discs. Coarse hues err by whole blocks, each on its side.
+  const double one_sided = hues_blurred_ ? 1 : 0.4;
+  const double shared2 = kModelCentre * kModelCentre + blur2 + one_sided * shading / weights;
   result.covariance += J * (shared2 / 2 * fit.geometry + shading_covariance(fit, noise)) * J.transpose();
   result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
 }
