@@ -236,9 +236,7 @@ void DiscMeasurer::measure_sites(const cv::Mat& bgr, bool refined, EdgeModel& mo
     const double cosine = site.edge.cosine;
     edge.at += site.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
     site.point = static_cast<int>(points_.size());
-    site.shading_px = edge.shading_px;
-    site.shading_terms = edge.shading_terms;
-    site.shading_gain = edge.shading_gain;
+    site.found = edge;
     const double of_fit2 =
         model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.variance(edge.shading_terms);
     const double line = site.edge.line,
@@ -338,7 +336,7 @@ Eigen::Matrix3d DiscMeasurer::shading_covariance(const ConeFit& fit, double nois
     const Eigen::Vector3d& pull = points_[static_cast<size_t>(site.point)].pull;
     for (int channel = 0; channel < 3; ++channel) {
       changes[static_cast<size_t>(channel)].noalias() +=
-          site.shading_gain[channel] * pull * site.shading_terms.transpose();
+          site.found.shading_gain[channel] * pull * site.found.shading_terms.transpose();
     }
   }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -366,7 +364,7 @@ void DiscMeasurer::describe(const cv::Mat& bgr, const ConeFit& fit, double noise
     seen += site.length;
     squares += point.weight * point.residual_px * point.residual_px;
     weights += point.weight;
-    shading += point.weight * site.shading_px * site.shading_px;
+    shading += point.weight * site.found.shading_px * site.found.shading_px;
   }
   if (!(all > 0 && weights > 0)) return;
   result.outline_seen = seen / all;

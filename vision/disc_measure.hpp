@@ -55,10 +55,8 @@ class DiscMeasurer {
     double length = 0;   // of the outline that it stands for, pixels
     size_t profile = 0;  // in profiles_
     bool readable = false;
-    int half = 2;           // of the window, see EdgeModel
-    double shading_px = 0;  // this and the next two: see Edge
-    Shading::Terms shading_terms = Shading::Terms::Zero();
-    Eigen::Vector3d shading_gain{0, 0, 0};
+    int half = 2;    // of the window, see EdgeModel
+    Edge found;      // when there is a point
     int point = -1;  // in points_, or -1: no edge found
   };
   struct Extent {

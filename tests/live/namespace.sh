@@ -11,7 +11,6 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   exec unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' "$0" "$@"
 fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-. "$root/tools/recorder.sh"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 failures=0

@@ -3,6 +3,7 @@
 # its own range of true depth (1.876 to 1.930 m, 5 % to 95 %; tools/moebius_test computes it from the true disparity).
 bin=$1
 . "$(dirname "$0")/namespace.sh"
+. "$root/tools/recorder.sh"
 photographs="$root/../shared/data/moebius"
 [ -d "$photographs" ] || { echo "skipped: the pair of shared/data/moebius is not here"; exit 77; }
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }

@@ -3,6 +3,7 @@
 # again message by message; and a byte that is changed is found.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
+. "$root/tools/recorder.sh"
 robot="$root/robots/hoap2/robot.yaml"
 declare -A pids
 # Appends: to empty a file waits for the disk.

@@ -302,6 +302,25 @@ TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
   }
 }
 
+TEST_F(HandEyeFiles, AHandThatTurnsInPlaceBeginsANewPlace) {
+  // The hand's origin stays where it is; the target in it, 5 cm away, does not.
+  const Joint wrist{
+      .name = "wrist", .axis = Eigen::Vector3d::UnitZ(), .lower = -2, .upper = 2, .velocity = 1, .effort = 1};
+  const Chain chain({wrist}, {Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()}, "base", "hand");
+  SessionLog log(path_, chain);
+  int64_t utime = 1000000;
+  for (const double angle : {-1.0, 0.0, 1.0}) {
+    const JointVector theta = JointVector::Constant(1, angle);
+    for (int frame = 0; frame < 30; ++frame, utime += 33333) {
+      log.state(theta, utime);
+      log.target(chain.pose(theta) * Eigen::Vector3d(0.05, 0, 0), 1e-6 * Eigen::Matrix3d::Identity(),
+                 target_t::STATUS_TRACKED, utime + 1);
+    }
+  }
+  log.close();
+  EXPECT_EQ(places_from_log(path_, chain, Eigen::Isometry3d::Identity(), {}).size(), 3U);
+}
+
 TEST_F(HandEyeFiles, ATableIsRead) {
   Synthetic synthetic(3);
   const auto places = synthetic.places(15, Eigen::Vector3d(0, 0, 0.05));
