@@ -13,8 +13,8 @@
 #include <sstream>
 
 #include "bench/ik_solvers.hpp"
-#include "kinematics/random.hpp"
 #include "kinematics/urdf_chain.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::bench {
 namespace {

@@ -11,9 +11,9 @@
 #include <numbers>
 
 #include "bench/kdl_chain.hpp"
-#include "controller/guarded_law.hpp"
-#include "controller/posture_search.hpp"
-#include "kinematics/random.hpp"
+#include "controller/ik/posture_search.hpp"
+#include "controller/law/guarded_law.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::bench {
 namespace {

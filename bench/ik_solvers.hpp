@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "controller/hand_target.hpp"
+#include "controller/task/hand_target.hpp"
 #include "kinematics/chain.hpp"
 
 namespace multireach::bench {

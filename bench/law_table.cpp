@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "bench/kdl_chain.hpp"
-#include "controller/guarded_law.hpp"
+#include "controller/law/guarded_law.hpp"
 #include "kinematics/urdf_chain.hpp"
-#include "tools/study/run_reach.hpp"
+#include "studies/study/run_reach.hpp"
 
 namespace multireach::bench {
 namespace {

@@ -12,10 +12,10 @@
 #include "bench/plain_step.hpp"
 #include "controller/batch/guarded_batch.hpp"
 #include "controller/batch/paper_batch.hpp"
-#include "controller/guarded_law.hpp"
-#include "controller/posture_search.hpp"
-#include "controller/proximity.hpp"
-#include "kinematics/random.hpp"
+#include "controller/collision/proximity.hpp"
+#include "controller/ik/posture_search.hpp"
+#include "controller/law/guarded_law.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::bench {
 namespace {

@@ -8,11 +8,11 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "kinematics/random.hpp"
-#include "kinematics/trigonometry.hpp"
-#include "tools/camera/ball_renderer.hpp"
-#include "vision/find.hpp"
-#include "vision/stereo_sighting.hpp"
+#include "camera/rendering/ball_renderer.hpp"
+#include "numeric/random.hpp"
+#include "numeric/trigonometry.hpp"
+#include "vision/colour/find.hpp"
+#include "vision/stereo/stereo_sighting.hpp"
 
 namespace multireach::bench {
 namespace {
@@ -64,8 +64,8 @@ std::vector<Case> cases() {
   };
 }
 
-vision::StereoRig rig_of(bool distorted) {
-  vision::StereoRig rig;
+StereoRig rig_of(bool distorted) {
+  StereoRig rig;
   rig.left = {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5, .distortion = {}};
   if (distorted) rig.left.distortion = {-0.28, 0.09, 0.0008, -0.0006, -0.01, 0, 0, 0};
   rig.right = rig.left;
@@ -78,7 +78,7 @@ vision::StereoRig rig_of(bool distorted) {
 
 /// The two cameras before one background.
 struct Stage {
-  Stage(const vision::StereoRig& rig, const SceneOptions& scene)
+  Stage(const StereoRig& rig, const SceneOptions& scene)
       : left(scene, rig.left, rig.X_WL, rig.X_WL), right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
   BallRenderer left, right;
 };
@@ -108,7 +108,7 @@ class Accuracy {
       : positions_(positions), seed_(seed), radius_known_(radius_known), verbose_(verbose) {}
 
   Sums run(const Case& c) {
-    const vision::StereoRig rig = rig_of(c.distorted);
+    const StereoRig rig = rig_of(c.distorted);
     const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9);
     const double radius = walls[0].scene.ball_radius_m;
     vision::SightingOptions options;
@@ -153,7 +153,7 @@ class Accuracy {
 
  private:
   /// Walls take long to paint: one stage for all cases that can share it.
-  const Stage& stage_of(const Case& c, const Background& wall, const vision::StereoRig& rig) {
+  const Stage& stage_of(const Case& c, const Background& wall, const StereoRig& rig) {
     const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "");
     return stages_.try_emplace(key, rig, wall.scene).first->second;
   }
@@ -172,7 +172,7 @@ class Accuracy {
     return result;
   }
 
-  static void take(const Sighting& sighting, const Eigen::Vector3d& p_LB, const vision::StereoRig& rig, Sums& sums) {
+  static void take(const Sighting& sighting, const Eigen::Vector3d& p_LB, const StereoRig& rig, Sums& sums) {
     using Status = Sighting::Status;
     ++sums.shown;
     sums.seen += sighting.status == Status::kSeen;

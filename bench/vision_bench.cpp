@@ -7,17 +7,15 @@
 #include <opencv2/imgproc.hpp>
 #include <tuple>
 
+#include "camera/rendering/ball_renderer.hpp"
 #include "controller/batch/arm_batch.hpp"
+#include "imaging/image_codec.hpp"
 #include "runtime/channels.hpp"
-#include "runtime/nodes/vision_node.hpp"
-#include "tools/camera/ball_renderer.hpp"
-#include "vision/find.hpp"
-#include "vision/image_codec.hpp"
+#include "vision/colour/find.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
-
-using vision::CameraModel;
 
 CameraModel camera(int width, int height) {
   const double focal = 500.0 * width / 640;
@@ -92,14 +90,14 @@ void prepare_class(benchmark::State& state, size_t components, size_t background
 
 /// Two JPEGs of quality 90, one thread: the part of vision's time that is not vision's.
 void decode_jpeg_pair(benchmark::State& state, int width, int height, const cv::Rect& part) {
-  vision::ImageCodec codec;
+  ImageCodec codec;
   const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
                              right = codec.encode_jpeg(scene(width, height, 1), 90);
   cv::Mat bgr;
   for (auto _ : state) {
     for (const std::vector<uint8_t>* jpeg : {&left, &right}) {
-      const bool read = codec.decode(
-          {.width = width, .height = height, .format = vision::PixelFormat::kMjpeg, .data = *jpeg}, part, bgr);
+      const bool read =
+          codec.decode({.width = width, .height = height, .format = PixelFormat::kMjpeg, .data = *jpeg}, part, bgr);
       if (!read) state.SkipWithError("not decoded");
     }
   }
@@ -107,7 +105,7 @@ void decode_jpeg_pair(benchmark::State& state, int width, int height, const cv::
 
 /// The same two by the bare library.
 void turbojpeg_pair(benchmark::State& state, int width, int height) {
-  vision::ImageCodec codec;
+  ImageCodec codec;
   const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
                              right = codec.encode_jpeg(scene(width, height, 1), 90);
   cv::Mat bgr(height, width, CV_8UC3);
@@ -134,7 +132,7 @@ void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
   options.sighting.radius_m = 0.02;
   config.targets.push_back({"ball", options});
   VisionNode node(config);
-  vision::ImageCodec codec;
+  ImageCodec codec;
   images_t pair{};
   pair.n_images = 2;
   pair.image_types = {images_t::LEFT, images_t::RIGHT};

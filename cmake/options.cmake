@@ -19,21 +19,51 @@ if(MULTIREACH_SANITIZE)
 endif()
 
 set(multireach_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/multireach)
-# multireach_stage(NAME SOURCES...) makes the library multireach::NAME from this folder and installs it with its headers,
-# for find_package(multireach COMPONENTS NAME).
+# multireach_stage(NAME [SOURCES...]) makes the library multireach::NAME from this folder (header-only without sources) and installs
+# it with its headers, for find_package(multireach COMPONENTS NAME). What lies in node/, sim/ or drivers/ is not part of it.
 function(multireach_stage name)
-  add_library(multireach_${name} STATIC ${ARGN})
+  if(ARGN)
+    set(scope PUBLIC)
+    add_library(multireach_${name} STATIC ${ARGN})
+    target_link_libraries(multireach_${name} PRIVATE $<BUILD_INTERFACE:multireach_options>)
+  else()
+    set(scope INTERFACE)
+    add_library(multireach_${name} INTERFACE)
+  endif()
   add_library(multireach::${name} ALIAS multireach_${name})
   set_target_properties(multireach_${name} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(multireach_${name} PUBLIC
+  target_include_directories(multireach_${name} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/multireach>)
-  target_link_libraries(multireach_${name} PRIVATE $<BUILD_INTERFACE:multireach_options>)
-  target_compile_features(multireach_${name} PUBLIC cxx_std_20)
+  target_compile_features(multireach_${name} ${scope} cxx_std_20)
   install(TARGETS multireach_${name} EXPORT multireach-${name})
   install(EXPORT multireach-${name} NAMESPACE multireach:: DESTINATION ${multireach_package_dir})
   install(DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/multireach/${name}
-    FILES_MATCHING PATTERN "*.hpp")
+    FILES_MATCHING PATTERN "*.hpp"
+    PATTERN node EXCLUDE PATTERN sim EXCLUDE PATTERN drivers EXCLUDE)
+endfunction()
+
+# multireach_program(NAME FOLDER [LIBRARIES...]) makes the program multireach-NAME from FOLDER/main.cpp, and from the other sources
+# of FOLDER and the folders in EXTRA_FOLDERS the library multireach_NAME_parts (dashes become underscores), which tests, benchmarks
+# and other programs use too.
+function(multireach_program name folder)
+  cmake_parse_arguments(arg "" "" "EXTRA_FOLDERS" ${ARGN})
+  string(REPLACE "-" "_" parts "multireach_${name}_parts")
+  set(sources)
+  foreach(each ${folder} ${arg_EXTRA_FOLDERS})
+    file(GLOB found CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/${each}/*.cpp")
+    list(APPEND sources ${found})
+  endforeach()
+  list(REMOVE_ITEM sources "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/main.cpp")
+  set(libraries multireach_runtime ${arg_UNPARSED_ARGUMENTS})
+  if(sources)
+    add_library(${parts} STATIC ${sources})
+    target_link_libraries(${parts} PUBLIC ${libraries} PRIVATE multireach_options)
+    set(libraries ${parts})
+  endif()
+  add_executable(multireach-${name} ${folder}/main.cpp)
+  target_link_libraries(multireach-${name} PRIVATE ${libraries} multireach_options)
+  install(TARGETS multireach-${name})
 endfunction()
 
 # multireach_lanes(TARGET): its sources that Highway compiles once for each instruction set are compiled for 2 lanes (SSE4,

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "controller/coherence.hpp"
-#include "controller/watched_paper_law.hpp"
+#include "controller/law/paper_equations.hpp"
+#include "controller/law/watched_paper_law.hpp"
 
 namespace multireach::controller {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <variant>
 
-#include "controller/guarded_law.hpp"
-#include "controller/paper_law.hpp"
-#include "controller/reaching_law.hpp"
+#include "controller/law/guarded_law.hpp"
+#include "controller/law/paper_law.hpp"
+#include "controller/law/reaching_law.hpp"
 #include "controller/target_filter.hpp"
 
 namespace multireach::controller {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include "kinematics/trigonometry.hpp"
+#include "numeric/trigonometry.hpp"
 
 namespace multireach {
 namespace {

@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "kinematics/chain.hpp"
-#include "kinematics/lanes.hpp"
-#include "kinematics/trigonometry.hpp"
+#include "numeric/lanes.hpp"
+#include "numeric/trigonometry.hpp"
 
 namespace multireach {
 

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "kinematics/trigonometry.hpp"
+#include "numeric/trigonometry.hpp"
 
 namespace multireach {
 namespace {

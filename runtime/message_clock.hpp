@@ -5,7 +5,7 @@
 namespace multireach {
 
 /// The present, microseconds of the monotonic clock. For waiting and for distances in time: never put into a message as
-/// it is (see tools/camera/capture_clock.hpp).
+/// it is (see camera/devices/capture_clock.hpp).
 int64_t monotonic_us();
 /// The present, microseconds since 1970.
 int64_t wall_us();

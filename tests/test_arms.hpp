@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "kinematics/random.hpp"
 #include "kinematics/urdf_chain.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::testing {
 

@@ -2,11 +2,11 @@
 
 #include <array>
 
-#include "vision/find.hpp"
-#include "vision/light.hpp"
-#include "vision/side.hpp"
-#include "vision/stereo_sighting.hpp"
-#include "vision/target_track.hpp"
+#include "imaging/side.hpp"
+#include "vision/colour/find.hpp"
+#include "vision/colour/light.hpp"
+#include "vision/stereo/stereo_sighting.hpp"
+#include "vision/track/target_track.hpp"
 
 namespace multireach::vision {
 

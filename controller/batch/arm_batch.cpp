@@ -3,7 +3,7 @@
 #include <hwy/highway.h>
 #include <stdexcept>
 
-#include "kinematics/lanes.hpp"
+#include "numeric/lanes.hpp"
 
 namespace multireach::controller {
 

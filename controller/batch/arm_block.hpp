@@ -2,8 +2,9 @@
 
 #include <array>
 
+#include "controller/law/guarded_progress.hpp"
 #include "kinematics/joint_vector.hpp"
-#include "kinematics/rows.hpp"
+#include "numeric/rows.hpp"
 
 namespace multireach::controller {
 
@@ -27,15 +28,9 @@ struct ArmBlock {
   std::array<JointRows, kMaxJoints> joints{};  ///< the first n are used
 };
 
-/// What the guarded law remembers besides; the names are those of GuardedState and GuardedLaw::Parts.
+/// What the guarded law remembers of a block.
 struct GuardedBlock : ArmBlock {
-  Row largest_gamma{}, ceiling{};
-  Row best_distance{}, stalled_distance{};
-  Row idle_steps{}, waited_steps{};  // whole numbers
-  Row steps{}, quiet_until{};        // whole numbers
-  Row residual{}, watched_residual{}, caution{};
-  Row distance_at_choice{};
-  Row posture_stuck{}, out_of_reach{};  // 0 or 1
+  GuardedProgress<Row> progress;
 };
 
 }  // namespace multireach::controller

@@ -9,20 +9,124 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "controller/batch/guarded_lanes-inl.hpp"
+#include "controller/batch/block_lanes-inl.hpp"
+#include "controller/law/guarded_settings.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace multireach::controller {
 namespace HWY_NAMESPACE {
 
+#include "controller/qp/velocity_bounds.inl.hpp"
+
+#include "controller/qp/box_qp.inl.hpp"
+
+#include "controller/law/guarded_step.inl.hpp"
+
+/// Arms `first` to first + kWidth - 1 of a block, with N joints (0: any number), for GuardedStep: their targets are
+/// positions at rest, and they have no bodies.
+template <int N>
+class BlockArms {
+ public:
+  using Scalar = Lanes;
+  using Mask = LanesMask;
+  using Register = Lanes;
+  static constexpr int kRows = 3, kRegisters = 2;  // theta and theta_T each have registers of their own
+  static constexpr bool kDisturbed = false;        // neither pushed nor after a target that moves
+  static constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
+  using Joints = std::array<Lanes, kCapacity>;
+  using Task = std::array<Lanes, 3>;
+  using Rows = std::array<std::array<Joints, 3>, 2>;
+
+  BlockArms(const GuardedPlan& plan, GuardedBlock& block, int first) : plan_(plan), block_(block), first_(first) {}
+
+  HWY_INLINE const GuardedSettings& settings() const { return plan_.settings; }
+  HWY_INLINE GuardedProgress<Row>& progress() { return block_.progress; }
+  HWY_INLINE int size() const { return N == 0 ? plan_.arm.size : N; }
+
+  static HWY_INLINE LanesMask none() { return no_lane(); }
+  HWY_INLINE Lanes get(const Row& row) const { return load(row, first_); }
+  HWY_INLINE void put(Lanes value, Row& row) const { store(value, row, first_); }
+  template <int kRegister>
+  static HWY_INLINE Lanes in_register(Lanes now, Lanes goal) {
+    return kRegister == 0 ? now : goal;
+  }
+  template <int kRegister>
+  static HWY_INLINE Lanes weighted(Lanes gamma, Lanes lanes) {
+    return kRegister == 0 ? gamma * lanes : lanes;
+  }
+  static HWY_INLINE Lanes now(Lanes lanes) { return lanes; }
+  static HWY_INLINE Lanes goal(Lanes lanes) { return lanes; }
+  static HWY_INLINE const Joints& now_joints(const std::array<Joints, 2>& both, int) { return both[0]; }
+  static HWY_INLINE const std::array<Joints, 3>& now_rows(const Rows& J, int) { return J[0]; }
+
+  HWY_INLINE Lanes gamma() const { return get(block_.gamma); }
+  static HWY_INLINE void set_slow(LanesMask) {}
+  HWY_INLINE void set_gamma(Lanes value) { put(value, block_.gamma); }
+  HWY_INLINE Lanes theta(int i) const { return get(block_.joints[i].theta); }
+  HWY_INLINE Lanes theta_target(int i) const { return get(block_.joints[i].theta_target); }
+  HWY_INLINE Lanes velocity(int i) const { return get(block_.joints[i].velocity); }
+  HWY_INLINE Lanes hand_velocity(int m) const { return get(block_.hand_velocity[m]); }
+  HWY_INLINE void set_hand_velocity(int m, Lanes value) { put(value, block_.hand_velocity[m]); }
+  HWY_INLINE void set_joint(int i, Lanes velocity, Lanes theta, Lanes theta_target) {
+    put(velocity, block_.joints[i].velocity);
+    put(theta, block_.joints[i].theta);
+    put(theta_target, block_.joints[i].theta_target);
+  }
+
+  static HWY_INLINE LanesMask target_rests() { return !no_lane(); }
+  static constexpr bool target_moves() { return false; }
+  static HWY_INLINE Lanes target_velocity(int) { return 0; }
+  static constexpr bool target_fixed() { return false; }
+  static HWY_INLINE LanesMask target_moved_away() { return no_lane(); }
+  static HWY_INLINE Lanes target_moved_since_check() { return 0; }
+  static constexpr bool obstructed() { return false; }
+  static constexpr bool obstructs(const Joints&) { return false; }
+  static int avoid(const Rows&, Lanes, const std::array<Joints, 2>&, const Task&, const Joints&, const Joints&,
+                   Joints&) {
+    return 0;
+  }
+
+  HWY_INLINE void task(Rows& J, Task& error, Task& residual) const {
+    for (int m = 0; m < 3; ++m) {
+      const Lanes x_target = get(block_.x_target[m]);
+      error[m] = x_target - get(block_.x[m]);
+      residual[m] = get(block_.target[m]) - x_target;
+      for (int i = 0; i < size(); ++i) {
+        J[0][m][i] = get(block_.joints[i].jacobian[m]);
+        J[1][m][i] = get(block_.joints[i].jacobian_target[m]);
+      }
+    }
+  }
+
+  HWY_INLINE void update_kinematics() {
+    HWY_NAMESPACE::update_kinematics<N, false>(plan_.arm, block_, first_);
+    HWY_NAMESPACE::update_kinematics<N, true>(plan_.arm, block_, first_);
+  }
+
+ private:
+  const GuardedPlan& plan_;
+  GuardedBlock& block_;
+  int first_;
+};
+
+template <int N>
+uint32_t step_arms(const GuardedPlan& plan, GuardedBlock& block) {
+  return step_block([&](int first) {
+    BlockArms<N> arms(plan, block, first);
+    GuardedStep<BlockArms<N>> step(arms);
+    step.step();
+    return step.needs_search(!no_lane());
+  });
+}
+
 // Unrolled for the Hoap2's four joints. With seven the code would be larger than the processor's instruction cache, and
 // no faster than loops.
 uint32_t step_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  return plan.arm.size == 4 ? step_lanes<GuardedLanes<4>>(plan, block) : step_lanes<GuardedLanes<0>>(plan, block);
+  return plan.arm.size == 4 ? step_arms<4>(plan, block) : step_arms<0>(plan, block);
 }
 
 void refresh_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  place_lanes(plan.arm, block);
+  update_block(plan.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -40,7 +144,6 @@ GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& paramete
       plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
       search_(chain, parameters.posture_search, parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
-  if (parameters.acceleration.size() > 0) throw std::invalid_argument("a batch has no acceleration limits");
   blocks_.resize(running().size());
   rest();
 }
@@ -52,10 +155,12 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
   const int lane = arm % kRowLanes;
   const double infinity = std::numeric_limits<double>::infinity();
   begin(block, lane, theta, brought_near(chain(), {.position = target}).position);
-  block.largest_gamma[lane] = block.ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
-  block.best_distance[lane] = block.stalled_distance[lane] = infinity;
-  block.caution[lane] = 1;
-  for (Row* row : {&block.idle_steps, &block.waited_steps, &block.steps, &block.residual, &block.out_of_reach}) {
+  GuardedProgress<Row>& progress = block.progress;
+  progress.gamma_max[lane] = progress.gamma_ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
+  progress.best_distance[lane] = progress.stalled_distance[lane] = progress.residual[lane] = infinity;
+  progress.damping_factor[lane] = 1;
+  progress.steps_to_check[lane] = GuardedTuning::kCheckEvery;
+  for (Row* row : {&progress.idle_steps, &progress.waited_steps, &progress.steps, &progress.unreachable}) {
     (*row)[lane] = 0;
   }
   set_theta_target(block, lane, theta_target);
@@ -70,10 +175,10 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
     const double apart = theta_target[i] - block.joints[i].theta[lane];
     distance2 += apart * apart;
   }
-  block.posture_stuck[lane] = 0;
-  block.watched_residual[lane] = std::numeric_limits<double>::infinity();
-  block.distance_at_choice[lane] = std::sqrt(distance2);
-  block.quiet_until[lane] = block.steps[lane] + GuardedTuning::kQuiet;
+  block.progress.stuck[lane] = 0;
+  block.progress.checked_residual[lane] = std::numeric_limits<double>::infinity();
+  block.progress.distance_at_choice[lane] = std::sqrt(distance2);
+  block.progress.no_search_before[lane] = block.progress.steps[lane] + GuardedTuning::kQuiet;
   HWY_DYNAMIC_DISPATCH(refresh_guarded)(plan_, block);
 }
 
@@ -82,7 +187,7 @@ void GuardedBatch::choose_posture(int arm) {
   const int lane = arm % kRowLanes;
   const FoundPosture found = search_.best({.position = target_of(block, lane)}, theta(arm));
   ++posture_choices_;
-  block.out_of_reach[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
+  block.progress.unreachable[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
   set_theta_target(block, lane, found.theta);
 }
 

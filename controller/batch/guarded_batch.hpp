@@ -3,18 +3,24 @@
 #include <vector>
 
 #include "controller/batch/arm_batch.hpp"
-#include "controller/batch/guarded_plan.hpp"
-#include "controller/guarded_law.hpp"
-#include "controller/posture_search.hpp"
+#include "controller/batch/arm_block.hpp"
+#include "controller/ik/posture_search.hpp"
+#include "controller/law/guarded_law.hpp"
 
 namespace multireach::controller {
+
+/// What is the same for all arms of a batch under the law `guarded`.
+struct GuardedPlan {
+  FastLinks<0, double> arm;
+  GuardedSettings settings;
+};
 
 /// Many arms under the law `guarded`. Each gets bit for bit the motion that GuardedLaw would give it, as long as no
 /// angle is beyond 1e5 rad.
 class GuardedBatch final : public ArmBatch {
  public:
   /// At least `arms` arms, in whole blocks of kRowLanes, at rest. Throws std::invalid_argument as GuardedLaw does, and
-  /// for parameters with a body or acceleration limits.
+  /// for parameters with a body.
   GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms);
 
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }

@@ -8,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "kinematics/wide_lanes-inl.hpp"
+#include "numeric/wide_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace multireach::controller {
@@ -20,7 +20,7 @@ using multireach::HWY_NAMESPACE::Lanes;
 using multireach::HWY_NAMESPACE::load;
 using multireach::HWY_NAMESPACE::sine_and_cosine;
 
-#include "controller/nearest_posture.inl.hpp"
+#include "controller/ik/nearest_posture.inl.hpp"
 
 uint32_t nearest_postures_of(const ShoulderElbowArm& arm, PostureQueries& queries) {
   uint32_t found = 0;

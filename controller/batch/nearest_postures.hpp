@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "controller/shoulder_elbow.hpp"
-#include "kinematics/rows.hpp"
+#include "controller/ik/shoulder_elbow.hpp"
+#include "numeric/rows.hpp"
 
 namespace multireach::controller {
 

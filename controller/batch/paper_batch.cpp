@@ -1,6 +1,7 @@
 #include "controller/batch/paper_batch.hpp"
 
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "controller/batch/nearest_postures.hpp"
@@ -10,18 +11,72 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "controller/batch/paper_lanes-inl.hpp"
+#include "controller/batch/block_lanes-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace multireach::controller {
 namespace HWY_NAMESPACE {
 
+using multireach::HWY_NAMESPACE::sine_and_cosine;
+
+#include "controller/law/vite.inl.hpp"
+
+#include "controller/law/paper_equations.inl.hpp"
+
+/// One step of the arms `first` to first + kWidth - 1 of a block: paper_step of paper_law.cpp. Returns the arms whose
+/// theta_T has drifted from the target. N: the number of joints, or 0 for any.
+template <int N>
+LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
+  constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
+  const int n = N == 0 ? plan.arm.size : N;
+  std::array<std::array<Lanes, kCapacity>, 3> J;
+  std::array<Lanes, kCapacity> theta, theta_target, weights, velocity, update;
+  std::array<Lanes, 3> hand, target, missing;
+  const auto get = [first](const Row& row) { return load(row, first); };
+  const auto [alpha, beta] = plan.gains;
+  const Lanes gamma = get(block.gamma);
+  for (int k = 0; k < 3; ++k) {
+    target[k] = get(block.target[k]);
+    hand[k] = vite_velocity(alpha, beta, get(block.x[k]), get(block.hand_velocity[k]), target[k]);  // (21), (22)
+  }
+  for (int i = 0; i < n; ++i) {
+    const JointRows& joint = block.joints[i];
+    theta[i] = get(joint.theta);
+    theta_target[i] = get(joint.theta_target);
+    velocity[i] = vite_velocity(alpha, beta, theta[i], get(joint.velocity), theta_target[i]);  // (19), (20)
+    weights[i] = plan.limit_avoidance ? limit_weight(theta[i], plan.lower[i], plan.upper[i], gamma) : gamma;  // (28)
+    for (int m = 0; m < 3; ++m) J[m][i] = get(joint.jacobian[m]);
+  }
+  make_coherent(n, J, weights, hand, velocity);                                                      // (23)
+  for (int m = 0; m < 3; ++m) store(row_product(n, J, m, velocity), block.hand_velocity[m], first);  // (24)
+  for (int i = 0; i < n; ++i) {
+    theta[i] += velocity[i];  // (25)
+    store(velocity[i], block.joints[i].velocity, first);
+    store(theta[i], block.joints[i].theta, first);
+    for (int m = 0; m < 3; ++m) J[m][i] = get(block.joints[i].jacobian_target[m]);
+  }
+  update_kinematics<N, false>(plan.arm, block, first);  // (26)
+  for (int m = 0; m < 3; ++m) missing[m] = target[m] - get(block.x_target[m]);
+  target_update(n, J, theta_target, theta, missing, update);  // (27)
+  for (int i = 0; i < n; ++i) store(theta_target[i] + update[i], block.joints[i].theta_target, first);
+  update_kinematics<N, true>(plan.arm, block, first);
+  if (plan.rechoose_m == std::numeric_limits<double>::infinity()) return no_lane();
+  Lanes drift2 = 0;
+  for (int m = 0; m < 3; ++m) {
+    const Lanes drift = target[m] - get(block.x_target[m]);
+    drift2 += drift * drift;
+  }
+  return !(square_root(drift2) <= plan.rechoose_m);  // drifted, too, where it is not a number
+}
+
 uint32_t step_paper(const PaperPlan& plan, ArmBlock& block) {
-  return plan.arm.size == 4 ? step_lanes<PaperLanes<4>>(plan, block) : step_lanes<PaperLanes<0>>(plan, block);
+  return step_block([&](int first) {
+    return plan.arm.size == 4 ? step_arms<4>(plan, block, first) : step_arms<0>(plan, block, first);
+  });
 }
 
 void refresh_paper(const PaperPlan& plan, ArmBlock& block) {
-  place_lanes(plan.arm, block);
+  update_block(plan.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE

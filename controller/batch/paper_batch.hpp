@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "controller/batch/arm_batch.hpp"
-#include "controller/paper_law.hpp"
-#include "controller/posture_search.hpp"
+#include "controller/ik/posture_search.hpp"
+#include "controller/law/paper_law.hpp"
 #include "kinematics/fast_chain.hpp"
 
 namespace multireach::controller {

@@ -3,7 +3,7 @@
 #include "controller/batch/guarded_batch.hpp"
 #include "controller/batch/nearest_postures.hpp"
 #include "controller/batch/paper_batch.hpp"
-#include "controller/coherence.hpp"
+#include "controller/law/paper_equations.hpp"
 
 #include <gtest/gtest.h>
 

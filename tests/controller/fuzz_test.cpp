@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "controller/guarded_law.hpp"
+#include "controller/law/guarded_law.hpp"
 #include "controller/reach_controller.hpp"
 #include "tests/test_arms.hpp"
 

@@ -1,5 +1,5 @@
-#include "controller/guarded_law.hpp"
-#include "controller/proximity.hpp"
+#include "controller/law/guarded_law.hpp"
+#include "controller/collision/proximity.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "controller/posture_search.hpp"
+#include "controller/ik/posture_search.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "controller/proximity.hpp"
+#include "controller/collision/proximity.hpp"
 
 #include <gtest/gtest.h>
 

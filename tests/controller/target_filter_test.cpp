@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::controller {
 namespace {

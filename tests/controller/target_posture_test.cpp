@@ -1,4 +1,4 @@
-#include "controller/target_posture.hpp"
+#include "controller/law/paper_equations.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "controller/vite.hpp"
+#include "controller/law/vite.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@ TEST(SineAndCosine, AgreeWithTheLibraryInEveryQuadrantAndFarOut) {
   for (const double from : {-4.0, 3.0, -1e5, 9.99e4}) {
     for (int k = 0; k < 100000; ++k) {
       const double angle = from + k * 8e-5;
-      Pair sine, cosine;
-      sine_and_cosine(Pair{angle, -angle}, sine, cosine);
+      Double2 sine, cosine;
+      sine_and_cosine(Double2{angle, -angle}, sine, cosine);
       ASSERT_NEAR(sine[0], std::sin(angle), 1e-15) << angle;
       ASSERT_NEAR(cosine[1], std::cos(angle), 1e-15) << angle;
       double s = 0, c = 0;
@@ -27,14 +27,14 @@ TEST(SineAndCosine, AgreeWithTheLibraryInEveryQuadrantAndFarOut) {
 
 template <int N>
 void agrees_with_chain(const Chain& chain, const std::string& name) {
-  const FastChain<N, Pair> fast(chain);
+  const FastChain<N, Double2> fast(chain);
   const CounterRandom random(kSeed);
   for (uint64_t k = 0; k < 300; ++k) {
     const JointVector first = testing::random_posture(chain, random, 2 * k),
                       second = testing::random_posture(chain, random, 2 * k + 1);
-    typename FastChain<N, Pair>::PerJoint theta;
-    for (int i = 0; i < chain.size(); ++i) theta[static_cast<size_t>(i)] = Pair{first[i], second[i]};
-    typename FastChain<N, Pair>::Hand hand;
+    typename FastChain<N, Double2>::PerJoint theta;
+    for (int i = 0; i < chain.size(); ++i) theta[static_cast<size_t>(i)] = Double2{first[i], second[i]};
+    typename FastChain<N, Double2>::Hand hand;
     fast.template hand<true>(theta, hand);
     for (int lane = 0; lane < 2; ++lane) {
       Eigen::Isometry3d X_WT;

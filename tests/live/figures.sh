@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# tools/figures.sh draws every picture of docs/guarantees.md and of the pages of results, and the numbers on the latter are those that
+# studies/figures.sh draws every picture of docs/guarantees.md and of the pages of results, and the numbers on the latter are those that
 # the programs measure now. What needs an arm that is not here is skipped.
 #   tests/live/figures.sh BIN_FOLDER
 command -v gnuplot >/dev/null || { echo "skipped: gnuplot is not installed"; exit 77; }
 . "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
 new=$work/pictures
-"$root/tools/figures.sh" --into "$new" >"$work/said" || fail "figures.sh"
+"$root/studies/figures.sh" --into "$new" >"$work/said" || fail "figures.sh"
 cat "$work/said"
 pages=(results.md results-protocols.md)
 for name in $(cd "$root/docs" && grep -oh '(pictures/guarantees/[a-z-]*\|(results/[a-z0-9-]*\.svg' guarantees.md "${pages[@]}" | sort -u | xargs -n 1 basename -s .svg); do
@@ -29,11 +29,11 @@ agree() {
     }' "$1" "$2"
 }
 written=$root/docs/results/measures.csv
-agree "$written" "$new/measures.csv" || fail "docs/results/measures.csv is not what is measured: run tools/figures.sh"
+agree "$written" "$new/measures.csv" || fail "docs/results/measures.csv is not what is measured: run studies/figures.sh"
 # tables_agree PAGE: its tables are those of the written measures.
-tables_agree() { awk -f "$root/tools/figures/tables.awk" "$written" "$1" | diff - "$1"; }
+tables_agree() { awk -f "$root/studies/figures/tables.awk" "$written" "$1" | diff - "$1"; }
 for page in "${pages[@]}"; do
-  tables_agree "$root/docs/$page" || fail "the tables of docs/$page are not those of measures.csv: run tools/figures.sh"
+  tables_agree "$root/docs/$page" || fail "the tables of docs/$page are not those of measures.csv: run studies/figures.sh"
 done
 
 # Both checks can fail.
@@ -46,18 +46,18 @@ sed 's/^| γ = 0\|^| paper; γ = 0 | 1/&7/' "$root/docs/results.md" >"$work/othe
 tables_agree "$work/other.md" >/dev/null && fail "a changed table is not noticed"
 
 # Where there is no other arm, what needs one is skipped, and its rows of the docs stay.
-mkdir -p "$work/alone/tools"
-cp -r "$root/tools/figures.sh" "$root/tools/figures" "$work/alone/tools/"
+mkdir -p "$work/alone/studies"
+cp -r "$root/studies/figures.sh" "$root/studies/figures" "$work/alone/studies/"
 cp -r "$root/docs" "$work/alone/"
 ln -s "$root/build" "$root/robots" "$work/alone/"
-"$work/alone/tools/figures.sh" fig1 orientation protocol-reaches-panda protocol-lemniscate-iiwa14 >"$work/said" || fail "figures.sh without other arms"
+"$work/alone/studies/figures.sh" fig1 orientation protocol-reaches-panda protocol-lemniscate-iiwa14 >"$work/said" || fail "figures.sh without other arms"
 [ "$(grep -c '^skipped: ' "$work/said")" -eq 3 ] || fail "not three are skipped: $(cat "$work/said")"
 agree "$written" "$work/alone/docs/results/measures.csv" || fail "figures.sh without other arms changes what is measured"
 [ "$(wc -l <"$written")" -eq "$(wc -l <"$work/alone/docs/results/measures.csv")" ] || fail "figures.sh without other arms drops rows"
 for page in "${pages[@]}"; do diff "$root/docs/$page" "$work/alone/docs/$page" || fail "figures.sh without other arms changes docs/$page"; done
 
-refuses "unknown picture 'fig99'" "$root/tools/figures.sh" --into "$work/none" fig99
-refuses "unknown option '--onto'" "$root/tools/figures.sh" --onto "$work/none"
-refuses "--into needs a folder" "$root/tools/figures.sh" --into
+refuses "unknown picture 'fig99'" "$root/studies/figures.sh" --into "$work/none" fig99
+refuses "unknown option '--onto'" "$root/studies/figures.sh" --onto "$work/none"
+refuses "--into needs a folder" "$root/studies/figures.sh" --into
 [ ! -e "$work/none" ] || fail "a refused run leaves a folder"
 exit $failed

@@ -7,7 +7,7 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/message.hpp"
 

@@ -1,4 +1,4 @@
-#include "runtime/nodes/camera_files.hpp"
+#include "runtime/camera_files.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -7,8 +7,8 @@
 #include <functional>
 #include <opencv2/core.hpp>
 
-#include "kinematics/random.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "numeric/random.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
@@ -28,7 +28,7 @@ class CameraFilesTest : public ::testing::Test {
     write_text_file(path(name), text);
     return path(name);
   }
-  std::vector<std::string> written(CameraFormat format, const vision::StereoRig& rig) const {
+  std::vector<std::string> written(CameraFormat format, const StereoRig& rig) const {
     std::vector<std::string> paths;
     for (const std::string& text : camera_file_texts(rig, format))
       paths.push_back(written("rig" + std::to_string(paths.size()) + ".yaml", text));
@@ -43,7 +43,7 @@ class CameraFilesTest : public ::testing::Test {
     return "nothing was refused";
   }
 
-  const vision::StereoRig rig_ = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
+  const StereoRig rig_ = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
   std::filesystem::path folder_;
 };
 
@@ -53,7 +53,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-void expect_same(const vision::StereoRig& a, const vision::StereoRig& b, double tolerance) {
+void expect_same(const StereoRig& a, const StereoRig& b, double tolerance) {
   EXPECT_TRUE(a.X_RL.isApprox(b.X_RL, tolerance)) << a.X_RL.matrix() << "\n" << b.X_RL.matrix();
   for (const auto& [x, y] : {std::pair(&a.left, &b.left), std::pair(&a.right, &b.right)}) {
     EXPECT_EQ(x->width, y->width);
@@ -76,7 +76,7 @@ TEST_F(CameraFilesTest, EveryFormatGivesTheSameRigBack) {
     // ROS's rotation is a product of two.
     expect_same(rig_, back.rig, 1e-12);
   }
-  vision::StereoRig rational = rig_;
+  StereoRig rational = rig_;
   rational.left.distortion = {-0.3, 0.1, 0.001, -0.002, 0.05, 0.2, 0.03, 0.004};
   for (const CameraFormat format : {CameraFormat::kVision, CameraFormat::kOpenCv, CameraFormat::kRos}) {
     SCOPED_TRACE(static_cast<int>(format));
@@ -113,7 +113,7 @@ TEST_F(CameraFilesTest, ReadsWhatOpenCvWrites) {
   {
     cv::FileStorage intrinsics(path("intrinsics.yml"), cv::FileStorage::WRITE);
     int number = 0;
-    for (const vision::CameraModel* camera : {&rig_.left, &rig_.right}) {
+    for (const CameraModel* camera : {&rig_.left, &rig_.right}) {
       const std::string n = std::to_string(++number);
       const cv::Mat K = (cv::Mat_<double>(3, 3) << camera->fx, 0, camera->cx, 0, camera->fy, camera->cy, 0, 0, 1);
       intrinsics << "M" + n << K << "D" + n << cv::Mat(camera->distortion, true).t();

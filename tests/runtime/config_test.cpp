@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <functional>
 
-#include "runtime/nodes/controller_node.hpp"
-#include "runtime/nodes/robot_config.hpp"
+#include "controller/node/controller_node.hpp"
+#include "runtime/robot_config.hpp"
 
 namespace multireach {
 namespace {

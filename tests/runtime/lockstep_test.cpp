@@ -6,8 +6,8 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
+#include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/channels.hpp"
-#include "runtime/nodes/bridge_node.hpp"
 
 namespace multireach {
 namespace {

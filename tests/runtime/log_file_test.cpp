@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "runtime/files.hpp"
 
 namespace multireach {

@@ -13,7 +13,7 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "runtime/message.hpp"
 
 namespace multireach {

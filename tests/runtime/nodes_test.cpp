@@ -7,15 +7,15 @@
 #include <multireach/obstacles_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
-#include "kinematics/random.hpp"
+#include "camera/node/camera_node.hpp"
+#include "camera/node/render_source.hpp"
+#include "controller/node/controller_node.hpp"
+#include "numeric/random.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
+#include "robot_bridge/sim/robot_sim_node.hpp"
 #include "runtime/channels.hpp"
-#include "runtime/nodes/bridge_node.hpp"
-#include "runtime/nodes/controller_node.hpp"
-#include "runtime/nodes/joint_fields.hpp"
-#include "runtime/nodes/vision_node.hpp"
-#include "tools/camera/camera_node.hpp"
-#include "tools/camera/render_source.hpp"
-#include "tools/robot_sim/robot_sim_node.hpp"
+#include "runtime/joint_fields.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {

@@ -6,26 +6,26 @@
 #include <filesystem>
 #include <opencv2/imgproc.hpp>
 
-#include "kinematics/random.hpp"
-#include "kinematics/trigonometry.hpp"
-#include "runtime/nodes/camera_files.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "numeric/random.hpp"
+#include "numeric/trigonometry.hpp"
+#include "runtime/camera_files.hpp"
 #include "tools/calibrate/board_images.hpp"
 #include "tools/calibrate/reprojection_picture.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
 
 const Board kBoard{.columns = 9, .rows = 6, .square_m = 0.03};
 
-vision::StereoRig hoap2_rig() {
+StereoRig hoap2_rig() {
   return VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
 }
 
 /// What one camera sees of a board with a white border, each pixel the mean over 5 x 5 rays, with noise.
 class BoardRenderer {
  public:
-  explicit BoardRenderer(const vision::CameraModel& camera) : camera_(camera) {
+  explicit BoardRenderer(const CameraModel& camera) : camera_(camera) {
     std::vector<Eigen::Vector2d> corners;
     for (int row = 0; row <= camera.height; ++row) {
       for (int column = 0; column <= camera.width; ++column) corners.emplace_back(column - 0.5, row - 0.5);
@@ -76,12 +76,12 @@ class BoardRenderer {
     return squares && black ? 30 : 210;
   }
 
-  vision::CameraModel camera_;
+  CameraModel camera_;
   std::vector<Eigen::Vector2d> rays_;
 };
 
 /// Poses of the board in the left camera's frame: tilted in all directions, all over the images.
-std::vector<Eigen::Isometry3d> board_poses(size_t count, const vision::StereoRig& rig) {
+std::vector<Eigen::Isometry3d> board_poses(size_t count, const StereoRig& rig) {
   const CounterRandom random(8);
   const std::vector<cv::Point3f> corners = kBoard.corners();
   std::vector<Eigen::Isometry3d> poses;
@@ -92,7 +92,7 @@ std::vector<Eigen::Isometry3d> board_poses(size_t count, const vision::StereoRig
     X.translation() = Eigen::Vector3d(random.uniform(at + 3, -0.15, 0.2), random.uniform(at + 4, -0.15, 0.15),
                                       random.uniform(at + 5, 0.35, 0.6));
     X = X * Eigen::Translation3d(-4 * kBoard.square_m, -2.5 * kBoard.square_m, 0);
-    const auto inside = [&](const vision::CameraModel& camera, const Eigen::Isometry3d& X_CB) {
+    const auto inside = [&](const CameraModel& camera, const Eigen::Isometry3d& X_CB) {
       return std::ranges::all_of(corners, [&](const cv::Point3f& corner) {
         const Eigen::Vector3d p = X_CB * Eigen::Vector3d(corner.x, corner.y, 0);
         if (p.z() < 0.2) return false;
@@ -107,7 +107,7 @@ std::vector<Eigen::Isometry3d> board_poses(size_t count, const vision::StereoRig
 
 /// Rendered once for all tests: it takes a second or two.
 struct RenderedSession {
-  vision::StereoRig rig = hoap2_rig();
+  StereoRig rig = hoap2_rig();
   cv::Size size{rig.left.width, rig.left.height};
   std::vector<Eigen::Isometry3d> poses = board_poses(16, rig);
   std::vector<BoardPair> pairs;
@@ -199,7 +199,7 @@ TEST(Chessboard, BothImagesAreCountedAlike) {
 TEST(StereoCalibration, RenderedBoardsGiveTheirCamerasBack) {
   const RenderedSession& session = RenderedSession::get();
   const StereoCalibration result = calibrate(session.pairs, kBoard, session.size, Lens::kRadtan, false);
-  const vision::StereoRig &rig = result.rig, &truth = session.rig;
+  const StereoRig &rig = result.rig, &truth = session.rig;
   std::printf(
       "rms %.4f px, fx %.2f +- %.2f (%.2f), cx %.2f (%.2f), k1 %.4f (%.4f), baseline %.3f (%.3f) mm, turned by %.2f "
       "mrad\n",
@@ -221,7 +221,7 @@ TEST(StereoCalibration, RenderedBoardsGiveTheirCamerasBack) {
   for (const Eigen::Isometry3d& X_LB : session.poses) {
     for (const cv::Point3f& corner : kBoard.corners()) {
       const Eigen::Vector3d p_L = X_LB * Eigen::Vector3d(corner.x, corner.y, 0);
-      const auto seen = [&p_L](const vision::CameraModel& said_camera, const vision::CameraModel& true_camera,
+      const auto seen = [&p_L](const CameraModel& said_camera, const CameraModel& true_camera,
                                const Eigen::Isometry3d& X_CL) -> vision::RayMeasurement {
         return {said_camera.ray(true_camera.project(X_CL * p_L)), vision::ray_covariance(said_camera, 1)};
       };

@@ -10,8 +10,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "vision/find.hpp"
-#include "vision/learn_colour.hpp"
+#include "vision/colour/find.hpp"
+#include "vision/colour/learn_colour.hpp"
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach {
@@ -103,8 +103,8 @@ TEST(Cup, IsTrackedInSpace) {
     frame.colRange(kDisparity, frame.cols).copyTo(shifted.colRange(0, frame.cols - kDisparity));
     const auto utime = static_cast<int64_t>(k) * 33333;
     const vision::PairTimes times{utime, utime, utime};
-    const vision::View left = tracker->look(vision::Side::kLeft, frame, tracker->whole_image(vision::Side::kLeft));
-    const vision::View right = tracker->look(vision::Side::kRight, shifted, tracker->whole_image(vision::Side::kRight));
+    const vision::View left = tracker->look(Side::kLeft, frame, tracker->whole_image(Side::kLeft));
+    const vision::View right = tracker->look(Side::kRight, shifted, tracker->whole_image(Side::kRight));
     const vision::Sighting sighting = tracker->sight(times, left, right);
     const vision::TargetReport report = tracker->take(times, sighting, left, right);
     if (report.status != vision::TargetTrack::Status::kTracked) {

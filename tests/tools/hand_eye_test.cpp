@@ -9,16 +9,16 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "kinematics/random.hpp"
-#include "kinematics/trigonometry.hpp"
+#include "camera/rendering/ball_renderer.hpp"
+#include "numeric/random.hpp"
+#include "numeric/trigonometry.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
-#include "runtime/nodes/joint_fields.hpp"
-#include "runtime/nodes/robot_config.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "runtime/robot_config.hpp"
 #include "tools/calibrate/hand_eye_places.hpp"
-#include "tools/camera/ball_renderer.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
@@ -173,14 +173,14 @@ class HandEyeFiles : public ::testing::Test {
 };
 
 /// Postures whose hand is well inside both images.
-std::vector<JointVector> postures_in_view(const Chain& chain, const vision::StereoRig& rig, size_t count) {
+std::vector<JointVector> postures_in_view(const Chain& chain, const StereoRig& rig, size_t count) {
   std::vector<JointVector> postures;
   const CounterRandom random(21);
   for (uint64_t counter = 0; postures.size() < count && counter < 100000;) {
     JointVector theta(chain.size());
     for (int i = 0; i < chain.size(); ++i) theta[i] = random.uniform(counter++, chain.lower()[i], chain.upper()[i]);
     const Eigen::Vector3d p_L = rig.X_WL.inverse() * chain.position(theta);
-    const auto inside = [](const vision::CameraModel& camera, const Eigen::Vector3d& p_C) {
+    const auto inside = [](const CameraModel& camera, const Eigen::Vector3d& p_C) {
       if (p_C.z() < 0.25 || p_C.z() > 0.65) return false;
       const Eigen::Vector2d pixel = camera.project(p_C);
       return pixel.x() > 40 && pixel.y() > 40 && pixel.x() < camera.width - 40 && pixel.y() < camera.height - 40;
@@ -224,7 +224,7 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
   // The ball is rendered where the hand is; the vision stage believes that its cameras are elsewhere.
   VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
   const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
-  const vision::StereoRig truth = vision.rig;
+  const StereoRig truth = vision.rig;
   const SceneOptions scene{.distractors = 0, .noise_grey_levels = 2};
   const BallRenderer left(scene, truth.left, truth.X_WL, truth.X_WL),
       right(scene, truth.right, truth.X_WL * truth.X_RL.inverse(), truth.X_WL);

@@ -5,7 +5,7 @@
 #include <multireach/node_status_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"

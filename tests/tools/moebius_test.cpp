@@ -9,8 +9,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "runtime/nodes/vision_node.hpp"
-#include "vision/learn_colour.hpp"
+#include "vision/colour/learn_colour.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "kinematics/random.hpp"
-#include "runtime/nodes/vision_node.hpp"
-#include "tools/camera/ball_renderer.hpp"
+#include "camera/rendering/ball_renderer.hpp"
+#include "numeric/random.hpp"
+#include "vision/node/vision_node.hpp"
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach {
@@ -20,7 +20,7 @@ struct Stage {
       : rig(vision.rig),
         left(scene, rig.left, rig.X_WL, rig.X_WL),
         right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
-  vision::StereoRig rig;
+  StereoRig rig;
   BallRenderer left, right;
 };
 

@@ -8,7 +8,7 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "runtime/channels.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/replay/bisect.hpp"

@@ -4,10 +4,10 @@
 
 #include <sstream>
 
+#include "camera/node/camera_node.hpp"
+#include "camera/node/render_source.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
-#include "tools/camera/camera_node.hpp"
-#include "tools/camera/render_source.hpp"
 #include "tools/replay/run.hpp"
 
 namespace multireach {

@@ -9,11 +9,11 @@
 #include <multireach/target_t.hpp>
 #include <numbers>
 
+#include "camera/node/camera_node.hpp"
+#include "camera/node/render_source.hpp"
+#include "camera/rendering/ball_renderer.hpp"
 #include "runtime/channels.hpp"
-#include "runtime/nodes/vision_node.hpp"
-#include "tools/camera/ball_renderer.hpp"
-#include "tools/camera/camera_node.hpp"
-#include "tools/camera/render_source.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
@@ -23,9 +23,9 @@ const std::string kVisionFile = MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml
 const Eigen::Vector3d kMiddle(0.09, -0.11, 0.08);
 
 struct Cameras {
-  explicit Cameras(const vision::StereoRig& r, const SceneOptions& scene = {})
+  explicit Cameras(const StereoRig& r, const SceneOptions& scene = {})
       : rig(r), left(scene, r.left, r.X_WL, r.X_WL), right(scene, r.right, r.X_WL * r.X_RL.inverse(), r.X_WL) {}
-  vision::StereoRig rig;
+  StereoRig rig;
   BallRenderer left, right;
 };
 
@@ -197,7 +197,7 @@ TEST(VisionSession, MemoryStaysFlat) {
   const VisionConfig config = VisionConfig::load(kVisionFile);
   const Cameras cameras(config.rig, {.noise_grey_levels = 3});
   VisionNode vision(config);
-  vision::ImageCodec codec;
+  ImageCodec codec;
   constexpr int64_t kPlaces = 24;
   std::vector<images_t> pairs;
   for (int64_t k = 0; k < kPlaces; ++k) {
@@ -341,13 +341,12 @@ TEST(VisionSession, GoesOnFromWhatItSaid) {
 TEST(VisionSession, TheSameWhetherDecodedBeforehandOrAsNeeded) {
   const VisionConfig config = VisionConfig::load(kVisionFile);
   VisionNode live(config, 2), ahead(config);
-  vision::ImageCodec codec;
+  ImageCodec codec;
   Scene scene;
   for (int k = 0; k < 60; ++k) {
     const auto bytes = *encode(scene.next());
     StereoFrames frames(bytes);
-    for (const vision::Side side : {vision::Side::kLeft, vision::Side::kRight})
-      ASSERT_TRUE(frames.pixels(side, {0, 0, 320, 240}, codec));
+    for (const Side side : {Side::kLeft, Side::kRight}) ASSERT_TRUE(frames.pixels(side, {0, 0, 320, 240}, codec));
     Outbox a, b;
     live.receive(channel::kStereoImages, bytes, a);
     ahead.conclude(frames, b);

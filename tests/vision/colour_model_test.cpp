@@ -1,4 +1,4 @@
-#include "vision/colour_model.hpp"
+#include "vision/colour/colour_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "kinematics/random.hpp"
-#include "vision/natural_log.hpp"
-#include "vision/pixel_class.hpp"
+#include "numeric/natural_log.hpp"
+#include "numeric/random.hpp"
+#include "vision/colour/pixel_class.hpp"
 
 namespace multireach::vision {
 namespace {

@@ -1,12 +1,12 @@
 // Discs drawn by exact partial areas, with nothing of the measurement's own code: the truth is in closed form.
-#include "vision/disc_measure.hpp"
+#include "vision/contour/disc_measure.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "tests/vision/mask_blobs.hpp"
 
 namespace multireach::vision {

@@ -1,4 +1,4 @@
-#include "vision/find.hpp"
+#include "vision/colour/find.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "controller/batch/arm_batch.hpp"
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
-#include "vision/class_bits.hpp"
+#include "vision/colour/class_bits.hpp"
 
 namespace multireach::vision {
 namespace {

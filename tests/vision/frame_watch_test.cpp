@@ -1,4 +1,4 @@
-#include "vision/frame_watch.hpp"
+#include "vision/track/frame_watch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "vision/learn_colour.hpp"
+#include "vision/colour/learn_colour.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "kinematics/random.hpp"
-#include "vision/find.hpp"
+#include "numeric/random.hpp"
+#include "vision/colour/find.hpp"
 
 namespace multireach::vision {
 namespace {

@@ -1,4 +1,4 @@
-#include "vision/light.hpp"
+#include "vision/colour/light.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <functional>
 #include <iostream>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
-#include "vision/find.hpp"
+#include "vision/colour/find.hpp"
 
 namespace multireach::vision {
 namespace {

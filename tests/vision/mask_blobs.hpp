@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
-#include "vision/blob.hpp"
+#include "vision/colour/blob.hpp"
 
 namespace multireach {
 

@@ -1,4 +1,4 @@
-#include "vision/stereo_sighting.hpp"
+#include "vision/stereo/stereo_sighting.hpp"
 
 #include <gtest/gtest.h>
 

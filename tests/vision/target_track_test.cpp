@@ -1,4 +1,4 @@
-#include "vision/target_track.hpp"
+#include "vision/track/target_track.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::vision {
 namespace {

@@ -1,11 +1,11 @@
-#include "vision/triangulate.hpp"
+#include "vision/stereo/triangulate.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "kinematics/random.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::vision {
 namespace {

@@ -30,7 +30,7 @@ void CameraOutput::check() const {
   for (const std::string& path : paths) check_writable(path);
 }
 
-void CameraOutput::write(const vision::StereoRig& rig, bool robot) const {
+void CameraOutput::write(const StereoRig& rig, bool robot) const {
   const std::vector<std::string> texts = camera_file_texts(rig, format(), robot);
   for (size_t k = 0; k < texts.size(); ++k) write_text_file(paths[k], texts[k]);
 }

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/nodes/camera_files.hpp"
+#include "runtime/camera_files.hpp"
 
 namespace multireach {
 
@@ -19,7 +19,7 @@ struct CameraOutput {
   /// Before the work: throws InputError when the number of names is not that of the format's files, or one cannot be
   /// written.
   void check() const;
-  void write(const vision::StereoRig& rig, bool robot) const;
+  void write(const StereoRig& rig, bool robot) const;
 };
 
 /// Throws InputError when a file of this name cannot be written; "" is none.

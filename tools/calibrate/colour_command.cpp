@@ -10,11 +10,11 @@
 
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
-#include "runtime/nodes/colour_config.hpp"
 #include "tools/calibrate/camera_output.hpp"
 #include "tools/calibrate/commands.hpp"
-#include "vision/learn_colour.hpp"
-#include "vision/pixel_class.hpp"
+#include "vision/colour/learn_colour.hpp"
+#include "vision/colour/pixel_class.hpp"
+#include "vision/node/colour_config.hpp"
 
 namespace multireach {
 namespace {

@@ -10,8 +10,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "kinematics/random.hpp"
-#include "kinematics/trigonometry.hpp"
+#include "numeric/random.hpp"
+#include "numeric/trigonometry.hpp"
 #include "tools/calibrate/rigid_fit.hpp"
 
 namespace multireach {

@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "runtime/nodes/camera_files.hpp"
-#include "runtime/nodes/robot_config.hpp"
-#include "runtime/nodes/vision_config.hpp"
+#include "runtime/camera_files.hpp"
 #include "runtime/program.hpp"
+#include "runtime/robot_config.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "tools/calibrate/hand_eye_places.hpp"
+#include "vision/node/vision_config.hpp"
 
 namespace multireach {
 namespace {

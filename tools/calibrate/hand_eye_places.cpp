@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
-#include "runtime/nodes/joint_fields.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
 

@@ -49,20 +49,20 @@ double solve_both(const Views& views, cv::Size size, Lens lens, Cameras& cameras
                              cv::CALIB_USE_INTRINSIC_GUESS | flags_of(lens), until);
 }
 
-vision::CameraModel model_of(const cv::Mat& K, const cv::Mat& D, cv::Size size) {
-  vision::CameraModel camera{.width = size.width,
-                             .height = size.height,
-                             .fx = K.at<double>(0, 0),
-                             .fy = K.at<double>(1, 1),
-                             .cx = K.at<double>(0, 2),
-                             .cy = K.at<double>(1, 2),
-                             .distortion = {}};
+CameraModel model_of(const cv::Mat& K, const cv::Mat& D, cv::Size size) {
+  CameraModel camera{.width = size.width,
+                     .height = size.height,
+                     .fx = K.at<double>(0, 0),
+                     .fy = K.at<double>(1, 1),
+                     .cx = K.at<double>(0, 2),
+                     .cy = K.at<double>(1, 2),
+                     .distortion = {}};
   std::copy_n(D.ptr<double>(), std::min(D.total(), camera.distortion.size()), camera.distortion.begin());
   return camera;
 }
 
-vision::StereoRig rig_of(const Cameras& cameras, cv::Size size) {
-  vision::StereoRig rig;
+StereoRig rig_of(const Cameras& cameras, cv::Size size) {
+  StereoRig rig;
   rig.left = model_of(cameras.K[0], cameras.D[0], size);
   rig.right = model_of(cameras.K[1], cameras.D[1], size);
   rig.X_WL.setIdentity();
@@ -220,14 +220,14 @@ std::vector<double> leave_one_out(const std::vector<BoardPair>& pairs, const Boa
     others[k].used = false;
     Cameras cameras;
     int side = 0;
-    for (const vision::CameraModel* camera : {&calibration.rig.left, &calibration.rig.right}) {
+    for (const CameraModel* camera : {&calibration.rig.left, &calibration.rig.right}) {
       cameras.K[side] = (cv::Mat_<double>(3, 3) << camera->fx, 0, camera->cx, 0, camera->fy, camera->cy, 0, 0, 1);
       const int coefficients = lens == Lens::kRational ? 8 : 5;
       cameras.D[side] = cv::Mat(camera->distortion, true).rowRange(0, coefficients).t();
       ++side;
     }
     solve_both(views_of(pairs, board, others), image_size, lens, cameras);
-    const vision::StereoRig rig = rig_of(cameras, image_size);
+    const StereoRig rig = rig_of(cameras, image_size);
     Eigen::Matrix3Xd seen(3, count);
     Eigen::Index found = 0;
     for (; found < count; ++found) {

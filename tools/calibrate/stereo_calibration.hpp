@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/calibrate/chessboard.hpp"
-#include "vision/triangulate.hpp"
+#include "vision/stereo/triangulate.hpp"
 
 namespace multireach {
 
@@ -31,7 +31,7 @@ struct PairFit {
 };
 
 struct StereoCalibration {
-  vision::StereoRig rig;                     ///< X_WL is the identity
+  StereoRig rig;                             ///< X_WL is the identity
   double left_rms_px = 0, right_rms_px = 0;  ///< each camera by itself
   double stereo_rms_px = 0;                  ///< both together, of the pairs used, as cv::stereoCalibrate defines it
   double left_fx_sigma_px = 0, right_fx_sigma_px = 0;  ///< standard deviation of fx, each camera by itself

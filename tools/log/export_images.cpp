@@ -5,13 +5,13 @@
 #include <multireach/images_t.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "imaging/image_codec.hpp"
+#include "runtime/image_message.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
-#include "runtime/nodes/stereo_frames.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/log_edit.hpp"
-#include "vision/image_codec.hpp"
 
 namespace multireach {
 
@@ -20,7 +20,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
   LogReader reader(log);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  vision::ImageCodec codec;
+  ImageCodec codec;
   cv::Mat bgr, rgb;
   int64_t written = 0, messages = 0;
   Progress progress;

@@ -12,11 +12,11 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "controller/posture_search.hpp"
+#include "controller/ik/posture_search.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/node.hpp"
-#include "runtime/nodes/joint_fields.hpp"
 
 namespace multireach {
 namespace {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "runtime/nodes/robot_config.hpp"
+#include "runtime/robot_config.hpp"
 
 namespace multireach {
 

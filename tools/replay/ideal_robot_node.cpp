@@ -4,13 +4,13 @@
 #include <multireach/robot_state_t.hpp>
 
 #include "runtime/channels.hpp"
-#include "runtime/nodes/joint_fields.hpp"
+#include "runtime/joint_fields.hpp"
 
 namespace multireach {
 
 IdealRobotNode::IdealRobotNode(const RobotConfig& robot)
     : chain_(robot.chain),
-      period_us_(robot.state_period_us()),
+      period_us_(robot.state_period_us),
       config_digest_(robot.digest),
       joint_names_(joint_names(robot.chain)) {
   theta_ = velocity_ = JointVector::Zero(chain_.size());

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "runtime/node.hpp"
-#include "runtime/nodes/robot_config.hpp"
+#include "runtime/robot_config.hpp"
 
 namespace multireach {
 

@@ -1,8 +1,8 @@
 #include "tools/replay/recompute.hpp"
 
+#include "controller/node/controller_node.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/files.hpp"
-#include "runtime/nodes/bridge_node.hpp"
-#include "runtime/nodes/controller_node.hpp"
 #include "tools/replay/ideal_robot_node.hpp"
 
 namespace multireach {

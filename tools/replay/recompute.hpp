@@ -5,9 +5,9 @@
 #include <optional>
 
 #include "runtime/node.hpp"
-#include "runtime/nodes/robot_config.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "runtime/robot_config.hpp"
 #include "tools/replay/recorded_log.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "robot_bridge/sim/robot_sim_node.hpp"
 #include "tools/replay/recompute.hpp"
-#include "tools/robot_sim/robot_sim_node.hpp"
 
 namespace multireach {
 

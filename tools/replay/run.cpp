@@ -1,12 +1,12 @@
 #include "tools/replay/run.hpp"
 
+#include "controller/node/controller_node.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
+#include "robot_bridge/sim/robot_sim_node.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/digest.hpp"
-#include "runtime/nodes/bridge_node.hpp"
-#include "runtime/nodes/controller_node.hpp"
 #include "tools/replay/ideal_robot_node.hpp"
 #include "tools/replay/vision_ahead.hpp"
-#include "tools/robot_sim/robot_sim_node.hpp"
 
 namespace multireach {
 namespace {
@@ -53,7 +53,7 @@ std::vector<std::unique_ptr<Node>> nodes_of(const ReplayOptions& options) {
 }
 
 void add_all(VirtualLoop& loop, const std::vector<std::unique_ptr<Node>>& nodes, const ReplayOptions& options) {
-  for (const auto& node : nodes) loop.add(*node, -options.config.state_period_us());
+  for (const auto& node : nodes) loop.add(*node, -options.config.state_period_us);
 }
 
 ReplayResult replay(const ReplayOptions& options, const ReplaySink& sink, const ReplayProgress& progress) {

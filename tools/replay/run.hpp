@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "runtime/nodes/robot_config.hpp"
-#include "runtime/nodes/vision_node.hpp"
+#include "runtime/robot_config.hpp"
 #include "runtime/virtual_loop.hpp"
 #include "tools/replay/session.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 

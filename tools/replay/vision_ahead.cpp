@@ -34,7 +34,7 @@ VisionAhead::~VisionAhead() {
 }
 
 void VisionAhead::work() {
-  vision::ImageCodec codec;
+  ImageCodec codec;
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stop_ || begun_ < concluded_ + kAhead; });
@@ -44,8 +44,8 @@ void VisionAhead::work() {
     const int64_t index = begun_++;
     lock.unlock();
     StereoFrames frames(input->data);
-    for (const auto& [side, camera] : {std::pair(vision::Side::kLeft, &vision_.config().rig.left),
-                                       {vision::Side::kRight, &vision_.config().rig.right}}) {
+    for (const auto& [side, camera] :
+         {std::pair(Side::kLeft, &vision_.config().rig.left), {Side::kRight, &vision_.config().rig.right}}) {
       if (frames.decoded() && frames.has(side, camera->width, camera->height))
         frames.pixels(side, {0, 0, camera->width, camera->height}, codec);
     }

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <thread>
 
-#include "runtime/nodes/vision_node.hpp"
 #include "tools/replay/run.hpp"
+#include "vision/node/vision_node.hpp"
 
 namespace multireach {
 

@@ -8,7 +8,7 @@
 #include <multireach/target_t.hpp>
 
 #include "runtime/channels.hpp"
-#include "runtime/nodes/joint_fields.hpp"
+#include "runtime/joint_fields.hpp"
 
 namespace multireach {
 

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "runtime/node.hpp"
-#include "runtime/nodes/robot_config.hpp"
+#include "runtime/robot_config.hpp"
 
 namespace multireach {
 

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <multireach/images_t.hpp>
+#include <multireach/target_t.hpp>
+#include <optional>
+
+#include "camera/pairing/frame.hpp"
+#include "runtime/node.hpp"
+
+namespace multireach {
+
+struct StereoPair {
+  int64_t utime = 0;
+  Frame left, right;
+  std::optional<target_t> truth;  ///< where the object really is, from a source that knows
+};
+
+/// Where pairs come from.
+class CameraSource {
+ public:
+  virtual ~CameraSource() = default;
+  /// The next pair; nothing at the end, or when none has come yet and `waiting` says so.
+  virtual std::optional<StereoPair> next() = 0;
+  /// Whether pairs may come although there was none.
+  virtual bool waiting() const { return false; }
+  /// When the next pair is due, microseconds.
+  virtual int64_t next_utime() const = 0;
+  virtual int64_t period_us() const = 0;
+  /// For NODE_STATUS.
+  virtual std::string state() const { return "running"; }
+};
+
+/// A source as a node: STEREO_IMAGES out, with the number of the pair as metadata "sequence", and TARGET_TRUTH where
+/// known.
+class CameraNode : public Node {
+ public:
+  explicit CameraNode(std::unique_ptr<CameraSource> source) : source_(std::move(source)) {}
+
+  std::string name() const override { return "camera"; }
+  std::vector<std::string_view> inputs() const override { return {}; }
+  Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override { return {}; }
+  std::optional<int64_t> next_tick() const override;
+  int64_t tick_period_us() const override { return source_->period_us(); }
+  void tick(Outbox& out) override;
+  bool finished() const override { return finished_; }
+  std::string state() const override { return finished_ ? "finished" : source_->state(); }
+
+ private:
+  std::unique_ptr<CameraSource> source_;
+  int64_t sequence_ = 0;
+  bool finished_ = false;
+};
+
+}  // namespace multireach

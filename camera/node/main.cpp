@@ -1,0 +1,51 @@
+// multireach-camera: stereo images from a rendered scene, from files, or from devices.
+#include "camera/node/device_arguments.hpp"
+#include "camera/node/device_source.hpp"
+#include "camera/node/file_sources.hpp"
+#include "camera/node/render_source.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  using namespace multireach;
+  Program program("multireach-camera", "Stereo images on STEREO_IMAGES: rendered, from files, or from devices.");
+  CLI::App& cli = program.cli();
+  cli.fallthrough();
+  cli.require_subcommand(1);
+  const LiveOptions& live = program.add_live_options();
+
+  std::string scene;
+  CLI::App* render = cli.add_subcommand("render", "a ball on a scripted path, with the truth on TARGET_TRUTH");
+  render->add_option("--config", scene, "scene file, as logs/reach.yaml")->required();
+
+  ImagesOptions images;
+  CLI::App* files = cli.add_subcommand("images", "pairs of image files");
+  files->add_option("--left", images.left, "file, folder or pattern")->required();
+  files->add_option("--right", images.right, "file, folder or pattern")->required();
+  files->add_option("--rate", images.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
+  files->add_option("--repeat", images.repeat, "send the whole list this often")
+      ->check(CLI::Range(1, 1000000000))
+      ->capture_default_str();
+  files->add_option("--origin-utime", images.origin_utime, "time of the first pair, microseconds")
+      ->capture_default_str();
+  files->add_option("--jpeg-quality", images.jpeg_quality, "for files that are not JPEG; 0 sends raw BGR")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+
+  DeviceArguments devices;
+  add_device_command(cli, devices);
+
+  return program.run(argc, argv, [&] {
+    cv::setNumThreads(1);
+    std::unique_ptr<CameraSource> source;
+    if (*render) {
+      source = std::make_unique<RenderSource>(scene);
+    } else if (*files) {
+      source = make_images_source(images);
+    } else {
+      if (live.speed != 1) throw InputError("device: --speed must be 1: cameras cannot be made slower or faster");
+      source = make_device_source(devices.options());
+    }
+    CameraNode node(std::move(source));
+    return run_live(node, live);
+  });
+}

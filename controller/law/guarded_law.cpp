@@ -1,0 +1,264 @@
+#include "controller/law/guarded_law.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "numeric/random.hpp"
+
+namespace multireach::controller {
+namespace {
+
+using Tuning = GuardedTuning;
+
+/// A target that was found out of reach is searched for again when it has moved this far, m.
+constexpr double kSameTarget = 1e-3;
+/// Steps that the arm may stand before an obstacle until a way around is looked for.
+constexpr int kPatience = 35;
+/// And at most, after several times without success.
+constexpr int kMostPatience = 1400;
+/// Of a push, no more than this is taken up at once, rad (m).
+constexpr double kMostPush = 3;
+/// How near a posture of a path must be passed, rad (m).
+constexpr double kPassed = 0.15;
+/// Random postures tried for one that meets the target without touching anything.
+constexpr int kClearTries = 60;
+
+bool acceptable(const HandTarget& target) {
+  if (!target.position.allFinite() || !target.velocity.allFinite()) return false;
+  if (target.aim == Aim::kPointing) {
+    return target.direction.allFinite() && std::abs(target.direction.norm() - 1) < 1e-6;
+  }
+  if (target.aim == Aim::kPose) {
+    const Eigen::Matrix3d& R = target.orientation;
+    return R.allFinite() && (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
+           R.determinant() > 0;
+  }
+  return true;
+}
+
+}  // namespace
+
+GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
+    : chain_(chain),
+      parameters_(parameters),
+      arm_{FastLinks<0, Double2>(chain, tool_frame(parameters.tool)), tool_frame(parameters.tool),
+           guarded_settings(chain, parameters)},
+      search_(chain, parameters.posture_search, parameters.tool),
+      solver_(chain, parameters.tool),
+      proximity_(chain, parameters.body),
+      planner_(chain) {
+  start(chain.clamped(JointVector::Zero(chain.size())));
+}
+
+bool GuardedLaw::start(const JointVector& theta) {
+  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  state_ = GuardedState{};
+  const JointVector inside = chain_.clamped(theta);
+  for (int i = 0; i < chain_.size(); ++i) {
+    state_.theta[i] = theta[i];
+    state_.theta_target[i] = inside[i];
+  }
+  GuardedProgress<double>& progress = state_.progress;
+  progress.residual = std::numeric_limits<double>::infinity();
+  progress.damping_factor = 1;
+  progress.steps_to_check = Tuning::kCheckEvery;
+  target_.reset();
+  begin_reach(false);
+  obstructed_steps_ = 0;
+  update_kinematics(arm_, state_);
+  state_.last_target = state_.position(0);
+  return true;
+}
+
+void GuardedLaw::begin_reach(bool posture_only) {
+  posture_only_ = posture_only;
+  state_.target_fixed = posture_only;
+  state_.progress.unreachable = 0;
+  path_.clear();
+  path_next_ = 0;
+  patience_ = kPatience;
+  restart_schedule(arm_, state_);
+}
+
+int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
+  if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
+  const int refused = proximity_.set_obstacles(obstacles);
+  if (on_detour()) end_path();
+  if (target_ && !posture_only_) target_->position = proximity_.outside_obstacles(asked_.position);
+  return refused;
+}
+
+std::optional<JointVector> GuardedLaw::clear_posture(uint64_t seed, bool nearest) {
+  const double tolerance = search_.options().tolerance_m;
+  const CounterRandom random(seed, 11);
+  std::optional<JointVector> best;
+  uint64_t counter = 0;
+  for (int k = 0; k < kClearTries && (nearest || !best); ++k) {
+    JointVector posture(chain_.size());
+    for (int i = 0; i < chain_.size(); ++i) {
+      posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
+    }
+    if (solver_.solve(*target_, posture, tolerance) > tolerance) continue;
+    if (best && (posture - theta()).norm() >= (*best - theta()).norm()) continue;
+    if (proximity_.clearance(posture) >= 0) best = posture;
+  }
+  return best;
+}
+
+void GuardedLaw::end_path() {
+  if (path_.empty()) return;
+  const JointVector goal = path_.back();
+  path_.clear();
+  path_next_ = 0;
+  state_.target_fixed = posture_only_;
+  restart_schedule(arm_, state_);
+  set_theta_target(goal);
+}
+
+void GuardedLaw::follow_path() {
+  while (on_detour() && (path_[path_next_] - theta()).norm() < kPassed) ++path_next_;
+  if (!on_detour()) {
+    end_path();
+    return;
+  }
+  if (theta_target() == path_[path_next_]) return;
+  for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = path_[path_next_][i];
+  update_kinematics(arm_, state_);
+}
+
+void GuardedLaw::plan_around_obstruction() {
+  obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
+  if (obstructed_steps_ < patience_) return;
+  obstructed_steps_ = 0;
+  // To the posture that was chosen, and when no way is found, in turns to others that meet the target.
+  JointVector goal = on_detour() ? path_.back() : JointVector(theta_target());
+  const uint64_t seed = search_.options().seed + plans_;
+  if (plans_++ % 2 == 1 && !posture_only_) goal = clear_posture(seed, false).value_or(goal);
+  // A goal deeper in something than the arm is now cannot be gone to.
+  const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
+  const auto way = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
+  if (way.empty() || way.size() > Path::kCapacity) {
+    patience_ = std::min(2 * patience_, kMostPatience);
+    if (on_detour()) end_path();
+    return;
+  }
+  // An arm that is outside its limits has a way that begins there.
+  path_.clear();
+  for (const JointVector& posture : way) path_.push_back(chain_.clamped(posture));
+  path_next_ = 0;
+  state_.target_fixed = true;
+  state_.gamma = 0;  // along the planned joint angles, not straight with the hand
+  follow_path();
+}
+
+void GuardedLaw::set_theta_target(const JointVector& theta_target) {
+  for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = theta_target[i];
+  GuardedProgress<double>& progress = state_.progress;
+  progress.stuck = 0;
+  progress.checked_residual = std::numeric_limits<double>::infinity();
+  progress.distance_at_choice = distance_to_go();
+  progress.no_search_before = progress.steps + Tuning::kQuiet;
+  chosen_for_ = target_->position;
+  update_kinematics(arm_, state_);
+}
+
+void GuardedLaw::choose_posture() {
+  FoundPosture found = search_.best(*target_, theta());
+  ++posture_choices_;
+  state_.progress.unreachable = found.error_m > Tuning::kReached ? 1 : 0;
+  if (!out_of_reach() && !proximity_.idle() && proximity_.clearance(found.theta) < 0) {
+    found.theta = clear_posture(search_.options().seed, true).value_or(found.theta);
+  }
+  set_theta_target(found.theta);
+}
+
+void GuardedLaw::assign_target(const HandTarget& target) {
+  if (!target_ || target_->aim != target.aim)
+    std::fill(state_.hand_velocity.begin() + 3, state_.hand_velocity.end(), 0);
+  const bool first = !target_;
+  asked_ = brought_near(chain_, target);
+  target_ = asked_;
+  target_->position = proximity_.outside_obstacles(asked_.position);
+  if (!first) return;
+  for (int k = 0; k < 3; ++k) state_.awaited[k] = state_.checked_target[k] = target_->position[k];
+}
+
+Aimed GuardedLaw::aim(const HandTarget& target) {
+  if (!acceptable(target)) return Aimed::kRefused;
+  assign_target(target);
+  begin_reach(false);
+  choose_posture();
+  return out_of_reach() ? Aimed::kOutOfReach : Aimed::kWithinReach;
+}
+
+Aimed GuardedLaw::aim(const HandTarget& target, const JointVector& theta_target) {
+  const bool posture = theta_target.size() == chain_.size() && theta_target.allFinite() &&
+                       chain_.limit_excess(theta_target) <= 0 && theta_target.cwiseAbs().maxCoeff() <= kLargestAngle;
+  if (!acceptable(target) || !posture) return Aimed::kRefused;
+  assign_target(target);
+  begin_reach(false);
+  set_theta_target(theta_target);
+  return Aimed::kWithinReach;
+}
+
+Aimed GuardedLaw::follow(const HandTarget& target) {
+  if (!target_ || posture_only_ || target.aim != target_->aim) return aim(target);
+  if (!acceptable(target)) return Aimed::kRefused;
+  assign_target(target);
+  return out_of_reach() ? Aimed::kOutOfReach : Aimed::kWithinReach;
+}
+
+bool GuardedLaw::aim_at_posture(const JointVector& theta) {
+  if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
+  if (theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  target_ = HandTarget{.position = chain_.position(theta)};
+  begin_reach(true);
+  set_theta_target(theta);
+  return true;
+}
+
+void GuardedLaw::take_up(const JointVector& displacement) {
+  if (displacement.size() != chain_.size() || !displacement.allFinite()) return;
+  // As strong as the joints' own attractor would be at five times that distance.
+  for (int i = 0; i < chain_.size(); ++i) {
+    state_.disturbance[i] = 5 * parameters_.gains.beta * std::clamp(displacement[i], -kMostPush, kMostPush);
+  }
+}
+
+double GuardedLaw::distance_to_go() const {
+  double sum = 0;
+  for (int i = 0; i < chain_.size(); ++i) {
+    const double apart = state_.theta_target[i] - state_.theta[i];
+    sum += apart * apart;
+  }
+  return std::sqrt(sum);
+}
+
+void GuardedLaw::search_if_needed() {
+  if (posture_only_ || state_.progress.steps < state_.progress.no_search_before) return;
+  const bool unchanged = (target_->position - chosen_for_).norm() < kSameTarget;
+  if (needs_search(arm_, *target_, unchanged, state_)) choose_posture();
+}
+
+void GuardedLaw::step() {
+  const std::span<const NearPair> pairs =
+      proximity_.idle() ? std::span<const NearPair>{} : proximity_.near_pairs(theta());
+  if (!target_) {
+    HandTarget stay{.position = x()};
+    state_.target_fixed = true;
+    bounded_solves_ += guarded_step(arm_, stay, pairs, state_);
+    return;
+  }
+  bounded_solves_ += guarded_step(arm_, *target_, pairs, state_);
+  target_->position += target_->velocity;
+  asked_.position += target_->velocity;
+  if (!pairs.empty()) plan_around_obstruction();
+  if (on_detour()) {
+    follow_path();
+  } else {
+    search_if_needed();
+  }
+}
+
+}  // namespace multireach::controller

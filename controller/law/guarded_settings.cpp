@@ -1,0 +1,55 @@
+#include "controller/law/guarded_settings.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "controller/law/guarded_law.hpp"
+
+namespace multireach::controller {
+namespace {
+
+void require(bool sensible, const char* sentence) {
+  if (!sensible) throw std::invalid_argument(sentence);
+}
+bool positive(double value) {
+  return std::isfinite(value) && value > 0;
+}
+
+}  // namespace
+
+GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& parameters) {
+  const auto [alpha, beta] = parameters.gains;
+  require(alpha > 0 && alpha <= 1 && beta > 0 && beta < 1, "alpha must be in (0, 1], beta in (0, 1)");
+  require(alpha * (1 - beta) * (1 - beta) >= 4 * beta * (1 - alpha),
+          "alpha is too small for beta: the law needs alpha (1 - beta)^2 >= 4 beta (1 - alpha), about alpha >= 4 beta, "
+          "so that the joints' attractor does not overshoot");
+  const double reach = std::max(chain.reach(), 1e-6);
+  const double gamma = parameters.gamma.value_or(8.5 / (reach * reach));
+  require(std::isfinite(gamma) && gamma >= 0 && gamma <= 1e12, "gamma must be in [0, 1e12]");
+  require(positive(parameters.steps_per_second), "steps_per_second must be positive");
+  require(std::abs(parameters.tool.axis.norm() - 1) < 1e-9, "the tool's axis must be a unit vector");
+  require(positive(parameters.tool.orientation_length_m), "orientation_length_m must be positive");
+  const JointVector& acceleration = parameters.acceleration;
+  require(acceleration.size() == 0 || acceleration.size() == chain.size(),
+          "acceleration needs one value per joint, or none");
+  GuardedSettings settings{};
+  settings.gains = parameters.gains;
+  settings.gamma = gamma;
+  const double middle = alpha < 1 ? std::min(0.5, alpha * (1 - beta) / (2 * (1 - alpha))) : 0.5;
+  settings.barrier_rate = BarrierRate(std::max(middle, beta / (1 - beta)));
+  settings.orientation_length = parameters.tool.orientation_length_m;
+  settings.reach = reach;
+  const double rate = parameters.steps_per_second;
+  for (int i = 0; i < chain.size(); ++i) {
+    settings.lower[i] = chain.lower()[i];
+    settings.upper[i] = chain.upper()[i];
+    settings.speed[i] = chain.velocity()[i] / rate;
+    const double limit = acceleration.size() > 0 ? acceleration[i] : std::numeric_limits<double>::infinity();
+    require(limit > 0, "an acceleration limit must be positive");
+    settings.acceleration[i] = limit / (rate * rate);
+  }
+  return settings;
+}
+
+}  // namespace multireach::controller

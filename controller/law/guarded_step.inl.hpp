@@ -1,0 +1,398 @@
+// Text for the inside of a namespace; see numeric/sine_cosine.inl.hpp. The guarded law's integration step, once for one
+// arm and for many side by side: the same operations in the same order, so that every arm of a batch gets the bits that
+// it would get alone. docs/guarantees.md says what each part is for.
+
+/// The step of what `Arms` gives access to: one arm (law/guarded_step.cpp) or the lanes of a block
+/// (batch/guarded_batch.cpp).
+///
+/// Numbers of an arm are `Scalar`s (double, or Lanes), truth values `Mask`s. What is computed at both configurations,
+/// theta and theta_T, is kept in `kRegisters` registers of type `Register`: for one arm both share one register; for
+/// several arms each has one of its own. now() and goal() take the part of theta, and of theta_T, out of them.
+template <class Arms>
+class GuardedStep {
+  using Tuning = GuardedTuning;
+  using Scalar = typename Arms::Scalar;
+  using Mask = typename Arms::Mask;
+  using Register = typename Arms::Register;
+  static constexpr int kRows = Arms::kRows, kRegisters = Arms::kRegisters;
+  static constexpr int kGoal = kRegisters - 1;  // the register of theta_T
+  static constexpr size_t kCapacity = Arms::kCapacity;
+  using Task = std::array<Scalar, kRows>;
+  using Joints = std::array<Scalar, kCapacity>;
+  /// For each register the rows of the task's Jacobian.
+  using Rows = typename Arms::Rows;
+  using RegisterJoints = std::array<std::array<Register, kCapacity>, kRegisters>;
+  using RegisterTasks = std::array<std::array<Register, kRows>, kRegisters>;
+  using Solve = SmallSolve<kRows, Scalar>;
+
+ public:
+  explicit GuardedStep(const Arms& arms) : arms_(arms), settings_(arms.settings()) {}
+
+  /// One integration step. Returns how many linear systems were solved for the joints' bounds.
+  [[gnu::always_inline]] int step() {
+    auto& progress = arms_.progress();
+    Rows J;
+    Task error, residual;
+    arms_.task(J, error, residual);
+    const Scalar residual2 = dot(residual, residual), gamma = arms_.gamma();
+    const Scalar damping = target_damping(residual2);
+    // Of theta - theta_T, the part that theta_T makes up in a step where that does not move its hand. None while
+    // something is in the arm's way: the two would drive each other along it.
+    const Scalar self_motion =
+        arms_.obstructed() ? Scalar(0) : Scalar(Tuning::kSelfMotion / get(progress.damping_factor));
+    const Wanted wanted = attractors(J, error, self_motion);
+    const auto y = multipliers(J, wanted, residual, gamma, damping);
+    Unbounded free = unbounded(J, wanted, y, gamma);
+    int systems = 0;
+    if (arms_.obstructs(free.velocity)) {
+      systems = arms_.avoid(J, gamma, wanted.joints, wanted.hand, free.lower, free.upper, free.velocity);
+    } else if (any(free.bounded)) {
+      const auto& rows = Arms::now_rows(J, n());
+      const auto& joints = Arms::now_joints(wanted.joints, n());
+      const BoxQp<kRows, kCapacity, Scalar> program{n(), gamma, rows, joints, wanted.hand, free.lower, free.upper};
+      Task multiplier;
+      for (int m = 0; m < kRows; ++m) multiplier[m] = Arms::now(y[0][m]);
+      systems = program.solve(multiplier, free.bounded, free.velocity);
+    }
+    if (arms_.target_fixed()) {
+      free.target_step.fill(0);
+    } else if (any(free.blocked)) {
+      unblock(arms_, free.blocked, J, residual, damping, self_motion, free.target_step, free.largest);
+    }
+    const Scalar speed2 = integrate(J, free);
+    const Mask slow = speed2 < Tuning::kStalledBelow * Tuning::kStalledBelow * free.pull2;
+    arms_.set_slow(slow);
+    schedule_gamma(slow, square_root(wanted.distance2), square_root(dot(error, error)), gamma);
+    check_target_progress(square_root(residual2));
+    arms_.update_kinematics();
+    return systems;
+  }
+
+  /// Which arms need another theta_T: those that have strayed from it, and those whose theta_T is stuck short of the
+  /// target, unless it is known that nothing reaches that (`target_unchanged` since the last search). To be called
+  /// after step().
+  Mask needs_search(Mask target_unchanged) {
+    auto& progress = arms_.progress();
+    const Scalar steps = get(progress.steps);
+    const Mask due = steps >= get(progress.no_search_before);
+    if (!any(due)) return due;
+    Scalar distance2 = 0;
+    for (int i = 0; i < n(); ++i) {
+      const Scalar apart = arms_.theta_target(i) - arms_.theta(i);
+      distance2 += apart * apart;
+    }
+    const Scalar distance = square_root(distance2), before = get(progress.distance_at_choice);
+    const Scalar least = where(due, lesser(before, distance), before);
+    put(least, progress.distance_at_choice);
+    const Mask unreachable = flag(progress.unreachable);
+    const Mask strayed = distance > Tuning::kStrayed * least + Tuning::kStrayedBy;
+    const Mask known = unreachable & target_unchanged;
+    const Mask needed = due & (strayed | (flag(progress.stuck) & !known));
+    const Mask rest = due & !needed;
+    put(where(rest, steps + Tuning::kLookAgain, get(progress.no_search_before)), progress.no_search_before);
+    const Mask reached = rest & (get(progress.residual) < Tuning::kReached);
+    put_flag(unreachable & !reached, progress.unreachable);
+    return needed;
+  }
+
+ private:
+  /// What the attractors want, before coherence.
+  struct Wanted {
+    RegisterJoints
+        joints;        ///< velocity of the joints, by their attractor, Eqs. (19), (20); step of theta_T towards theta
+    Task hand;         ///< velocity of the hand, by its own attractor, Eqs. (21), (22)
+    Scalar distance2;  ///< |theta_T - theta|^2
+  };
+
+  /// The coherent step before the bounds are looked at, and the bounds.
+  struct Unbounded {
+    Joints velocity, target_step;  ///< of theta and of theta_T
+    Joints lower, upper;           ///< of the velocity
+    Mask bounded, blocked;  ///< whether the velocity is outside its bounds; whether theta_T would leave the limits
+    Scalar largest;         ///< element of target_step
+    Scalar pull2;           ///< squared speed that the joints' attractor alone would have at rest
+  };
+
+  int n() const { return arms_.size(); }
+  template <class Number>
+  Scalar get(const Number& number) const {
+    return arms_.get(number);
+  }
+  template <class Number>
+  void put(Scalar value, Number& number) const {
+    arms_.put(value, number);
+  }
+  template <class Number>
+  void put_flag(Mask value, Number& number) const {
+    arms_.put(where(value, Scalar(1), Scalar(0)), number);
+  }
+  template <class Number>
+  Mask flag(const Number& number) const {
+    return get(number) > 0;
+  }
+  static Scalar goal(const Rows& J, int m, int i) { return Arms::goal(J[kGoal][m][i]); }
+  static Scalar now(const Rows& J, int m, int i) { return Arms::now(J[0][m][i]); }
+
+  static Scalar dot(const Task& a, const Task& b) {
+    Scalar sum = 0;
+    for (int m = 0; m < kRows; ++m) sum += a[m] * b[m];
+    return sum;
+  }
+
+  /// Damping of theta_T's step, m^2: large against small singular values while the target is far, and vanishing with
+  /// the square of the error, so that stretched configurations are reached exactly. It grows while the error does not
+  /// fall, as Levenberg and Marquardt's does, so that theta_T comes to rest before an unreachable target.
+  [[gnu::always_inline]] Scalar target_damping(Scalar residual2) {
+    auto& progress = arms_.progress();
+    const double reach2 = settings_.reach * settings_.reach;
+    const Scalar before = get(progress.residual), factor = get(progress.damping_factor);
+    const Mask worse = arms_.target_rests() & (residual2 > before * before) &
+                       (residual2 > Scalar(Tuning::kReached * Tuning::kReached));
+    const Scalar next = where(worse, lesser(factor * Tuning::kDampingRise, Tuning::kLargestDampingFactor),
+                              greater(1, factor * Tuning::kDampingFall));
+    put(next, progress.damping_factor);
+    return next *
+           (Tuning::kFarDamping * lesser(reach2, Tuning::kNearDamping * residual2) + Tuning::kLeastDamping * reach2);
+  }
+
+  [[gnu::always_inline]] Wanted attractors(const Rows& J, const Task& error, Scalar self_motion) const {
+    const double alpha = settings_.gains.alpha, beta = settings_.gains.beta;
+    Wanted wanted;
+    Joints drift;
+    const bool moves = arms_.target_moves();
+    if (moves) feed_forward(arms_, J, drift);
+    wanted.distance2 = 0;
+    for (int i = 0; i < n(); ++i) {
+      const Scalar before = arms_.velocity(i), apart = arms_.theta_target(i) - arms_.theta(i);
+      wanted.distance2 += apart * apart;
+      Scalar change = beta * apart - before;
+      if constexpr (Arms::kDisturbed) {
+        change = (moves ? drift[i] : Scalar(0)) - before + beta * apart + arms_.disturbance(i);
+      }
+      const Scalar velocity = before + alpha * change;
+      wanted.joints[0][i] = Arms::template in_register<0>(velocity, -self_motion * apart);
+      wanted.joints[kGoal][i] = Arms::template in_register<kGoal>(velocity, -self_motion * apart);
+    }
+    for (int m = 0; m < kRows; ++m) {
+      Scalar ahead = 0;
+      if (moves) {
+        for (int i = 0; i < n(); ++i) ahead += now(J, m, i) * drift[i];
+      }
+      const Scalar before = arms_.hand_velocity(m);
+      wanted.hand[m] = before + alpha * (ahead - before + beta * error[m]);
+    }
+    return wanted;
+  }
+
+  /// The joint velocity that carries theta_T along with a moving target, damped where the arm is singular.
+  [[gnu::noinline]] static void feed_forward(Arms arms, const Rows& J, Joints& drift) {
+    const int n = arms.size();
+    const double reach = arms.settings().reach;
+    typename Solve::Matrix A;
+    Task b;
+    for (int r = 0; r < kRows; ++r) {
+      b[r] = r < 3 ? arms.target_velocity(r) : Scalar(0);
+      for (int c = 0; c <= r; ++c) {
+        A[r][c] = r == c ? Scalar(Tuning::kFarDamping * reach * reach) : Scalar(0);
+        for (int i = 0; i < n; ++i) A[r][c] += goal(J, r, i) * goal(J, c, i);
+      }
+    }
+    const Task y = Solve(A).solve(b);
+    Scalar largest = 0;
+    for (int i = 0; i < n; ++i) {
+      drift[i] = 0;
+      for (int m = 0; m < kRows; ++m) drift[i] += goal(J, m, i) * y[m];
+      largest = greater(largest, absolute(drift[i]));
+    }
+    const Mask fast = largest > Tuning::kLargestTargetStep;
+    for (int i = 0; i < n; ++i) {
+      drift[i] = where(fast, drift[i] * (Tuning::kLargestTargetStep / largest), drift[i]);
+    }
+  }
+
+  /// The M unknowns of both systems: at theta the coherence of both attractors, Eq. (23) with W_x = I; at theta_T its
+  /// step towards the target, Eq. (27) with damping.
+  [[gnu::always_inline]] RegisterTasks multipliers(const Rows& J, const Wanted& wanted, const Task& residual,
+                                                   Scalar gamma, Scalar damping) const {
+    RegisterTasks y;
+    y[0] = multiplier<0>(J, wanted, residual, gamma, damping);
+    if constexpr (kGoal != 0) y[kGoal] = multiplier<kGoal>(J, wanted, residual, gamma, damping);
+    return y;
+  }
+
+  template <int c>
+  [[gnu::always_inline]] std::array<Register, kRows> multiplier(const Rows& J, const Wanted& wanted,
+                                                                const Task& residual, Scalar gamma,
+                                                                Scalar damping) const {
+    const Register diagonal = Arms::template in_register<c>(1, damping);
+    typename SmallSolve<kRows, Register>::Matrix A;
+    std::array<Register, kRows> b;
+    for (int m = 0; m < kRows; ++m) {
+      Register covered{};
+      for (int i = 0; i < n(); ++i) covered += J[c][m][i] * wanted.joints[c][i];
+      b[m] = Arms::template in_register<c>(wanted.hand[m], residual[m]) - covered;
+    }
+    for (int r = 0; r < kRows; ++r) {
+      for (int k = 0; k <= r; ++k) {
+        Register sum{};
+        for (int i = 0; i < n(); ++i) sum += J[c][r][i] * J[c][k][i];
+        A[r][k] = Arms::template weighted<c>(gamma, sum);
+        if (r == k) A[r][k] += diagonal;
+      }
+    }
+    return SmallSolve<kRows, Register>(A).solve(b);
+  }
+
+  /// The solution of one register's system, for joint i.
+  template <int c>
+  [[gnu::always_inline]] Register coherent(const Rows& J, const Wanted& wanted, const RegisterTasks& y, Scalar gamma,
+                                           int i) const {
+    Register sum{};
+    for (int m = 0; m < kRows; ++m) sum += J[c][m][i] * y[c][m];
+    return wanted.joints[c][i] + Arms::template weighted<c>(gamma, sum);
+  }
+
+  [[gnu::always_inline]] Unbounded unbounded(const Rows& J, const Wanted& wanted, const RegisterTasks& y,
+                                             Scalar gamma) const {
+    const double beta = settings_.gains.beta;
+    Unbounded free;
+    free.bounded = free.blocked = Arms::none();
+    free.largest = free.pull2 = 0;
+    for (int i = 0; i < n(); ++i) {
+      const Register result = coherent<0>(J, wanted, y, gamma, i);
+      const Scalar velocity = Arms::now(result);
+      const Scalar target_step = Arms::goal(kGoal == 0 ? result : coherent<kGoal>(J, wanted, y, gamma, i));
+      const Scalar theta = arms_.theta(i), theta_target = arms_.theta_target(i), next = theta_target + target_step;
+      const auto bounds = velocity_bounds(theta, arms_.velocity(i), settings_.lower[i], settings_.upper[i],
+                                          settings_.speed[i], settings_.acceleration[i], settings_.barrier_rate);
+      free.lower[i] = bounds.lower;
+      free.upper[i] = bounds.upper;
+      free.velocity[i] = velocity;
+      free.target_step[i] = target_step;
+      free.bounded = free.bounded | (velocity < free.lower[i]) | (velocity > free.upper[i]);
+      free.blocked = free.blocked | (next < settings_.lower[i]) | (next > settings_.upper[i]);
+      free.largest = greater(free.largest, absolute(target_step));
+      const Scalar pull = clamped(beta * (theta_target - theta), free.lower[i], free.upper[i]);
+      free.pull2 += pull * pull;
+    }
+    return free;
+  }
+
+  /// Writes the step of theta_T, of the arms in `blocked`, with the joints left out that would leave their limits; and
+  /// its largest element.
+  [[gnu::noinline]] static void unblock(Arms arms, Mask blocked, const Rows& J, const Task& residual, Scalar damping,
+                                        Scalar self_motion, Joints& step, Scalar& largest) {
+    const int n = arms.size();
+    const GuardedSettings& settings = arms.settings();
+    std::array<Mask, kCapacity> frozen;
+    for (int i = 0; i < n; ++i) frozen[i] = Arms::none();
+    Mask active = blocked;
+    for (int round = 0; round < n; ++round) {
+      Mask changed = Arms::none();
+      for (int i = 0; i < n; ++i) {
+        const Scalar at = arms.theta_target(i);
+        const Mask outward = ((at <= settings.lower[i]) & (step[i] < 0)) | ((at >= settings.upper[i]) & (step[i] > 0));
+        const Mask more = active & outward & !frozen[i];
+        frozen[i] = frozen[i] | more;
+        changed = changed | more;
+      }
+      active = changed;
+      if (!any(active)) break;
+      typename Solve::Matrix A;
+      Task b = residual;
+      for (int r = 0; r < kRows; ++r) {
+        for (int c = 0; c <= r; ++c) A[r][c] = r == c ? damping : Scalar(0);
+      }
+      for (int i = 0; i < n; ++i) {
+        const Scalar apart = arms.theta_target(i) - arms.theta(i);
+        for (int r = 0; r < kRows; ++r) {
+          for (int c = 0; c <= r; ++c) A[r][c] += where(frozen[i], 0, goal(J, r, i) * goal(J, c, i));
+          b[r] = where(frozen[i], b[r], b[r] + goal(J, r, i) * self_motion * apart);
+        }
+      }
+      const Task y = Solve(A).solve(b);
+      for (int i = 0; i < n; ++i) {
+        Scalar next = -self_motion * (arms.theta_target(i) - arms.theta(i));
+        for (int m = 0; m < kRows; ++m) next += goal(J, m, i) * y[m];
+        step[i] = where(active, where(frozen[i], 0, next), step[i]);
+      }
+    }
+    largest = 0;
+    for (int i = 0; i < n; ++i) largest = greater(largest, absolute(step[i]));
+  }
+
+  /// Eqs. (24), (25), and theta_T's step, at most kLargestTargetStep. Returns the squared speed of the joints.
+  [[gnu::always_inline]] Scalar integrate(const Rows& J, const Unbounded& free) {
+    const Scalar shrink =
+        where(free.largest > Tuning::kLargestTargetStep, Tuning::kLargestTargetStep / free.largest, 1);
+    for (int m = 0; m < kRows; ++m) {
+      Scalar sum = 0;
+      for (int i = 0; i < n(); ++i) sum += now(J, m, i) * free.velocity[i];
+      arms_.set_hand_velocity(m, sum);
+    }
+    Scalar speed2 = 0;
+    for (int i = 0; i < n(); ++i) {
+      const Scalar lower = settings_.lower[i], upper = settings_.upper[i], theta = arms_.theta(i);
+      speed2 += free.velocity[i] * free.velocity[i];
+      const Scalar next = theta + free.velocity[i];
+      // Only rounding can be beyond the limit here, unless the arm was there already.
+      const Mask inside = (theta >= lower) & (theta <= upper);
+      arms_.set_joint(i, free.velocity[i], where(inside, clamped(next, lower, upper), next),
+                      clamped(arms_.theta_target(i) + shrink * free.target_step[i], lower, upper));
+    }
+    return speed2;
+  }
+
+  /// Lets gamma fall while the arm stalls, or has not come nearer to theta_T for long; it may rise again only when the
+  /// arm is clearly nearer than where it stalled, and when the target has been waiting for long, less and less. So
+  /// gamma goes to 0 unless the arm arrives before, and the joints' attractor alone brings it to theta_T.
+  [[gnu::always_inline]] void schedule_gamma(Mask slow, Scalar distance, Scalar hand_error, Scalar gamma) {
+    auto& progress = arms_.progress();
+    const Scalar never = std::numeric_limits<double>::infinity(), most = get(progress.gamma_max);
+    const Mask there = hand_error < Tuning::kAtTarget * settings_.reach;
+    const Mask moved = arms_.target_moved_away();  // it is another one to wait for
+    Scalar best = where(there, never, get(progress.best_distance));
+    Scalar stalled = where(there, never, get(progress.stalled_distance));
+    Scalar idle = where(there, 0, get(progress.idle_steps));
+    Scalar waited = where(there | moved, 0, get(progress.waited_steps));
+    Scalar ceiling = where(there | moved, most, get(progress.gamma_ceiling));
+
+    const Mask nearer = distance < Tuning::kNearer * best;
+    best = where(nearer, distance, best);
+    idle = where(nearer, 0, where(idle <= Tuning::kIdle, idle + 1, idle));
+    const Mask waits = waited < Tuning::kWait;
+    waited = where(waits, waited + 1, waited);
+    ceiling = where((!waits) & (ceiling > Tuning::kLeastGamma), ceiling * Tuning::kCeilingDecay, ceiling);
+    const Mask stalls = slow | (idle > Tuning::kIdle);
+    const Mask falls = stalls & (gamma > Tuning::kLeastGamma);
+    const Mask rises = (!stalls) & (distance < Tuning::kPassed * stalled);
+    gamma = where(falls, gamma * Tuning::kGammaDecay, where(rises, gamma * Tuning::kGammaRise, gamma));
+    stalled = where(stalls, lesser(stalled, distance), stalled);
+    arms_.set_gamma(lesser(gamma, ceiling));
+    put(best, progress.best_distance);
+    put(stalled, progress.stalled_distance);
+    put(idle, progress.idle_steps);
+    put(waited, progress.waited_steps);
+    put(ceiling, progress.gamma_ceiling);
+  }
+
+  /// Every kCheckEvery steps: theta_T is stuck when what it lacks does not fall, and is more than it may lag behind a
+  /// target that moves.
+  [[gnu::always_inline]] void check_target_progress(Scalar residual) {
+    auto& progress = arms_.progress();
+    put(get(progress.steps) + 1, progress.steps);
+    put(residual, progress.residual);
+    const Scalar left = get(progress.steps_to_check) - 1;
+    const Mask due = left <= 0;
+    put(where(due, Scalar(Tuning::kCheckEvery), left), progress.steps_to_check);
+    if (!any(due)) return;
+    const Scalar checked = get(progress.checked_residual);
+    const Mask stuck = (residual > greater(Tuning::kReached, arms_.target_moved_since_check())) &
+                       (residual > Tuning::kNoProgress * checked);
+    put_flag((due & stuck) | ((!due) & flag(progress.stuck)), progress.stuck);
+    put(where(due, residual, checked), progress.checked_residual);
+  }
+
+  Arms arms_;  // gives access to an arm's numbers; they are elsewhere
+  const GuardedSettings& settings_;
+};

@@ -1,0 +1,45 @@
+#pragma once
+
+#include "controller/reach_controller.hpp"
+#include "runtime/node.hpp"
+#include "runtime/robot_config.hpp"
+
+namespace multireach {
+
+/// The options of section `controller`; all keys have defaults. Throws InputError.
+controller::ReachOptions reach_options_from(const RobotConfig& robot);
+
+/// TARGET, OBSTACLES and ROBOT_STATE in; JOINT_SETPOINT and CONTROLLER_STATE out, once a tick. The arm's posture is
+/// taken from the newest ROBOT_STATE when the first target comes after it; from then on the controller integrates its
+/// own, drawn after the measured one where the configuration says so.
+class ControllerNode : public Node {
+ public:
+  explicit ControllerNode(const RobotConfig& robot);
+
+  std::string name() const override { return "controller"; }
+  std::vector<std::string_view> inputs() const override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> next_tick() const override { return controller_.next_tick(); }
+  int64_t tick_period_us() const override { return controller_.options().tick_us; }
+  void tick(Outbox& out) override;
+  std::optional<int64_t> replayable() const override { return config_digest_; }
+  std::string state() const override;
+
+ private:
+  Receipt receive_target(std::span<const uint8_t> bytes);
+  Receipt receive_obstacles(std::span<const uint8_t> bytes);
+  Receipt receive_robot_state(std::span<const uint8_t> bytes);
+
+  controller::ReachController controller_;
+  std::vector<std::string> joint_names_;
+  std::optional<std::string> target_name_;  // of the one to reach for; the first that is seen where none is configured
+  int64_t config_digest_;
+  std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // since the last tick
+  bool measured_ = false;                                           // whether a state was taken since the grid began
+  SequenceWatch targets_, obstacles_, robot_states_;
+  int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
+  int64_t sequence_ = 0;
+  controller::ReachOutput last_;
+};
+
+}  // namespace multireach

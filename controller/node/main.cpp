@@ -1,0 +1,15 @@
+// multireach-controller: targets in, joint set-points out.
+#include "controller/node/controller_node.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-controller",
+                              "The reaching controller: TARGET in, JOINT_SETPOINT out at 20 Hz.");
+  std::string config;
+  program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  const multireach::LiveOptions& live = program.add_live_options();
+  return program.run(argc, argv, [&] {
+    const auto robot = multireach::RobotConfig::load(config);
+    return multireach::run_live([&] { return std::make_unique<multireach::ControllerNode>(robot); }, live);
+  });
+}

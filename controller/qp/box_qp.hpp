@@ -1,0 +1,12 @@
+#pragma once
+
+#include <array>
+
+#include "numeric/lanes.hpp"
+#include "numeric/small_solve.hpp"
+
+namespace multireach::controller {
+
+#include "controller/qp/box_qp.inl.hpp"
+
+}  // namespace multireach::controller

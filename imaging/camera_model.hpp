@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace multireach {
+
+/// A pinhole camera with OpenCV's rational lens distortion. Pixels have the centre of the first pixel at (0, 0).
+struct CameraModel {
+  int width = 0, height = 0;              ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
+  std::array<double, 8> distortion{};     ///< k1, k2, p1, p2, k3, k4, k5, k6; zeros for none
+
+  /// The image of a point `p_C` in front of the camera (z > 0), m, in the camera's frame; pixels.
+  Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
+  /// The direction (x/z, y/z) from which the light of each pixel comes; the inverse of `project`.
+  Eigen::Vector2d ray(const Eigen::Vector2d& pixel) const;
+  std::vector<Eigen::Vector2d> rays(const std::vector<Eigen::Vector2d>& pixels) const;
+};
+
+}  // namespace multireach

@@ -1,0 +1,81 @@
+#include "imaging/jpeg_decoder.hpp"
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdio>
+
+// Needs the types of cstdio.
+#include <jpeglib.h>
+
+namespace multireach {
+namespace {
+
+/// The library reports errors by functions that must not return, and is C: no exception may pass through it.
+struct Errors {
+  jpeg_error_mgr manager{};  // the first member, so that the library's pointer to it is one to this
+  std::jmp_buf way_out{};
+};
+
+[[noreturn]] void leave(j_common_ptr decompressor) {
+  std::longjmp(reinterpret_cast<Errors*>(decompressor->err)->way_out, 1);  // NOLINT(cert-err52-cpp): see Errors
+}
+
+void leave_at_warning(j_common_ptr decompressor, int level) {
+  if (level < 0) leave(decompressor);  // the data are damaged
+}
+
+/// A decompressor for one image: one that was used keeps tables of the images before. Making it takes microseconds.
+class Decompression {
+ public:
+  Decompression() = default;
+  ~Decompression() { jpeg_destroy_decompress(&library_); }
+  Decompression(const Decompression&) = delete;
+  Decompression& operator=(const Decompression&) = delete;
+
+  /// Has no local object with a destructor: errors leave it by a jump.
+  bool run(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr) {
+    library_.err = jpeg_std_error(&errors_.manager);
+    errors_.manager.error_exit = &leave;
+    errors_.manager.emit_message = &leave_at_warning;
+    if (setjmp(errors_.way_out) != 0) return false;  // NOLINT(cert-err52-cpp): see Errors
+    jpeg_create_decompress(&library_);
+    jpeg_mem_src(&library_, data.data(), data.size());
+    jpeg_read_header(&library_, TRUE);
+    if (static_cast<int>(library_.image_width) != size.width || static_cast<int>(library_.image_height) != size.height)
+      return false;
+    bgr.create(size, CV_8UC3);
+    library_.out_color_space = JCS_EXT_BGR;
+    library_.dct_method = JDCT_ISLOW;  // the exact transform: with SIMD it gives what it gives without
+    jpeg_start_decompress(&library_);
+    read(part, bgr);
+    if (part.br().y == size.height) jpeg_finish_decompress(&library_);
+    return true;
+  }
+
+ private:
+  void read(const cv::Rect& part, cv::Mat& bgr) {
+    // Chroma is interpolated from the neighbours, so a block more on each side makes the part what it is in the whole.
+    const int block_width = 8 * library_.max_h_samp_factor, block_height = 8 * library_.max_v_samp_factor;
+    const int left = std::max(0, (part.x / block_width - 1) * block_width);
+    const int right = std::min(bgr.cols, ((part.br().x - 1) / block_width + 2) * block_width);
+    const int top = std::max(0, (part.y / block_height - 1) * block_height);
+    JDIMENSION first = static_cast<JDIMENSION>(left), width = static_cast<JDIMENSION>(right - left);
+    if (left > 0 || right < bgr.cols) jpeg_crop_scanline(&library_, &first, &width);
+    if (top > 0) jpeg_skip_scanlines(&library_, static_cast<JDIMENSION>(top));
+    while (static_cast<int>(library_.output_scanline) < part.br().y) {
+      JSAMPROW row = bgr.ptr(static_cast<int>(library_.output_scanline)) + 3 * static_cast<size_t>(first);
+      jpeg_read_scanlines(&library_, &row, 1);
+    }
+  }
+
+  jpeg_decompress_struct library_{};
+  Errors errors_;
+};
+
+}  // namespace
+
+bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr) {
+  return Decompression().run(data, size, part, bgr);
+}
+
+}  // namespace multireach

@@ -1,0 +1,9 @@
+#pragma once
+
+#include <array>
+
+namespace multireach {
+
+#include "numeric/small_solve.inl.hpp"
+
+}  // namespace multireach

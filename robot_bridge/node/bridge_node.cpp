@@ -1,0 +1,83 @@
+#include "robot_bridge/node/bridge_node.hpp"
+
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/robot_state_t.hpp>
+
+#include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
+
+namespace multireach {
+
+robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot) {
+  robot_bridge::BridgeOptions options;
+  options.setpoint_period_us = robot.tick_us;
+  const auto section = robot.section("bridge");
+  if (!section) return options;
+  const Config& config = *section;
+  options.delay_us = static_cast<int64_t>(config.number("delay_ms", 0, 1000, options.delay_us * 1e-3) * 1e3);
+  options.speed_where_unlimited =
+      config.number("speed_where_unlimited_rad_s", 1e-3, 1e3, options.speed_where_unlimited);
+  config.finish();
+  return options;
+}
+
+BridgeNode::BridgeNode(const RobotConfig& robot)
+    : options_(bridge_options_from(robot)),
+      chain_(robot.chain),
+      bridge_(robot.chain, options_),
+      config_digest_(robot.digest) {
+  command_.joint_name = joint_names(robot.chain);
+  command_.num_joints = chain_.size();
+}
+
+std::vector<std::string_view> BridgeNode::inputs() const {
+  return {channel::kJointSetpoint, channel::kRobotState};
+}
+
+Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+  if (channel == channel::kRobotState) {
+    const auto message = take<robot_state_t>(bytes);
+    if (!message) return {};
+    counters_.dropped += robot_states_.missing_before(message->sequence);
+    const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
+    if (!theta || !bridge_.measured(*theta)) {
+      ++counters_.refused;
+    } else if (!bridge_.next_tick()) {
+      robot_state_sequence_ = message->sequence;
+      return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+    }
+    return {};
+  }
+  const auto message = take<joint_setpoint_t>(bytes);
+  if (!message) return {};
+  counters_.dropped += setpoints_.missing_before(message->sequence);
+  const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
+  if (!theta || !plausible_utime(message->utime) ||
+      !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
+    ++counters_.refused;
+    return {};
+  }
+  return {Receipt::Effect::kTaken, message->utime, message->sequence};
+}
+
+void BridgeNode::tick(Outbox& out) {
+  last_ = bridge_.tick();
+  if (last_.limited) ++counters_.limited;
+  command_.utime = last_.utime;
+  command_.sequence = sequence_++;
+  command_.setpoint_sequence = last_.setpoint_sequence;
+  command_.robot_state_sequence = robot_state_sequence_;
+  command_.holding = last_.holding;
+  command_.limited = last_.limited;
+  command_.angle_rad.assign(last_.theta.begin(), last_.theta.end());
+  command_.velocity_rad_s.assign(last_.velocity.begin(), last_.velocity.end());
+  send(out, channel::kJointCommand, command_);
+}
+
+std::string BridgeNode::state() const {
+  if (!bridge_.knows_robot()) return "waiting for the robot";
+  if (!bridge_.next_tick()) return "waiting for a set-point";
+  return last_.holding ? "holding" : "running";
+}
+
+}  // namespace multireach

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <multireach/joint_command_t.hpp>
+
+#include "robot_bridge/bridge.hpp"
+#include "runtime/node.hpp"
+#include "runtime/robot_config.hpp"
+
+namespace multireach {
+
+/// The options of section `bridge`; all keys have defaults. Throws InputError.
+robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot);
+
+/// JOINT_SETPOINT and ROBOT_STATE in; JOINT_COMMAND out at 1 kHz once both have come.
+class BridgeNode : public Node {
+ public:
+  explicit BridgeNode(const RobotConfig& robot);
+
+  std::string name() const override { return "bridge"; }
+  std::vector<std::string_view> inputs() const override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> next_tick() const override { return bridge_.next_tick(); }
+  int64_t tick_period_us() const override { return options_.period_us; }
+  void tick(Outbox& out) override;
+  std::optional<int64_t> replayable() const override { return config_digest_; }
+  std::string state() const override;
+
+ private:
+  robot_bridge::BridgeOptions options_;
+  Chain chain_;
+  robot_bridge::Bridge bridge_;
+  joint_command_t command_;
+  int64_t config_digest_;
+  SequenceWatch setpoints_, robot_states_;
+  int64_t robot_state_sequence_ = -1;
+  int64_t sequence_ = 0;
+  robot_bridge::Command last_;
+};
+
+}  // namespace multireach

@@ -1,0 +1,15 @@
+// multireach-robot-sim: the robot, simulated by MuJoCo.
+#include "robot_bridge/sim/robot_sim_node.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-robot-sim",
+                              "The robot, simulated: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out.");
+  std::string config;
+  program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  const multireach::LiveOptions& live = program.add_live_options();
+  return program.run(argc, argv, [&] {
+    const auto robot = multireach::RobotConfig::load(config);
+    return multireach::run_live([&] { return std::make_unique<multireach::RobotSimNode>(robot); }, live);
+  });
+}

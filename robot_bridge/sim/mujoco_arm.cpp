@@ -1,0 +1,179 @@
+#include "robot_bridge/sim/mujoco_arm.hpp"
+
+#include <mujoco/mujoco.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace multireach {
+namespace {
+
+constexpr double kLargestForce = 1e4;  // N: more than a car; beyond it the simulation may leave all bounds
+
+/// The URDF without shapes (their mesh files need not exist), and with what MuJoCo needs to keep every link by its
+/// name.
+std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS ||
+      !document.FirstChildElement("robot")) {
+    throw std::invalid_argument("is not a valid URDF");
+  }
+  tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
+    for (const char* shape : {"visual", "collision"}) {
+      while (auto* element = link->FirstChildElement(shape)) link->DeleteChild(element);
+    }
+  }
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const char* name = joint->Attribute("name");
+    const auto* limit = joint->FirstChildElement("limit");
+    if (name && limit && limit->DoubleAttribute("effort") > 0) effort[name] = limit->DoubleAttribute("effort");
+  }
+  while (auto* old = robot->FirstChildElement("mujoco")) robot->DeleteChild(old);
+  auto* compiler = robot->InsertNewChildElement("mujoco")->InsertNewChildElement("compiler");
+  compiler->SetAttribute("fusestatic", "false");
+  compiler->SetAttribute("balanceinertia", "true");
+  compiler->SetAttribute("boundmass", "0.001");
+  compiler->SetAttribute("boundinertia", "0.000001");
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
+}
+
+mjModel* load(const std::string& xml) {
+  constexpr char kName[] = "robot.urdf";
+  auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), kName, static_cast<int>(xml.size()));
+  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[0]));
+  char error[1000] = "";
+  mjModel* model = mj_loadXML(kName, files.get(), error, sizeof error);
+  mj_deleteVFS(files.get());
+  if (!model) throw std::invalid_argument(std::string("cannot be loaded by MuJoCo: ") + error);
+  return model;
+}
+
+}  // namespace
+
+struct MujocoArm::Simulation {
+  mjModel* model = nullptr;
+  mjData* data = nullptr;
+  int pushed_body = -1;
+  Eigen::Vector3d push_force{0, 0, 0};
+
+  ~Simulation() {
+    if (data) mj_deleteData(data);
+    if (model) mj_deleteModel(model);
+  }
+};
+
+MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options)
+    : simulation_(std::make_unique<Simulation>()), options_(options) {
+  std::map<std::string, double> effort;
+  mjModel* model = simulation_->model = load(prepared(urdf_xml, effort));
+  for (int joint = 0; joint < model->njnt; ++joint) {
+    if (model->jnt_type[joint] != mjJNT_HINGE && model->jnt_type[joint] != mjJNT_SLIDE) {
+      throw std::invalid_argument("has a floating or planar joint, which is not simulated");
+    }
+    joint_names_.emplace_back(mj_id2name(model, mjOBJ_JOINT, joint));
+    const auto limit = effort.find(joint_names_.back());
+    effort_.push_back(limit == effort.end() ? std::numeric_limits<double>::infinity() : limit->second);
+  }
+  if (joint_names_.empty()) throw std::invalid_argument("has no joint to simulate");
+  model->opt.timestep = options.step_s;
+  model->opt.disableflags |= mjDSBL_WARMSTART;
+  mjData* data = simulation_->data = mj_makeData(model);
+  for (const auto& [name, position] : options.start) {
+    const int joint = mj_name2id(model, mjOBJ_JOINT, name.c_str());
+    if (joint < 0) throw std::invalid_argument("has no joint '" + name + "', for which a start position is given");
+    const mjtNum* range = model->jnt_range + 2 * joint;
+    if (!std::isfinite(position) || (model->jnt_limited[joint] && (position < range[0] || position > range[1]))) {
+      throw std::invalid_argument("joint '" + name + "': the start position " + std::to_string(position) +
+                                  " is outside its limits");
+    }
+    data->qpos[model->jnt_qposadr[joint]] = position;
+  }
+  for (int joint = 0; joint < model->njnt; ++joint) {
+    if (!model->jnt_limited[joint]) continue;
+    mjtNum& position = data->qpos[model->jnt_qposadr[joint]];
+    position = std::clamp(position, model->jnt_range[2 * joint], model->jnt_range[2 * joint + 1]);
+  }
+  wanted_position_ = positions();
+  wanted_velocity_.assign(joint_names_.size(), 0);
+  torques_.assign(joint_names_.size(), 0);
+}
+
+MujocoArm::~MujocoArm() = default;
+
+// With hinge and slide joints only, joint i has coordinate i and velocity i.
+std::vector<double> MujocoArm::positions() const {
+  return {simulation_->data->qpos, simulation_->data->qpos + joint_names_.size()};
+}
+
+std::vector<double> MujocoArm::velocities() const {
+  return {simulation_->data->qvel, simulation_->data->qvel + joint_names_.size()};
+}
+
+bool MujocoArm::command(const std::string& joint, double position, double velocity) {
+  const auto found = std::ranges::find(joint_names_, joint);
+  if (found == joint_names_.end()) return false;
+  const auto i = static_cast<size_t>(found - joint_names_.begin());
+  wanted_position_[i] = position;
+  wanted_velocity_[i] = velocity;
+  return true;
+}
+
+void MujocoArm::hold() {
+  std::ranges::fill(wanted_velocity_, 0.0);
+}
+
+bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n) {
+  const int body = mj_name2id(simulation_->model, mjOBJ_BODY, link.c_str());
+  if (body < 0 || !(force_n.norm() < kLargestForce)) return false;
+  release();
+  simulation_->pushed_body = body;
+  simulation_->push_force = force_n;
+  return true;
+}
+
+void MujocoArm::release() {
+  simulation_->pushed_body = -1;
+  mju_zero(simulation_->data->xfrc_applied, 6 * simulation_->model->nbody);
+}
+
+bool MujocoArm::set_state(const std::vector<double>& positions, const std::vector<double>& velocities) {
+  if (positions.size() != joint_names_.size() || velocities.size() != joint_names_.size()) return false;
+  std::ranges::copy(positions, simulation_->data->qpos);
+  std::ranges::copy(velocities, simulation_->data->qvel);
+  return true;
+}
+
+void MujocoArm::step() {
+  mjModel* model = simulation_->model;
+  mjData* data = simulation_->data;
+  mj_step1(model, data);
+  if (const int body = simulation_->pushed_body; body >= 0) {
+    // A force at the link's origin is the same force at its centre of mass and a torque.
+    const Eigen::Vector3d origin = Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * body);
+    const Eigen::Vector3d centre = Eigen::Map<Eigen::Vector3d>(data->xipos + 3 * body);
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body) = simulation_->push_force;
+    Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body + 3) = (origin - centre).cross(simulation_->push_force);
+  }
+  const double w = options_.natural_frequency_rad_s, z = options_.damping_ratio;
+  const auto n = joint_names_.size();
+  std::vector<mjtNum> acceleration(n);
+  for (size_t i = 0; i < n; ++i) {
+    acceleration[i] = w * w * (wanted_position_[i] - data->qpos[i]) + 2 * z * w * (wanted_velocity_[i] - data->qvel[i]);
+  }
+  mj_mulM(model, data, torques_.data(), acceleration.data());
+  for (size_t i = 0; i < n; ++i) {
+    torques_[i] = std::clamp(torques_[i] + data->qfrc_bias[i], -effort_[i], effort_[i]);
+    data->qfrc_applied[i] = torques_[i];
+  }
+  mj_step2(model, data);
+}
+
+}  // namespace multireach

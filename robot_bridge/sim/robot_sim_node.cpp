@@ -1,0 +1,141 @@
+#include "robot_bridge/sim/robot_sim_node.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <multireach/perturbation_t.hpp>
+
+#include "runtime/channels.hpp"
+
+namespace multireach {
+namespace {
+
+/// Without a command for this long, the joints stop where they were last told to be.
+constexpr int64_t kCommandExpires = 20000;  // us
+
+/// Also false for NaN; no joint has such a position or speed.
+bool finite(double value) {
+  return std::abs(value) < 1e6;
+}
+
+}  // namespace
+
+MujocoArm simulated_arm(const RobotConfig& robot) {
+  MujocoArmOptions options;
+  if (const auto section = robot.section("robot_sim")) {
+    options.natural_frequency_rad_s =
+        section->number("natural_frequency_rad_s", 1, 300, options.natural_frequency_rad_s);
+    options.damping_ratio = section->number("damping_ratio", 0.1, 3, options.damping_ratio);
+    if (section->has("start_rad")) options.start = section->named_numbers("start_rad");
+    section->finish();
+  }
+  try {
+    return MujocoArm(read_text_file(robot.urdf_path), options);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(robot.urdf_path + ": " + fault.what());
+  }
+}
+
+bool sensible(const joint_command_t& command, const MujocoArm& arm) {
+  return std::ranges::all_of(command.angle_rad, finite) && std::ranges::all_of(command.velocity_rad_s, finite) &&
+         std::ranges::all_of(command.joint_name, [&](const std::string& joint) {
+           return std::ranges::find(arm.joint_names(), joint) != arm.joint_names().end();
+         });
+}
+
+void follow(const joint_command_t& command, MujocoArm& arm) {
+  for (size_t i = 0; i < command.joint_name.size(); ++i) {
+    arm.command(command.joint_name[i], command.angle_rad[i], command.velocity_rad_s[i]);
+  }
+}
+
+void put_joints(const MujocoArm& arm, robot_state_t& state) {
+  state.num_joints = static_cast<int32_t>(arm.joint_names().size());
+  state.joint_name = arm.joint_names();
+  state.angle_rad = arm.positions();
+  state.velocity_rad_s = arm.velocities();
+  state.torque_n_m = arm.torques();
+}
+
+RobotSimNode::RobotSimNode(const RobotConfig& robot)
+    : arm_(simulated_arm(robot)), state_period_us_(robot.state_period_us) {}
+
+std::vector<std::string_view> RobotSimNode::inputs() const {
+  return {channel::kJointCommand, channel::kPerturbation};
+}
+
+Receipt RobotSimNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+  if (channel == channel::kJointCommand) {
+    receive_command(bytes);
+  } else {
+    receive_push(bytes);
+  }
+  return {Receipt::Effect::kTaken};
+}
+
+void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
+  const auto push = take<perturbation_t>(bytes);
+  if (!push) return;
+  const Push next{push->link_name, Eigen::Map<const Eigen::Vector3d>(push->force_n), push->duration_us};
+  const bool known = arm_.push(next.link, next.force_n);
+  // That was only a question.
+  arm_.release();
+  if (push_) arm_.push(push_->link, push_->force_n);
+  if (known && next.duration_us >= 0) {
+    next_push_ = next;
+  } else {
+    ++counters_.refused;
+  }
+}
+
+void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
+  const auto command = take<joint_command_t>(bytes);
+  if (!command) return;
+  counters_.dropped += commands_.missing_before(command->sequence);
+  if (!sensible(*command, arm_)) {
+    ++counters_.refused;
+    return;
+  }
+  follow(*command, arm_);
+  command_sequence_ = command->sequence;
+  command_digest_ = digest_of(bytes);
+  commanded_utime_ = utime_;
+}
+
+void RobotSimNode::update_push() {
+  if (push_ && utime_ >= push_until_) {
+    push_.reset();
+    arm_.release();
+  }
+  if (!next_push_) return;
+  push_ = next_push_;
+  next_push_.reset();
+  constexpr int64_t kForEver = int64_t{1} << 60;
+  push_until_ = utime_ + std::min(push_->duration_us, kForEver);
+  arm_.push(push_->link, push_->force_n);
+}
+
+void RobotSimNode::tick(Outbox& out) {
+  if (steps_.empty()) update_push();
+  const bool expired = command_sequence_ < 0 || utime_ - commanded_utime_ > kCommandExpires;
+  if (expired) arm_.hold();
+  steps_.push_back(expired ? 0 : command_digest_);
+  arm_.step();
+  utime_ += kStepUs;
+  if (utime_ % state_period_us_ >= kStepUs) return;
+  robot_state_t state{};
+  state.utime = utime_;
+  state.sequence = sequence_++;
+  state.command_sequence = command_sequence_;
+  put_joints(arm_, state);
+  state.before_digest = before_digest_;
+  state.command_digest = command_digest_;
+  state.num_steps = static_cast<int32_t>(steps_.size());
+  state.step_command_digest = std::move(steps_);
+  steps_.clear();
+  state.pushed_link = push_ ? push_->link : "";
+  Eigen::Map<Eigen::Vector3d>(state.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
+  send_sealed(out, channel::kRobotState, state);
+  before_digest_ = digest_of(out.back().bytes);
+}
+
+}  // namespace multireach

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <multireach/image_t.hpp>
+
+#include "imaging/image_codec.hpp"
+
+namespace multireach {
+
+/// An image of a message, for the codec; its data stay in the message.
+inline EncodedImage encoded(const image_t& image) {
+  return {.width = image.width,
+          .height = image.height,
+          .row_stride = image.row_stride,
+          .format = static_cast<PixelFormat>(image.pixelformat),
+          .data = image.data};
+}
+
+}  // namespace multireach

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "kinematics/chain.hpp"
+#include "runtime/config.hpp"
+
+namespace multireach {
+
+/// The file of a robot: section `robot` (which URDF, which chain), what several processes share (`tick_ms`,
+/// `state_hz`), and a section for each process, which that process alone reads: `controller`, `bridge`, `robot_sim`.
+struct RobotConfig {
+  Config file;
+  std::string urdf_path;
+  Chain chain;
+  int64_t digest = 0;           ///< of both files' bytes
+  int64_t tick_us = 50000;      ///< period of the controller's set-points (`tick_ms`)
+  int64_t state_period_us = 0;  ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
+
+  /// Throws InputError for a missing or malformed file, key, URDF or link.
+  static RobotConfig load(const std::string& path);
+  /// An optional section of the file.
+  std::optional<Config> section(const std::string& name) const;
+};
+
+/// The posture under `key`, one value per joint of the chain. Throws InputError when it is not inside the limits.
+JointVector posture_from(const Config& config, const std::string& key, const Chain& chain);
+
+}  // namespace multireach

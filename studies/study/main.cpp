@@ -1,0 +1,282 @@
+// multireach-study: many random reaches, counted.
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <thread>
+
+#include "runtime/files.hpp"
+#include "runtime/program.hpp"
+#include "studies/study/study.hpp"
+
+namespace multireach {
+namespace {
+
+struct Options {
+  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json, csv, failures;
+  int64_t samples = 10000, trace_sample = -1;
+  uint64_t seed = 1;
+  int threads = static_cast<int>(std::thread::hardware_concurrency());
+  double rechoose_mm = 10, alpha = 0.08;
+  std::optional<double> beta;
+
+  double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
+  std::vector<std::string> merge;
+};
+
+std::pair<int64_t, int64_t> shard_of(const std::string& text) {
+  long long index = 0, count = 0;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lld/%lld%n", &index, &count, &end) != 2 || end != static_cast<int>(text.size()) ||
+      count < 1 || count > 1000000 || index < 0 || index >= count) {
+    throw InputError("--shard is '" + text + "'; expected i/n with 0 <= i < n, as 0/8");
+  }
+  return {index, count};
+}
+
+std::vector<double> gammas_of(const std::string& text, const Chain& chain, const std::string& law) {
+  if (text.empty()) {
+    return {law == "guarded" ? controller::GuardedLaw(chain).largest_gamma() : controller::PaperParameters{}.gamma};
+  }
+  std::vector<double> gammas = parse_numbers("--gamma", text);
+  for (const double gamma : gammas) {
+    if (!(gamma >= 0 && gamma <= 1e12))
+      throw InputError("--gamma '" + text + "' has a value outside 0 to 1e12 rad^2/m^2");
+  }
+  return gammas;
+}
+
+std::string list_of(const Eigen::VectorXd& values) {
+  std::string text;
+  for (const double value : values) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%s%.17g", text.empty() ? "" : ",", value);
+    text += number;
+  }
+  return text;
+}
+
+/// As a shell takes it for one word.
+std::string quoted(const std::string& text) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("/._-+,=:@%", c); };
+  if (!text.empty() && std::ranges::all_of(text, plain)) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+int print_sample(const Options& options, const ReachSampler& sampler, const std::vector<double>& gammas) {
+  const ReachSample sample = sampler.sample(static_cast<uint64_t>(options.trace_sample));
+  for (const double gamma : gammas) {
+    std::printf(
+        "multireach-trace --urdf %s --base %s --tip %s --law %s --start=%s --target=%s --target-posture=%s "
+        "--gamma %.17g --alpha %.17g --beta %.17g%s --steps 2800\n",
+        quoted(options.urdf).c_str(), quoted(options.base).c_str(), quoted(options.tip).c_str(), options.law.c_str(),
+        list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
+        options.alpha, options.beta_of_law(),
+        options.law == "paper"
+            ? (" --rechoose-mm " + list_of(Eigen::VectorXd::Constant(1, options.rechoose_mm))).c_str()
+            : "");
+  }
+  return 0;
+}
+
+void write_results(const Options& options, const std::vector<Tally>& tallies, nlohmann::json header) {
+  const ReachRules rules;
+  header["results"] = nlohmann::json::array();
+  std::string csv =
+      "gamma,samples,failures,failure_ratio,limit_violations,velocity_violations,nonfinite,max_error_m,"
+      "path_ratio_p50,path_ratio_p95,settle_s_p50,settle_s_p95,steps_total,ns_per_step_per_core\n";
+  for (const Tally& tally : tallies) {
+    nlohmann::json result = tally.json(rules);
+    if (header.at("shard") != "0/1") result["histograms"] = tally.histograms();
+    header["results"].push_back(result);
+    for (const char* key : {"gamma", "samples", "failures", "failure_ratio", "limit_violations", "velocity_violations",
+                            "nonfinite", "max_error_m"}) {
+      csv += result.at(key).dump() + ",";
+    }
+    for (const char* key : {"path_ratio", "settle_s"}) {
+      csv += result.at(key).at("p50").dump() + "," + result.at(key).at("p95").dump() + ",";
+    }
+    csv += result.at("steps_total").dump() + "," + result.at("ns_per_step_per_core").dump() + "\n";
+  }
+  if (!options.json.empty()) write_json_file(options.json, header);
+  if (!options.csv.empty()) write_text_file(options.csv, csv);
+}
+
+/// Adds up the results of all n shards of one study, each once.
+int merge(const Options& options) {
+  std::vector<Tally> tallies;
+  nlohmann::json header;
+  std::set<int64_t> seen;
+  int64_t shards = 0;
+  for (const std::string& path : options.merge) {
+    try {
+      nlohmann::json part = nlohmann::json::parse(read_text_file(path));
+      const nlohmann::json results = part.at("results");
+      const auto [shard, of] = shard_of(part.at("shard").get<std::string>());
+      part.erase("results");
+      part["shard"] = "0/1";
+      if (of == 1) throw InputError(path + ": is a whole study, not a shard of one; there is nothing to add to it");
+      if (header.is_null()) {
+        header = part;
+        shards = of;
+        for (const nlohmann::json& result : results) tallies.emplace_back().gamma = result.at("gamma").get<double>();
+      }
+      if (header != part || shards != of || results.size() != tallies.size()) {
+        throw InputError(path + ": is of another study than " + options.merge.front() +
+                         " (arm, law, gains, gamma, seed or number of samples or shards differ)");
+      }
+      if (!seen.insert(shard).second) {
+        throw InputError(path + ": is shard " + std::to_string(shard) + " once more; expected each once");
+      }
+      for (size_t k = 0; k < results.size(); ++k) {
+        const Tally tally = Tally::from_json(results[k]);
+        if (tally.gamma != tallies[k].gamma) {
+          throw InputError(path + ": has other values of gamma than " + options.merge.front());
+        }
+        tallies[k].merge(tally);
+      }
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError(path + ": is not a result of multireach-study: " + error.what());
+    }
+  }
+  if (static_cast<int64_t>(seen.size()) != shards) {
+    throw InputError("only " + std::to_string(seen.size()) + " of the " + std::to_string(shards) +
+                     " shards are given; expected all");
+  }
+  write_results(options, tallies, header);
+  return 0;
+}
+
+double rechoose_m_of(const Options& options) {
+  return options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+}
+
+/// Finds out before the work whether its results can be written.
+void check_outputs(const Options& options) {
+  std::set<std::string> paths;
+  for (const std::string& path : {options.json, options.csv, options.failures}) {
+    if (path.empty() || path.starts_with("/dev/")) continue;
+    if (!paths.insert(path).second) throw InputError("'" + path + "' is named for two outputs; expected one each");
+    if (path != "-") OutputFile probe(path);
+  }
+}
+
+std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
+                         const std::vector<FailedReach>& failed) {
+  std::string csv = "gamma,index,error_m,target_x_m,target_y_m,target_z_m,hand_x_m,hand_y_m,hand_z_m";
+  for (const char* when : {"start_", "end_"}) {
+    for (const Joint& joint : chain.joints()) csv += std::string(",") + when + joint.name;
+  }
+  csv += "\n";
+  for (const FailedReach& reach : failed) {
+    const Eigen::Vector2d numbers(gammas[reach.gamma], reach.error_m);
+    csv += list_of(numbers.head(1)) + "," + std::to_string(reach.index) + "," + list_of(numbers.tail(1));
+    for (const auto& values : {list_of(reach.target), list_of(reach.hand), list_of(reach.start), list_of(reach.end)}) {
+      csv += "," + values;
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
+/// Tells two arms with links of the same names apart (FNV-1a of the URDF).
+std::string digest_of(const std::string& path) {
+  uint64_t hash = 0xcbf29ce484222325;
+  for (const unsigned char byte : read_text_file(path)) hash = (hash ^ byte) * 0x100000001b3;
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+int study(const Options& options) {
+  const auto [shard, shards] = shard_of(options.shard);
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  const std::vector<double> gammas = gammas_of(options.gamma_text, chain, options.law);
+  const ReachSampler sampler(chain, options.seed,
+                             options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
+  if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
+
+  check_outputs(options);
+  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, rechoose_m_of(options)};
+  const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
+  const StudyResult result =
+      run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
+  write_results(options, result.tallies,
+                {{"urdf_digest", digest_of(options.urdf)},
+                 {"base", options.base},
+                 {"tip", options.tip},
+                 {"law", options.law},
+                 {"alpha", options.alpha},
+                 {"beta", options.beta_of_law()},
+                 {"rechoose_mm", options.law == "paper" ? options.rechoose_mm : 0},
+                 {"targets", options.targets},
+                 {"seed", options.seed},
+                 {"samples_of_all_shards", options.samples},
+                 {"shard", options.shard}});
+  if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  using multireach::finite_range;
+  multireach::Program program("multireach-study", "Many random reaches under a law, counted, for several gamma.");
+  multireach::Options options;
+  CLI::App& cli = program.cli();
+  cli.add_option("--urdf", options.urdf, "URDF file");
+  cli.add_option("--base", options.base, "link at the start of the chain; its frame is W");
+  cli.add_option("--tip", options.tip, "link at the end of the chain, the hand");
+  cli.add_option("--law", options.law, "control law")
+      ->check(CLI::IsMember({"paper", "guarded"}))
+      ->capture_default_str();
+  cli.add_option("--gamma", options.gamma_text, "G1,G2,...: weights of the hand's attractor, rad^2/m^2");
+  cli.add_option("--samples", options.samples, "reaches for each gamma")
+      ->check(CLI::Range(int64_t{1}, int64_t{1000000000000}))
+      ->capture_default_str();
+  cli.add_option("--seed", options.seed, "of the starts and targets")->capture_default_str();
+  cli.add_option("--targets", options.targets,
+                 "space: uniform in the reachable space (an arm of no closed form: postures); postures: the hand's "
+                 "positions at uniform postures")
+      ->check(CLI::IsMember({"space", "postures"}))
+      ->capture_default_str();
+  cli.add_option("--shard", options.shard, "i/n: do only the i-th of n parts")->capture_default_str();
+  cli.add_option("--threads", options.threads, "threads; the results are the same with any number")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  cli.add_option("--alpha", options.alpha, "attractor gain per step")
+      ->check(finite_range(1e-6, 1.0))
+      ->capture_default_str();
+  cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
+      ->check(finite_range(1e-6, 1.0));
+  cli.add_option("--rechoose-mm", options.rechoose_mm,
+                 "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for "
+                 "never")
+      ->check(finite_range(0.0, 1e6))
+      ->capture_default_str();
+  cli.add_option("--json", options.json, "where to write the results; - for standard output, also without --csv");
+  cli.add_option("--csv", options.csv, "where to write them as a table; - for standard output");
+  cli.add_option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
+  cli.add_option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
+      ->check(CLI::Range(int64_t{0}, int64_t{1000000000000}));
+  CLI::App* merging = cli.add_subcommand("merge", "add up the results of several shards");
+  merging->add_option("files", options.merge, "JSON files of the shards")->required();
+  merging->add_option("--json", options.json, "where to write the results; - for standard output");
+  merging->add_option("--csv", options.csv, "where to write them as a table");
+  return program.run(argc, argv, [&] {
+    if (options.json.empty() && options.csv.empty()) options.json = "-";
+    if (*merging) return multireach::merge(options);
+    for (const auto& [text, name] :
+         {std::pair(options.urdf, "--urdf"), {options.base, "--base"}, {options.tip, "--tip"}}) {
+      if (text.empty()) throw multireach::InputError(std::string(name) + " is missing; see --help");
+    }
+    return multireach::study(options);
+  });
+}

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+#include "controller/law/guarded_law.hpp"
+#include "controller/law/paper_law.hpp"
+#include "studies/study/reach_sample.hpp"
+
+namespace multireach {
+
+/// When a reach is over, and what counts as arrived.
+struct ReachRules {
+  double arrived_m = 1e-4;
+  double settled_m = 1e-3;  ///< settled: nearer than this, for good
+  double seconds = 20;      ///< nominal time after which a reach has failed
+  double excess = 1e-9;     ///< rad (m), and rad/s (m/s), beyond a limit that counts as a violation
+  double steps_per_second = 140;
+  double still = 1e-6;   ///< rad (m) per step: slower than this, and at a tenth of arrived_m, a reach is over
+  int rest_steps = 700;  ///< so long still, and not there: at rest somewhere else
+};
+
+/// What happened in one reach.
+struct ReachResult {
+  bool arrived = false, finite = true;
+  double error_m = 0;          ///< at the end
+  double limit_excess = 0;     ///< rad (m), the worst of all steps
+  double velocity_excess = 0;  ///< rad/s (m/s)
+  double distance_m = 0;       ///< of the hand's start from the target
+  double path_m = 0;           ///< length of the hand's path
+  int64_t steps = 0;
+  int64_t settled_step = -1;  ///< first step after which the hand stays within settled_m; -1 for never
+};
+
+/// |v|, added up in this order, so that many reaches side by side get the same bits.
+inline double length_of(const Eigen::Vector3d& v) {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/// Watches a reach step by step.
+class ReachWatch {
+ public:
+  ReachWatch(const Chain& chain, const ReachSample& sample, const ReachRules& rules, const Eigen::Vector3d& x)
+      : chain_(chain), target_(sample.target), rules_(rules), last_x_(x) {
+    result_.distance_m = length_of(x - target_);
+    result_.error_m = result_.distance_m;
+  }
+
+  /// Takes one step's outcome; `velocity` is per step. Returns false when the reach is over.
+  template <class Theta, class Velocity>
+  bool take(const Theta& theta, const Velocity& velocity, const Eigen::Vector3d& x) {
+    ++result_.steps;
+    double fastest = 0, sum = x.sum();
+    for (int i = 0; i < chain_.size(); ++i) {
+      const double speed = std::abs(velocity[i]);
+      fastest = std::max(fastest, speed);
+      sum += theta[i] + speed;
+      result_.limit_excess =
+          std::max({result_.limit_excess, theta[i] - chain_.upper()[i], chain_.lower()[i] - theta[i]});
+      result_.velocity_excess =
+          std::max(result_.velocity_excess, speed * rules_.steps_per_second - chain_.velocity()[i]);
+    }
+    if (!std::isfinite(sum)) {
+      result_.finite = false;
+      result_.error_m = INFINITY;
+      return false;
+    }
+    result_.path_m += length_of(x - last_x_);
+    last_x_ = x;
+    result_.error_m = length_of(x - target_);
+    if (result_.error_m >= rules_.settled_m) {
+      result_.settled_step = -1;
+    } else if (result_.settled_step < 0) {
+      result_.settled_step = result_.steps;
+    }
+    const bool still = fastest < rules_.still;
+    still_steps_ = still ? still_steps_ + 1 : 0;
+    if (still && result_.error_m < 0.1 * rules_.arrived_m) return false;
+    if (still_steps_ > rules_.rest_steps) return false;
+    return result_.steps < rules_.seconds * rules_.steps_per_second;
+  }
+
+  ReachResult result() {
+    result_.arrived = result_.finite && result_.error_m <= rules_.arrived_m;
+    return result_;
+  }
+
+ private:
+  const Chain& chain_;
+  Eigen::Vector3d target_;
+  ReachRules rules_;
+  Eigen::Vector3d last_x_;
+  ReachResult result_;
+  int still_steps_ = 0;
+};
+
+/// The law `guarded` from `sample`; `law` must be of the same chain and is started anew.
+ReachResult run_guarded(controller::GuardedLaw& law, const ReachSample& sample, const ReachRules& rules);
+
+/// The law `paper`; theta_T is chosen anew when K(theta_T) is further than `rechoose_m` from the target, as Sect. 3.4
+/// says.
+ReachResult run_paper(const Chain& chain, const controller::PaperParameters& parameters,
+                      const controller::PostureSearch& search, double rechoose_m, const ReachSample& sample,
+                      const ReachRules& rules);
+
+}  // namespace multireach

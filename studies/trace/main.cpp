@@ -1,0 +1,156 @@
+// multireach-trace: one reach, offline, step by step.
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "controller/batch/paper_batch.hpp"
+#include "controller/ik/posture_search.hpp"
+#include "controller/law/guarded_law.hpp"
+#include "runtime/files.hpp"
+#include "runtime/program.hpp"
+
+namespace multireach {
+namespace {
+
+struct Options {
+  std::string urdf, base, tip, law = "paper", start, target, target_posture, csv = "-";
+  double gamma = 0, alpha = 0;
+  std::optional<double> beta;
+  double rechoose_mm = 0;
+  int64_t steps = 0;
+};
+
+void add_options(CLI::App& cli, Options& options) {
+  cli.add_option("--urdf", options.urdf, "URDF file")->required();
+  cli.add_option("--base", options.base, "link at the start of the chain; its frame is W")->required();
+  cli.add_option("--tip", options.tip, "link at the end of the chain, the hand")->required();
+  cli.add_option("--law", options.law, "control law")
+      ->check(CLI::IsMember({"paper", "guarded"}))
+      ->capture_default_str();
+  cli.add_option("--start", options.start, "start posture, rad (m for a prismatic joint): --start=a,b,...")->required();
+  cli.add_option("--target", options.target, "hand target in W, m: --target=x,y,z")->required();
+  cli.add_option("--target-posture", options.target_posture,
+                 "first target posture theta_T, rad; default: the nearest posture that reaches the target");
+  cli.add_option("--gamma", options.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
+      ->required()
+      ->check(finite_range(0.0, 1e12));
+  options.alpha = 0.08;
+  cli.add_option("--alpha", options.alpha, "attractor gain per step, Eq. (3)")
+      ->check(finite_range(0.0, 1.0))
+      ->capture_default_str();
+  cli.add_option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
+      ->check(finite_range(0.0, 1.0));
+  cli.add_option(
+         "--rechoose-mm", options.rechoose_mm,
+         "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
+         "printed in the paper")
+      ->check(finite_range(0.0, 1e6))
+      ->capture_default_str();
+  cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
+      ->required()
+      ->check(CLI::Range(int64_t{0}, int64_t{100000000}));
+  cli.add_option("--csv", options.csv, "output file; - for standard output")->capture_default_str();
+}
+
+JointVector posture_of(const Chain& chain, const std::string& option, const std::string& text) {
+  const std::vector<double> values = parse_numbers(option, text);
+  if (const auto fault = posture_fault(chain, values, option)) throw InputError(*fault);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
+}
+
+void append(std::string& row, double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, ",%.17g", value);
+  row += text;
+}
+
+template <class Angles>
+std::string row_of(int64_t step, const Angles& theta, const Eigen::Vector3d& x, const Angles& theta_target) {
+  std::string row = std::to_string(step);
+  for (const double angle : theta) append(row, angle);
+  for (const double coordinate : x) append(row, coordinate);
+  for (const double angle : theta_target) append(row, angle);
+  return row + "\n";
+}
+
+InputError refused() {
+  return InputError("--start or --target-posture has an angle beyond 1e5 rad");
+}
+
+/// The rows of a reach under the law `paper`, from the same steps that multireach-study takes.
+std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
+                       const JointVector& theta_target) {
+  const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
+  const double rechoose_m =
+      options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+  controller::PaperBatch batch(chain, law, rechoose_m, 1);
+  if (!batch.start(0, start, x_T, theta_target)) throw refused();
+  const controller::ArmBlock& block = batch.block(0);
+  JointVector goal(chain.size());
+  std::string rows;
+  for (int64_t step = 0; step <= options.steps; ++step) {
+    if (step > 0) batch.step();
+    for (int i = 0; i < chain.size(); ++i) goal[i] = block.joints[static_cast<size_t>(i)].theta_target[0];
+    rows += row_of(step, batch.theta(0), batch.x(0), goal);
+  }
+  return rows;
+}
+
+std::string guarded_rows(const Chain& chain, const Options& options, const JointVector& start,
+                         const Eigen::Vector3d& x_T, const JointVector& theta_target) {
+  controller::GuardedParameters parameters;
+  parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
+  parameters.gamma = options.gamma;
+  controller::GuardedLaw law(chain, parameters);
+  if (!law.start(start) || law.aim({.position = x_T}, theta_target) == controller::Aimed::kRefused) throw refused();
+  std::string rows = row_of(0, law.theta(), law.x(), law.theta_target());
+  for (int64_t step = 1; step <= options.steps; ++step) {
+    law.step();
+    rows += row_of(step, law.theta(), law.x(), law.theta_target());
+  }
+  return rows;
+}
+
+int trace(const Options& options) {
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  const JointVector start = posture_of(chain, "--start", options.start);
+  const std::vector<double> target = parse_numbers("--target", options.target);
+  if (target.size() != 3) throw InputError("--target has " + std::to_string(target.size()) + " values; expected x,y,z");
+  const Eigen::Vector3d x_T(target[0], target[1], target[2]);
+  if (!x_T.allFinite()) throw InputError("--target has a value that is not a finite number");
+
+  const controller::PostureSearch search(chain);
+  JointVector theta_target;
+  if (options.target_posture.empty()) {
+    const auto found = search.nearest(x_T, start);
+    if (!found) {
+      std::fprintf(stderr,
+                   "multireach-trace: no posture inside the limits of the chain from '%s' to '%s' reaches the target\n",
+                   options.base.c_str(), options.tip.c_str());
+      return 1;
+    }
+    theta_target = *found;
+  } else {
+    theta_target = posture_of(chain, "--target-posture", options.target_posture);
+  }
+
+  std::string csv = "step";
+  for (const Joint& joint : chain.joints()) csv += "," + joint.name;
+  csv += ",x_m,y_m,z_m";
+  for (const Joint& joint : chain.joints()) csv += "," + joint.name + "_target";
+  csv += "\n";
+  csv += options.law == "paper" ? paper_rows(chain, options, start, x_T, theta_target)
+                                : guarded_rows(chain, options, start, x_T, theta_target);
+  write_text_file(options.csv, csv);
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  multireach::Program program("multireach-trace", "One reach, offline, step by step, as CSV.");
+  multireach::Options options;
+  add_options(program.cli(), options);
+  return program.run(argc, argv, [&] { return trace(options); });
+}

@@ -1,0 +1,90 @@
+#include "robot_bridge/sim/mujoco_arm.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/test_arms.hpp"
+
+namespace multireach {
+namespace {
+
+std::string hoap2_urdf() {
+  return testing::file_text(testing::hoap2_file().path);
+}
+
+Eigen::Vector3d hand_of(const MujocoArm& arm, const Chain& chain) {
+  JointVector theta(chain.size());
+  const std::vector<double> positions = arm.positions();
+  for (size_t i = 0; i < positions.size(); ++i) {
+    const int at = chain.index_of(arm.joint_names()[i]);
+    if (at >= 0) theta[at] = positions[i];
+  }
+  return chain.position(theta);
+}
+
+TEST(MujocoArm, HoldsItsPostureAgainstGravity) {
+  MujocoArm arm(hoap2_urdf(), {.start = {{"right_SAA", -1.2}, {"right_EB", -0.8}}});
+  ASSERT_EQ(arm.joint_names().size(), 8U);
+  const std::vector<double> before = arm.positions();
+  for (int ms = 0; ms < 1000; ++ms) arm.step();
+  for (size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(arm.positions()[i], before[i], 1e-3) << arm.joint_names()[i];
+  double effort = 0;
+  for (const double torque : arm.torques()) effort += std::abs(torque);
+  EXPECT_GT(effort, 0.3) << "N m: it does bear its weight";
+}
+
+TEST(MujocoArm, FollowsASmoothCommand) {
+  MujocoArm arm(hoap2_urdf(), {.start = {{"right_SFE", 0}, {"right_EB", -1}}});
+  double worst = 0;
+  for (int ms = 0; ms < 2000; ++ms) {
+    const double t = ms * 1e-3, wanted = -1 + 0.5 * std::sin(3 * t), speed = 1.5 * std::cos(3 * t);
+    arm.command("right_EB", wanted, speed);
+    arm.step();
+    const auto& names = arm.joint_names();
+    const auto at = static_cast<size_t>(std::find(names.begin(), names.end(), "right_EB") - names.begin());
+    if (ms > 200) worst = std::max(worst, std::abs(arm.positions()[at] - wanted));
+  }
+  EXPECT_LT(worst, 5e-3) << "rad";
+}
+
+TEST(MujocoArm, APushMovesItAndItComesBack) {
+  const Chain chain = testing::hoap2();
+  MujocoArm arm(hoap2_urdf(), {.start = {{"right_SAA", -0.6}, {"right_EB", -1}}});
+  const Eigen::Vector3d rest = hand_of(arm, chain);
+  EXPECT_FALSE(arm.push("nowhere", {1, 0, 0}));
+  EXPECT_FALSE(arm.push("right_hand", {NAN, 0, 0}));
+  EXPECT_TRUE(arm.push("right_hand", {20, 0, 0}));
+  double farthest = 0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    if (ms == 100) arm.release();
+    arm.step();
+    farthest = std::max(farthest, (hand_of(arm, chain) - rest).norm());
+  }
+  EXPECT_GT(farthest, 2e-3);
+  EXPECT_LT((hand_of(arm, chain) - rest).norm(), 5e-4);
+}
+
+TEST(MujocoArm, SaysWhatItCannotLoad) {
+  EXPECT_THROW(MujocoArm("<robot", {}), std::invalid_argument);
+  EXPECT_THROW(MujocoArm("<robot name='r'><link name='a'/></robot>", {}), std::invalid_argument);
+  EXPECT_THROW(MujocoArm(hoap2_urdf(), {.start = {{"nose", 1.0}}}), std::invalid_argument);
+}
+
+TEST(MujocoArm, LoadsTheSharedArms) {
+  const auto files = testing::shared_arm_files();
+  if (files.empty()) GTEST_SKIP() << "the arms of shared/robots are not here";
+  for (const auto& file : files) {
+    MujocoArmOptions options;
+    // Stretched out level, Baxter's arm is heavier than its shoulder is strong in the URDF: the real one has springs.
+    if (file.path.ends_with("baxter.urdf")) options.start = {{"left_s1", 1.0}, {"right_s1", 1.0}};
+    MujocoArm arm(testing::file_text(file.path), options);
+    const std::vector<double> before = arm.positions();
+    for (int ms = 0; ms < 200; ++ms) arm.step();
+    for (size_t i = 0; i < before.size(); ++i)
+      EXPECT_NEAR(arm.positions()[i], before[i], 0.02) << file.path << " " << arm.joint_names()[i];
+  }
+}
+
+}  // namespace
+}  // namespace multireach

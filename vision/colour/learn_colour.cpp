@@ -1,0 +1,261 @@
+#include "vision/colour/learn_colour.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "vision/colour/chroma_fit.hpp"
+#include "vision/colour/chroma_gauge.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr int kFewest = 40;              // pixels
+constexpr double kDark = 12;             // grey levels, below which chroma is noise
+constexpr double kMoreFrequent = 2;      // in the rectangle than elsewhere
+constexpr double kSmallestObject = 0.2;  // share of the rectangle
+constexpr double kEnough = 0.3;          // of the object, whose colour is known
+constexpr double kSwamped = 0.05;        // share of the background beyond which chroma is no help: grey things
+constexpr double kClean = 0.002;         // share of the background that may be members of a model that is good
+
+/// The pixels of `part` that are not in `without`, at most about `most` of them, on a grid.
+std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Rect& without, double most) {
+  const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
+  std::vector<ChromaSample> samples;
+  for (int row = part.y; row < part.br().y; row += step) {
+    for (int column = part.x; column < part.br().x; column += step) {
+      if (without.contains({column, row})) continue;
+      const auto& pixel = bgr.at<cv::Vec3b>(row, column);
+      ChromaSample sample;
+      sample.colour = {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
+      sample.luma = luma_of(sample.colour);
+      if (sample.luma >= kDark) sample.chroma = chroma_of(sample.colour);
+      // The middle of the rectangle is the object's more surely than its corners.
+      const double x = (column + 0.5 - part.x) / part.width * 2 - 1, y = (row + 0.5 - part.y) / part.height * 2 - 1;
+      if (without.empty()) sample.weight = std::max(0.0, 1 - 0.6 * (x * x + y * y));
+      samples.push_back(sample);
+    }
+  }
+  return samples;
+}
+
+bool clipped(const ChromaSample& sample) {
+  return std::max({sample.colour.r, sample.colour.g, sample.colour.b}) >= kClipped;
+}
+
+bool overexposed(const ChromaSample& sample) {
+  const Rgb& c = sample.colour;
+  return (c.r >= kClipped) + (c.g >= kClipped) + (c.b >= kClipped) > 1;
+}
+
+double total_weight(const std::vector<ChromaSample>& samples) {
+  double total = 0;
+  for (const ChromaSample& sample : samples) total += sample.weight;
+  return total;
+}
+
+/// How frequent the colours of some pixels are: shares of the cells of chroma and brightness.
+class Frequencies {
+ public:
+  explicit Frequencies(const std::vector<ChromaSample>& samples) : shares_(kChroma * kChroma * kLuma) {
+    const double total = total_weight(samples);
+    for (const ChromaSample& sample : samples) shares_[cell(sample)] += sample.weight / total;
+  }
+  double of(const ChromaSample& sample) const { return shares_[cell(sample)]; }
+
+ private:
+  static constexpr int kChroma = 24, kLuma = 8;
+  static size_t cell(const ChromaSample& sample) {
+    const auto chroma = [](double value) { return std::clamp(static_cast<int>((value + 2) * 4), 0, kChroma - 1); };
+    const int luma = std::min(static_cast<int>(std::sqrt(sample.luma) / 2), kLuma - 1);
+    return static_cast<size_t>((luma * kChroma + chroma(sample.chroma.y())) * kChroma + chroma(sample.chroma.x()));
+  }
+  std::vector<double> shares_;
+};
+
+double share_of_members(const ColourModel& model, const std::vector<ChromaSample>& samples) {
+  const ChromaTest test(model, {});
+  double members = 0;
+  for (const ChromaSample& sample : samples) members += test.contains(sample.colour) ? sample.weight : 0;
+  return samples.empty() ? 0 : members / total_weight(samples);
+}
+
+struct Pictures {
+  std::vector<ChromaSample> object, rest;
+};
+
+struct Grade {
+  double kept, background;
+  /// A hundredth of the background is worse than a tenth of the object.
+  double score() const { return kept - 10 * background; }
+};
+Grade grade(const ColourModel& model, const Pictures& pictures) {
+  return {share_of_members(model, pictures.object), share_of_members(model, pictures.rest)};
+}
+
+/// The widest tolerance that does not reach into the background, or the best.
+void choose_tolerance(ColourModel& model, const Pictures& pictures) {
+  double best_score = -1e9, best = model.tolerance;
+  for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
+    model.tolerance = tolerance;
+    const Grade now = grade(model, pictures);
+    if (now.background <= kClean) return;
+    if (now.score() <= best_score) continue;
+    best_score = now.score();
+    best = tolerance;
+  }
+  model.tolerance = best;
+}
+
+/// Components of the background where it is taken for the object, if they help.
+void add_background(ColourModel& model, const Pictures& pictures) {
+  const ChromaTest test(model, {});
+  std::vector<ChromaSample> confused;
+  for (const ChromaSample& sample : pictures.rest) {
+    if (sample.luma >= kDark && !clipped(sample) && test.contains(sample.colour)) confused.push_back(sample);
+  }
+  if (confused.empty()) return;
+  ColourModel with = model;
+  with.background = fit_chroma(confused, 3);
+  const double share = total_weight(confused) / total_weight(pictures.rest);
+  for (ChromaComponent& component : with.background) component.weight *= share;
+  if (grade(with, pictures).score() > grade(model, pictures).score()) model = with;
+}
+
+/// A limit of brightness between the object and those of the rest that have its chroma, where there is one.
+bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
+  std::array<double, 257> object{}, rest{};  // shares of pixels darker than so many grey levels
+  const ChromaTest test(model, {});
+  const auto accumulate = [](std::array<double, 257>& shares, const std::vector<ChromaSample>& samples, auto counts) {
+    double total = 0;
+    for (const ChromaSample& sample : samples) {
+      if (!counts(sample)) continue;
+      shares[static_cast<size_t>(sample.luma) + 1] += sample.weight;
+      total += sample.weight;
+    }
+    for (size_t i = 1; i < shares.size(); ++i) shares[i] = shares[i] / std::max(total, 1e-9) + shares[i - 1];
+  };
+  accumulate(object, pictures.object, [](const ChromaSample&) { return true; });
+  accumulate(rest, pictures.rest, [&](const ChromaSample& sample) { return test.contains(sample.colour); });
+  // What is on the wrong side of a limit: the object's pixels that are brighter and the rest's that are darker, or vice
+  // versa.
+  const auto wrong = [&](size_t limit, bool darker) {
+    return darker ? 1 - object[limit] + rest[limit] : object[limit] + 1 - rest[limit];
+  };
+  ColourModel best = model;
+  for (const bool darker : {true, false}) {
+    double least = 2;
+    for (size_t limit = 1; limit < 256; ++limit) least = std::min(least, wrong(limit, darker));
+    size_t first = 256, last = 0;  // limits that are about as good
+    for (size_t limit = 1; limit < 256; ++limit) {
+      if (wrong(limit, darker) > least + 0.01) continue;
+      first = std::min(first, limit);
+      last = std::max(last, limit);
+    }
+    ColourModel with = model;
+    // Light changes by factors: the limit that is as far from both, as a ratio.
+    const double limit = std::sqrt(static_cast<double>(first) * static_cast<double>(last));
+    if (darker) {
+      with.darkest = 0;
+      with.brightest = limit;
+    } else {
+      with.darkest = std::min(limit, with.brightest - 1);
+    }
+    if (grade(with, pictures).score() > grade(best, pictures).score()) best = with;
+  }
+  const bool better = grade(best, pictures).score() > grade(model, pictures).score() + 0.01;
+  if (better) model = best;
+  return better;
+}
+
+/// All that is chosen for given components of the object. Returns whether the brightness is needed.
+bool tune(ColourModel& model, const Pictures& pictures) {
+  choose_tolerance(model, pictures);
+  const Grade by_chroma = grade(model, pictures);
+  bool by_brightness = false;
+  if (by_chroma.background > kSwamped) {
+    ColourModel limited = model;
+    limited.tolerance = 4;
+    by_brightness = separate_by_brightness(limited, pictures);
+    if (by_brightness) {
+      model = limited;
+      choose_tolerance(model, pictures);
+    }
+  }
+  if (grade(model, pictures).background > kClean) add_background(model, pictures);
+  return by_brightness;
+}
+
+}  // namespace
+
+const char* description(LearnedColour::Status status) {
+  switch (status) {
+    case LearnedColour::Status::kLearned:
+      return "learned";
+    case LearnedColour::Status::kBadImage:
+      return "the image is not an 8-bit colour image";
+    case LearnedColour::Status::kBadRectangle:
+      return "the rectangle is outside of the image, or too small: at least 40 of its pixels must be in the image";
+    case LearnedColour::Status::kOverexposed:
+      return "the object is overexposed, so that its colour is not known: make the exposure shorter";
+    case LearnedColour::Status::kLikeTheRest:
+      return "what is in the rectangle is as frequent in the rest of the picture";
+  }
+  return "";
+}
+
+LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
+  using Status = LearnedColour::Status;
+  LearnedColour result;
+  const auto failed = [&result](Status status) {
+    result.status = status;
+    return result;
+  };
+  if (bgr.type() != CV_8UC3) return failed(Status::kBadImage);
+  const cv::Rect image(0, 0, bgr.cols, bgr.rows), inside = rectangle & image;
+  if (inside.area() < kFewest) return failed(Status::kBadRectangle);
+  const cv::Point margin(inside.width / 4, inside.height / 4);
+  const cv::Rect around(inside.tl() - margin, inside.br() + margin);
+  const std::vector<ChromaSample> in_rectangle = samples_of(bgr, inside, {}, 8000);
+  Pictures pictures;
+  pictures.rest = samples_of(bgr, image, around, 30000);
+
+  const Frequencies here(in_rectangle), elsewhere(pictures.rest);
+  const bool nothing_else = pictures.rest.empty();
+  for (const ChromaSample& sample : in_rectangle) {
+    if (nothing_else || here.of(sample) > kMoreFrequent * elsewhere.of(sample)) pictures.object.push_back(sample);
+  }
+  const double object = total_weight(pictures.object);
+  if (object < kSmallestObject * total_weight(in_rectangle)) return failed(Status::kLikeTheRest);
+
+  std::vector<ChromaSample> coloured = pictures.object;
+  std::erase_if(coloured, clipped);
+  if (total_weight(coloured) < kEnough * object) {
+    // One channel at its end: a bright, pure colour is at least as pure as it looks. Two: it may be any.
+    coloured = pictures.object;
+    std::erase_if(coloured, overexposed);
+    if (total_weight(coloured) < kEnough * object) return failed(Status::kOverexposed);
+  }
+  std::erase_if(coloured, [](const ChromaSample& sample) { return sample.luma < kDark; });
+  result.model.object = fit_chroma(coloured, 3);
+  // A black object has no chroma; then noise decides, and that is about none.
+  if (result.model.object.empty()) result.model.object.push_back({{0, 0}, 0.04 * Eigen::Matrix2d::Identity(), 1});
+
+  // Some of them may be of what is before the object, or beside it, and is elsewhere too.
+  const std::vector<ChromaComponent> components = result.model.object;
+  double best = -1e9;
+  for (size_t some = 1; some < size_t{1} << components.size(); ++some) {
+    ColourModel model;
+    for (size_t i = 0; i < components.size(); ++i) {
+      if (some >> i & 1) model.object.push_back(components[i]);
+    }
+    const bool by_brightness = tune(model, pictures);
+    const Grade now = grade(model, pictures);
+    if (now.score() <= best) continue;
+    best = now.score();
+    result = {Status::kLearned, model, now.kept, now.background, by_brightness};
+  }
+  return result;
+}
+
+}  // namespace multireach::vision

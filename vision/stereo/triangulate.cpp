@@ -1,0 +1,138 @@
+#include "vision/stereo/triangulate.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace multireach::vision {
+namespace {
+
+constexpr int kSteps = 5;  // converges quadratically from an error that is already second order in the noise
+
+/// Where both rays come nearest to each other, in the left camera's frame.
+struct Meeting {
+  Eigen::Vector3d p_L;
+  double gap_m;
+};
+
+std::optional<Meeting> meeting_of(const StereoRig& rig, const Eigen::Vector2d& left_ray,
+                                  const Eigen::Vector2d& right_ray) {
+  const Eigen::Vector3d a = left_ray.homogeneous(), b = rig.X_RL.linear().transpose() * right_ray.homogeneous();
+  const Eigen::Vector3d right_L = rig.X_RL.inverse().translation();
+  // The points nearest to each other on both rays: s a and right_L + t b.
+  const Eigen::Vector3d normal = a.cross(b);
+  const double area2 = normal.squaredNorm();
+  if (!(area2 > 1e-18)) return std::nullopt;
+  const double s = right_L.cross(b).dot(normal) / area2, t = right_L.cross(a).dot(normal) / area2;
+  if (!(s > 0 && t > 0)) return std::nullopt;
+  return Meeting{0.5 * (s * a + right_L + t * b), (s * a - right_L - t * b).norm()};
+}
+
+/// (x/z, y/z) of a point, and its derivative with respect to the point in the left camera's frame.
+void project(const Eigen::Isometry3d& X_CL, const Eigen::Vector3d& p_L, Eigen::Vector2d& ray,
+             Eigen::Matrix<double, 2, 3>& J) {
+  const Eigen::Vector3d p = X_CL * p_L;
+  ray = p.head<2>() / p.z();
+  J << 1 / p.z(), 0, -p.x() / (p.z() * p.z()), 0, 1 / p.z(), -p.y() / (p.z() * p.z());
+  J = (J * X_CL.linear()).eval();
+}
+
+bool finish(const StereoRig& rig, const Meeting& meeting, const Eigen::Vector3d& p_L, const Eigen::Matrix3d& covariance,
+            Triangulation& result) {
+  result.depth_left_m = p_L.z();
+  result.depth_right_m = (rig.X_RL * p_L).z();
+  if (!p_L.allFinite() || result.depth_left_m <= 0 || result.depth_right_m <= 0) return false;
+  const Eigen::Matrix3d R_WL = rig.X_WL.linear();
+  result.p_W = rig.X_WL * p_L;
+  result.covariance = R_WL * covariance * R_WL.transpose();
+  result.epipolar_error_px = meeting.gap_m * rig.left.fx / p_L.z();
+  return true;
+}
+
+}  // namespace
+
+Eigen::Matrix2d ray_covariance(const CameraModel& camera, double sigma_px) {
+  const Eigen::Array2d sigma(sigma_px / camera.fx, sigma_px / camera.fy);
+  return Eigen::Matrix2d(sigma.square().matrix().asDiagonal());
+}
+
+std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
+                                         const RayMeasurement& right) {
+  const auto meeting = meeting_of(rig, left.ray, right.ray);
+  if (!meeting) return std::nullopt;
+  const Eigen::Isometry3d X_LL = Eigen::Isometry3d::Identity();
+  const Eigen::Matrix2d left_weight = left.covariance.inverse(), right_weight = right.covariance.inverse();
+  Eigen::Vector3d p_L = meeting->p_L;
+  Eigen::Matrix3d information;
+  Triangulation result;
+  for (int k = 0; k <= kSteps; ++k) {
+    information.setZero();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    result.chi2 = 0;
+    const auto take = [&](const Eigen::Isometry3d& X_CL, const Eigen::Vector2d& measured, const Eigen::Matrix2d& W) {
+      Eigen::Vector2d ray;
+      Eigen::Matrix<double, 2, 3> J;
+      project(X_CL, p_L, ray, J);
+      const Eigen::Vector2d r = measured - ray;
+      information += J.transpose() * W * J;
+      gradient += J.transpose() * W * r;
+      result.chi2 += r.dot(W * r);
+    };
+    take(X_LL, left.ray, left_weight);
+    take(rig.X_RL, right.ray, right_weight);
+    if (k < kSteps) p_L += information.ldlt().solve(gradient);
+  }
+  if (!finish(rig, *meeting, p_L, information.inverse(), result)) return std::nullopt;
+  return result;
+}
+
+std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, const SphereMeasurement& left,
+                                                      const SphereMeasurement& right,
+                                                      const std::optional<RadiusPrior>& prior) {
+  const auto meeting = meeting_of(rig, left.value.head<2>(), right.value.head<2>());
+  if (!meeting) return std::nullopt;
+  const Eigen::Isometry3d X_LL = Eigen::Isometry3d::Identity();
+  const Eigen::Matrix3d left_weight = left.covariance.inverse(), right_weight = right.covariance.inverse();
+  Eigen::Vector4d x;  // the centre in the left camera's frame, and the radius
+  x << meeting->p_L, prior ? prior->radius_m : left.value.z() * meeting->p_L.norm();
+  Eigen::Matrix4d information;
+  SphereTriangulation result;
+  for (int k = 0; k <= kSteps; ++k) {
+    information.setZero();
+    Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+    result.chi2 = 0;
+    const auto take = [&](const Eigen::Isometry3d& X_CL, const Eigen::Vector3d& measured, const Eigen::Matrix3d& W) {
+      Eigen::Vector2d ray;
+      Eigen::Matrix<double, 2, 3> J_ray;
+      const Eigen::Vector3d p_L = x.head<3>(), p_C = X_CL * p_L;
+      project(X_CL, p_L, ray, J_ray);
+      const double distance = p_C.norm();
+      Eigen::Matrix<double, 3, 4> J = Eigen::Matrix<double, 3, 4>::Zero();
+      J.topLeftCorner<2, 3>() = J_ray;
+      J.bottomLeftCorner<1, 3>() = -x[3] / (distance * distance * distance) * p_C.transpose() * X_CL.linear();
+      J(2, 3) = 1 / distance;
+      const Eigen::Vector3d r = measured - Eigen::Vector3d(ray.x(), ray.y(), x[3] / distance);
+      information += J.transpose() * W * J;
+      gradient += J.transpose() * W * r;
+      result.chi2 += r.dot(W * r);
+    };
+    take(X_LL, left.value, left_weight);
+    take(rig.X_RL, right.value, right_weight);
+    if (prior) {
+      const double weight = 1 / (prior->sigma_m * prior->sigma_m), r = prior->radius_m - x[3];
+      information(3, 3) += weight;
+      gradient[3] += weight * r;
+      result.chi2 += weight * r * r;
+    }
+    if (k < kSteps) x += information.ldlt().solve(gradient);
+  }
+  const Eigen::Matrix4d covariance = information.inverse();
+  result.degrees_of_freedom = prior ? 3 : 2;
+  result.radius_m = x[3];
+  result.radius_sigma_m = std::sqrt(covariance(3, 3));
+  if (!covariance.allFinite() || !finish(rig, *meeting, x.head<3>(), covariance.topLeftCorner<3, 3>(), result))
+    return std::nullopt;
+  return result;
+}
+
+}  // namespace multireach::vision
