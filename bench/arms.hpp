@@ -15,7 +15,7 @@ inline Chain hoap2() {
   return chain_from_urdf(text.str(), "torso", "right_hand");
 }
 
-/// A seven-joint arm of the usual kind: spherical shoulder, elbow, spherical wrist with an offset hand; about 0.9 m.
+/// A typical seven-joint arm: spherical shoulder, elbow, spherical wrist with an offset hand; about 0.9 m.
 inline Chain seven_joints() {
   const double turn = std::numbers::pi / 2;
   std::vector<Joint> joints;

@@ -1,5 +1,5 @@
-// multireach-bench-ik: inverse kinematics for reachable targets, as solvers are compared in Beeson & Ames, "TRAC-IK"
-// (Humanoids 2015): the share solved and the time for it, the project's own beside Orocos KDL, as a Markdown table.
+// multireach-bench-ik: compares inverse kinematics solvers on reachable targets, in the manner of Beeson & Ames,
+// "TRAC-IK" (Humanoids 2015): share solved and time, for the project's solvers and Orocos KDL, as a Markdown table.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -19,8 +19,8 @@
 namespace multireach::bench {
 namespace {
 
-using controller::Aim;
-using controller::HandTarget;
+using controller::TaskKind;
+using controller::TaskTarget;
 
 struct ArmName {
   std::string urdf, base, tip;
@@ -70,8 +70,9 @@ double quantile(std::vector<double>& values, double q) {
   return values[static_cast<size_t>(at)];
 }
 
-/// The hand at a posture uniform inside the limits: that of `multireach-study --targets postures` with the same seed.
-HandTarget target_number(const Chain& chain, uint64_t seed, uint64_t index, Aim aim) {
+/// The hand pose at a random joint configuration, uniform inside the limits; the same as in `multireach-study --targets
+/// postures` with the same seed.
+TaskTarget target_number(const Chain& chain, uint64_t seed, uint64_t index, TaskKind task) {
   const CounterRandom random(seed, index);
   JointVector there(chain.size());
   for (int i = 0; i < chain.size(); ++i) {
@@ -80,27 +81,28 @@ HandTarget target_number(const Chain& chain, uint64_t seed, uint64_t index, Aim 
   const Eigen::Isometry3d X = chain.pose(there);
   return {.position = X.translation(),
           .velocity = Eigen::Vector3d::Zero(),
-          .aim = aim,
+          .task = task,
           .direction = X.linear().col(2),
           .orientation = X.linear()};
 }
 
-/// Of this thread alone: what else the machine does meanwhile is no property of a solver.
+/// CPU time of this thread, so that other load on the machine does not count.
 double processor_microseconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
 }
 
-void measure(const std::string& name, const Chain& chain, Aim aim, int64_t samples, uint64_t seed) {
+void measure(const std::string& name, const Chain& chain, TaskKind task, int64_t samples, uint64_t seed) {
   std::vector<IkSolver> solvers = own_solvers(chain);
-  for (IkSolver& solver : kdl_solvers(chain, aim)) solvers.push_back(std::move(solver));
+  for (IkSolver& solver : kdl_solvers(chain, task)) solvers.push_back(std::move(solver));
   std::vector<Score> scores(solvers.size());
   JointVector middle(chain.size());
   for (int i = 0; i < chain.size(); ++i) middle[i] = 0.5 * (chain.sample_lower(i) + chain.sample_upper(i));
   for (int64_t k = 0; k < samples; ++k) {
-    const HandTarget target = target_number(chain, seed, static_cast<uint64_t>(k), aim);
-    // Every target meets the solvers in another order, so that none always comes after the same one.
+    const TaskTarget target = target_number(chain, seed, static_cast<uint64_t>(k), task);
+    // The order of the solvers rotates with every target, so that none always runs after the same other one (cache
+    // effects).
     for (size_t s = 0; s < solvers.size(); ++s) {
       const size_t which = (s + static_cast<size_t>(k)) % solvers.size();
       const double begin = processor_microseconds();
@@ -125,7 +127,7 @@ void measure(const std::string& name, const Chain& chain, Aim aim, int64_t sampl
                                                               quantile(score.simulated_s, 0.95))
                                                 : "";
     fmt::print("| {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {} |\n", name,
-               aim == Aim::kPose ? 6 : 3, solvers[s].name, static_cast<double>(score.solved) / all,
+               task == TaskKind::kPose ? 6 : 3, solvers[s].name, static_cast<double>(score.solved) / all,
                static_cast<double>(score.inside) / all, static_cast<double>(score.both) / all, mean,
                quantile(score.microseconds, 0.5), quantile(score.microseconds, 0.95), moving);
   }
@@ -148,8 +150,8 @@ int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bo
       "|\n"
       "|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [name, chain] : chains) {
-    measure(name, chain, Aim::kPosition, samples, seed);
-    if (chain.size() >= 6) measure(name, chain, Aim::kPose, samples, seed);
+    measure(name, chain, TaskKind::kPosition, samples, seed);
+    if (chain.size() >= 6) measure(name, chain, TaskKind::kPose, samples, seed);
   }
   return 0;
 }

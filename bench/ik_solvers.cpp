@@ -11,23 +11,23 @@
 #include <numbers>
 
 #include "bench/kdl_chain.hpp"
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_law.hpp"
 #include "numeric/random.hpp"
 
 namespace multireach::bench {
 namespace {
 
-using controller::Aim;
 using controller::GuardedLaw;
-using controller::HandTarget;
-using controller::PostureSearch;
+using controller::MultiStartIk;
+using controller::TaskKind;
+using controller::TaskTarget;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kStepsPerSecond = 140, kMostSeconds = 20;
-constexpr double kStill = 1e-6;  // rad (m) per step
+constexpr double kStill = 1e-6;  // rad (m) per step; the arm rests below this speed
 
-/// A KDL solver with the arm that it refers to.
+/// A KDL solver, together with the chain that it refers to.
 class KdlPositionSolver {
  public:
   virtual ~KdlPositionSolver() = default;
@@ -36,14 +36,13 @@ class KdlPositionSolver {
 
 class Lma final : public KdlPositionSolver {
  public:
-  Lma(const Chain& chain, Aim aim)
+  Lma(const Chain& chain, TaskKind task)
       : arm_(kdl_chain(chain)),
-        // The weights are those of the project's own task: 1 rad counts as 0.1 m. The tolerance is on the weighted
-        // norm.
+        // The same weights as in the project's task: 1 rad counts as 0.1 m. The tolerance is on the weighted norm.
         solver_(arm_,
-                aim == Aim::kPose ? Eigen::Matrix<double, 6, 1>(1, 1, 1, 0.1, 0.1, 0.1)
-                                  : Eigen::Matrix<double, 6, 1>(1, 1, 1, 0, 0, 0),
-                aim == Aim::kPose ? 0.1 * kIkTolerance : kIkTolerance) {}
+                task == TaskKind::kPose ? Eigen::Matrix<double, 6, 1>(1, 1, 1, 0.1, 0.1, 0.1)
+                                        : Eigen::Matrix<double, 6, 1>(1, 1, 1, 0, 0, 0),
+                task == TaskKind::kPose ? 0.1 * kIkTolerance : kIkTolerance) {}
   void solve(const KDL::JntArray& from, const KDL::Frame& to, KDL::JntArray& found) override {
     solver_.CartToJnt(from, to, found);
   }
@@ -53,7 +52,7 @@ class Lma final : public KdlPositionSolver {
   KDL::ChainIkSolverPos_LMA solver_;
 };
 
-/// Forward kinematics without the rotation: for KDL's Newton-Raphson, whose task has always six rows, to look at the
+/// Forward kinematics without the rotation, so that KDL's Newton-Raphson, whose task always has six rows, considers the
 /// position only.
 class PlaceOnly final : public KDL::ChainFkSolverPos {
  public:
@@ -70,12 +69,12 @@ class PlaceOnly final : public KDL::ChainFkSolverPos {
   KDL::ChainFkSolverPos_recursive whole_;
 };
 
-/// What ChainIkSolverVel_pinv does, with the position's three rows.
+/// Like KDL's ChainIkSolverVel_pinv, for the three rows of the position.
 class PlaceOnlyPinv final : public KDL::ChainIkSolverVel {
  public:
   explicit PlaceOnlyPinv(const KDL::Chain& arm) : jacobians_(arm), jacobian_(arm.getNrOfJoints()) {}
   int CartToJnt(const KDL::JntArray& q, const KDL::Twist& twist, KDL::JntArray& v) override {
-    constexpr double kSmallest = 1e-5;  // singular values below it are left out, as there
+    constexpr double kSmallest = 1e-5;  // singular values below it are ignored, as in KDL
     jacobians_.JntToJac(q, jacobian_);
     const Eigen::Matrix<double, 3, Eigen::Dynamic> J = jacobian_.data.topRows<3>();
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -106,7 +105,7 @@ class NewtonRaphson final : public KdlPositionSolver {
       : arm_(kdl_chain(chain)),
         forward_(arm_),
         velocities_(arm_),
-        // Its tolerance is on each row.
+        // KDL applies the tolerance to each row.
         solver_(arm_, limits_of(chain.lower()), limits_of(chain.upper()), forward_, velocities_, 100,
                 0.5 * kIkTolerance) {}
   void solve(const KDL::JntArray& from, const KDL::Frame& to, KDL::JntArray& found) override {
@@ -120,19 +119,19 @@ class NewtonRaphson final : public KdlPositionSolver {
   KDL::ChainIkSolverPos_NR_JL solver_;
 };
 
-KDL::Frame frame_of(const HandTarget& target) {
+KDL::Frame frame_of(const TaskTarget& target) {
   const Eigen::Vector3d& p = target.position;
   KDL::Rotation R = KDL::Rotation::Identity();
-  if (target.aim == Aim::kPose) {
+  if (target.task == TaskKind::kPose) {
     const Eigen::Quaterniond q(target.orientation);
     R = KDL::Rotation::Quaternion(q.x(), q.y(), q.z(), q.w());
   }
   return {R, KDL::Vector(p.x(), p.y(), p.z())};
 }
 
-/// `starts` 1: as the solver is. More: begun again from random postures, the same for every target.
+/// `starts` 1: the plain solver. More: restarts from random configurations, the same for every target.
 IkSolver wrapped(const Chain& chain, const std::string& name, std::shared_ptr<KdlPositionSolver> solver, int starts) {
-  const auto solve = [chain, solver, starts](const HandTarget& target, const JointVector& start) {
+  const auto solve = [chain, solver, starts](const TaskTarget& target, const JointVector& start) {
     const CounterRandom random(1);
     const KDL::Frame goal = frame_of(target);
     const auto n = static_cast<unsigned>(chain.size());
@@ -153,9 +152,9 @@ IkSolver wrapped(const Chain& chain, const std::string& name, std::shared_ptr<Kd
   return {.name = starts > 1 ? name + ", begun again" : name, .solve = solve, .moves = false};
 }
 
-IkAnswer run_to_rest(GuardedLaw& law, const HandTarget& target, const JointVector& start) {
+IkAnswer run_to_rest(GuardedLaw& law, const TaskTarget& target, const JointVector& start) {
   law.start(start);
-  law.aim(target);
+  law.set_target(target);
   int steps = 0;
   for (bool rests = false; !rests && steps < kMostSeconds * kStepsPerSecond; ++steps) {
     law.step();
@@ -167,11 +166,11 @@ IkAnswer run_to_rest(GuardedLaw& law, const HandTarget& target, const JointVecto
 
 }  // namespace
 
-bool meets(const Chain& chain, const HandTarget& target, const JointVector& posture) {
+bool meets(const Chain& chain, const TaskTarget& target, const JointVector& posture) {
   if (!posture.allFinite()) return false;
   const Eigen::Isometry3d X = chain.pose(posture);
   if (!((X.translation() - target.position).norm() <= kIkTolerance)) return false;
-  if (target.aim != Aim::kPose) return true;
+  if (target.task != TaskKind::kPose) return true;
   return Eigen::AngleAxisd(X.linear().transpose() * target.orientation).angle() <= kIkTolerance;
 }
 
@@ -192,30 +191,30 @@ bool inside_limits(const Chain& chain, const JointVector& posture) {
 }
 
 std::vector<IkSolver> own_solvers(const Chain& chain) {
-  const auto search = std::make_shared<PostureSearch>(chain);
+  const auto search = std::make_shared<MultiStartIk>(chain);
   const auto law = std::make_shared<GuardedLaw>(chain);
   return {
-      {.name = "nearest posture (`PostureSearch::best`)",
+      {.name = "nearest posture (`MultiStartIk::best`)",
        .solve =
-           [search](const HandTarget& target, const JointVector& start) {
+           [search](const TaskTarget& target, const JointVector& start) {
              return IkAnswer{search->best(target, start).theta, 0};
            },
        .moves = false},
-      {.name = "first posture (`PostureSearch::first`)",
+      {.name = "first posture (`MultiStartIk::first`)",
        .solve =
-           [search](const HandTarget& target, const JointVector& start) {
+           [search](const TaskTarget& target, const JointVector& start) {
              return IkAnswer{search->first(target, start).theta, 0};
            },
        .moves = false},
       {.name = "reached by moving (`GuardedLaw`)",
-       .solve = [law](const HandTarget& target, const JointVector& start) { return run_to_rest(*law, target, start); },
+       .solve = [law](const TaskTarget& target, const JointVector& start) { return run_to_rest(*law, target, start); },
        .moves = true}};
 }
 
-std::vector<IkSolver> kdl_solvers(const Chain& chain, Aim aim) {
-  const auto lma = std::make_shared<Lma>(chain, aim);
+std::vector<IkSolver> kdl_solvers(const Chain& chain, TaskKind task) {
+  const auto lma = std::make_shared<Lma>(chain, task);
   std::shared_ptr<KdlPositionSolver> newton;
-  if (aim == Aim::kPose) {
+  if (task == TaskKind::kPose) {
     newton = std::make_shared<NewtonRaphson<KDL::ChainFkSolverPos_recursive, KDL::ChainIkSolverVel_pinv>>(chain);
   } else {
     newton = std::make_shared<NewtonRaphson<PlaceOnly, PlaceOnlyPinv>>(chain);

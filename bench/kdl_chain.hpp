@@ -6,7 +6,7 @@
 
 namespace multireach::bench {
 
-/// The same arm for Orocos KDL; all joints turn.
+/// The same chain for Orocos KDL; all joints must be revolute.
 inline KDL::Chain kdl_chain(const Chain& chain) {
   const auto frame = [](const Eigen::Isometry3d& X) {
     const Eigen::Quaterniond q(X.linear());

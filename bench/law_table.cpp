@@ -1,4 +1,4 @@
-// multireach-bench-laws: the same reaches under the paper's law, the guarded law, and Orocos KDL, as a Markdown table.
+// multireach-bench-laws: the same reaches with the paper's law, the guarded law, and Orocos KDL, as a Markdown table.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -20,15 +20,15 @@ using controller::ViteGains;
 
 constexpr ViteGains kGains{0.08, 0.02};
 
-/// KDL's LMA solves for the goal posture (it knows no limits); the joints' attractor with the guarded law's gains goes
-/// there.
+/// KDL's LMA solves for the goal configuration (it ignores limits); the joint-space attractor moves there with the
+/// guarded law's gains.
 ReachResult run_lma(const Chain& chain, KDL::ChainIkSolverPos_LMA& solver, const ReachSample& sample) {
   KDL::JntArray start(static_cast<unsigned>(chain.size())), goal(start);
   start.data = sample.start;
   const Eigen::Vector3d& p = sample.target;
   const bool solved = solver.CartToJnt(start, KDL::Frame(KDL::Vector(p.x(), p.y(), p.z())), goal) >= 0;
   JointVector theta = sample.start, velocity = JointVector::Zero(chain.size());
-  ReachWatch watch(chain, sample, {}, chain.position(theta));
+  ReachMonitor watch(chain, sample, {}, chain.position(theta));
   do {
     const JointVector apart = (solved ? JointVector(goal.data) : sample.start) - theta;
     velocity += kGains.alpha * (kGains.beta * apart - velocity);
@@ -37,12 +37,12 @@ ReachResult run_lma(const Chain& chain, KDL::ChainIkSolverPos_LMA& solver, const
   return watch.result();
 }
 
-/// KDL's damped least squares turns the hand's straight way into joint velocities, step by step; `clamped`: with every
-/// joint stopped at its limits.
+/// KDL's damped least squares converts a straight motion of the hand into joint velocities, step by step; `clamped`:
+/// every joint stops at its limits.
 ReachResult run_wdls(const Chain& chain, KDL::ChainIkSolverVel_wdls& solver, bool clamped, const ReachSample& sample) {
   KDL::JntArray q(static_cast<unsigned>(chain.size())), v(q);
   JointVector theta = sample.start;
-  ReachWatch watch(chain, sample, {}, chain.position(theta));
+  ReachMonitor watch(chain, sample, {}, chain.position(theta));
   JointVector moved = JointVector::Zero(chain.size());
   do {
     const Eigen::Vector3d way = kGains.beta * (sample.target - chain.position(theta));
@@ -97,7 +97,7 @@ int compare(const std::string& urdf, const std::string& base, const std::string&
   std::printf(
       "| law | arrived | beyond a position limit | a speed limit | not finite | path p50 | p95 | settled p95 |\n");
   std::printf("|---|---|---|---|---|---|---|---|\n");
-  const controller::PostureSearch search(chain);
+  const controller::MultiStartIk search(chain);
   for (const double gamma : {100.0, 350.0, 1000.0}) {
     const controller::PaperParameters paper{.gains = {}, .gamma = gamma};
     print_row(("paper, γ = " + std::to_string(static_cast<int>(gamma))).c_str(), samples,

@@ -10,9 +10,9 @@
 
 namespace multireach::bench {
 
-/// The guarded step as one would first write it: the same attractors, bounds, coherence program and target posture, on
-/// Eigen's matrices and the plain kinematics of Chain. Something to compare the real one with. `N`: the number of
-/// joints where the compiler knows it, which saves the allocations.
+/// A straightforward implementation of the guarded step, as a baseline: the same attractors, bounds, coherence QP and
+/// target posture, with Eigen matrices and the plain kinematics of Chain. `N`: the number of joints if known at compile
+/// time, which avoids allocations.
 template <int N = Eigen::Dynamic>
 class PlainStep {
   using Joints = Eigen::Matrix<double, N, 1>;

@@ -1,5 +1,5 @@
-// multireach-bench-replay: how fast sessions are replayed and logs read, beside the bare decoding of the images and the
-// memory's own speed. Everything in one run, best of several.
+// multireach-bench-replay: speed of replay and of reading logs, compared with plain image decoding and memory speed.
+// All measured in one run, best of several.
 #include <fmt/format.h>
 #include <turbojpeg.h>
 #include <unistd.h>
@@ -26,7 +26,7 @@ double seconds(const std::function<void()>& work) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// The time of all images of a session through turbojpeg, as the codec of vision calls it, in one thread.
+/// Time to decode all images of a session with turbojpeg, called as vision's codec does, in one thread.
 double decoding_alone(const std::vector<std::vector<uint8_t>>& jpegs) {
   tjhandle handle = tjInitDecompress();
   std::vector<uint8_t> pixels;
@@ -54,7 +54,7 @@ std::vector<std::vector<uint8_t>> jpegs_in(const std::string& session) {
   return jpegs;
 }
 
-/// Replays into a log, as `multireach-replay run -o` does. Returns the time that it took.
+/// Replays into a log, as `multireach-replay run -o` does. Returns the time taken.
 double replaying(const ReplayOptions& options, const std::string& output, ReplayResult& result) {
   return seconds([&] {
     LogWriter log(output);

@@ -1,4 +1,4 @@
-// One integration step of the guarded law, beside what else one could run in its place.
+// Time of one integration step of the guarded law, compared with alternatives.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -13,25 +13,25 @@
 #include "controller/batch/guarded_batch.hpp"
 #include "controller/batch/paper_batch.hpp"
 #include "controller/collision/proximity.hpp"
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_law.hpp"
 #include "numeric/random.hpp"
 
 namespace multireach::bench {
 namespace {
 
-using controller::Aim;
 using controller::GuardedLaw;
-using controller::HandTarget;
+using controller::TaskKind;
+using controller::TaskTarget;
 
 constexpr int kReaches = 64, kStepsPerReach = 300;
 
 struct Reach {
   JointVector start, target_posture;
-  HandTarget target;
+  TaskTarget target;
 };
 
-std::vector<Reach> reaches(const Chain& chain, Aim aim) {
+std::vector<Reach> reaches(const Chain& chain, TaskKind task) {
   const CounterRandom random(1);
   const auto posture = [&](uint64_t k) {
     JointVector theta(chain.size());
@@ -41,26 +41,27 @@ std::vector<Reach> reaches(const Chain& chain, Aim aim) {
     }
     return theta;
   };
-  const controller::PostureSearch search(chain);
+  const controller::MultiStartIk search(chain);
   std::vector<Reach> all;
   for (uint64_t k = 0; k < kReaches; ++k) {
     Reach reach{posture(2 * k), posture(2 * k + 1), {}};
     const Eigen::Isometry3d X = chain.pose(reach.target_posture);
-    reach.target = {.position = X.translation(), .aim = aim, .direction = X.linear().col(2), .orientation = X.linear()};
+    reach.target = {
+        .position = X.translation(), .task = task, .direction = X.linear().col(2), .orientation = X.linear()};
     reach.target_posture = search.best(reach.target, reach.start).theta;
     all.push_back(reach);
   }
   return all;
 }
 
-void guarded_step(benchmark::State& state, const Chain& chain, Aim aim) {
-  const std::vector<Reach> all = reaches(chain, aim);
+void guarded_step(benchmark::State& state, const Chain& chain, TaskKind task) {
+  const std::vector<Reach> all = reaches(chain, task);
   GuardedLaw law(chain);
   int k = 0, left = 0;
   for (auto _ : state) {
     if (left == 0) {
       law.start(all[k].start);
-      law.aim(all[k].target, all[k].target_posture);
+      law.set_target(all[k].target, all[k].target_posture);
       k = (k + 1) % kReaches;
       left = kStepsPerReach;
     }
@@ -68,11 +69,11 @@ void guarded_step(benchmark::State& state, const Chain& chain, Aim aim) {
     --left;
   }
   benchmark::DoNotOptimize(law.theta().data());
-  // The slow steps, timed one by one; reading the clock is part of these times.
+  // Times each step separately to find the slow ones; reading the clock is part of these times.
   std::vector<double> times;
   for (const Reach& reach : all) {
     law.start(reach.start);
-    law.aim(reach.target, reach.target_posture);
+    law.set_target(reach.target, reach.target_posture);
     for (int step = 0; step < kStepsPerReach; ++step) {
       const auto begin = std::chrono::steady_clock::now();
       law.step();
@@ -85,7 +86,7 @@ void guarded_step(benchmark::State& state, const Chain& chain, Aim aim) {
 
 template <int N>
 void plain_step_of(benchmark::State& state, const Chain& chain) {
-  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  const std::vector<Reach> all = reaches(chain, TaskKind::kPosition);
   PlainStep<N> law(chain, GuardedLaw(chain).largest_gamma());
   int k = 0, left = 0;
   for (auto _ : state) {
@@ -103,23 +104,23 @@ void plain_step_of(benchmark::State& state, const Chain& chain) {
 void plain_step(benchmark::State& state, const Chain& chain) {
   plain_step_of<Eigen::Dynamic>(state, chain);
 }
-/// With the number of joints known to the compiler.
+/// With the number of joints known at compile time.
 void plain_fixed_step(benchmark::State& state, const Chain& chain) {
   chain.size() == 4 ? plain_step_of<4>(state, chain) : plain_step_of<7>(state, chain);
 }
 
-/// One step of one arm of a batch, with the instruction set of this name; the same reaches.
+/// One step of one arm of a batch, with the named instruction set; the same reaches.
 template <class Batch, class... Parameters>
 void batch_step(benchmark::State& state, const Chain& chain, const std::string& set, const Parameters&... parameters) {
   if (!controller::use_instruction_set(set)) {
     state.SkipWithError("this processor has not this instruction set");
     return;
   }
-  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  const std::vector<Reach> all = reaches(chain, TaskKind::kPosition);
   constexpr int kArms = 32;
   Batch batch(chain, parameters..., kArms);
   int k = 0, left = 0;
-  while (state.KeepRunningBatch(batch.size())) {  // each pass counts as a step of every arm
+  while (state.KeepRunningBatch(batch.size())) {  // each iteration counts as one step of every arm
     if (left == 0) {
       for (int a = 0; a < batch.size(); ++a) {
         batch.start(a, all[k].start, all[k].target.position, all[k].target_posture);
@@ -131,7 +132,7 @@ void batch_step(benchmark::State& state, const Chain& chain, const std::string& 
     --left;
   }
   benchmark::DoNotOptimize(&batch.block(0));
-  controller::use_instruction_set("");  // the widest
+  controller::use_instruction_set("");  // back to the widest
 }
 void guarded_batch(benchmark::State& state, const Chain& chain, const std::string& set) {
   batch_step<controller::GuardedBatch>(state, chain, set, controller::GuardedParameters{});
@@ -145,7 +146,7 @@ void kdl_wdls(benchmark::State& state, const Chain& chain) {
   const KDL::Chain arm = kdl_chain(chain);
   KDL::ChainIkSolverVel_wdls solver(arm);
   solver.setLambda(0.01);
-  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  const std::vector<Reach> all = reaches(chain, TaskKind::kPosition);
   KDL::JntArray q(arm.getNrOfJoints()), v(arm.getNrOfJoints());
   const KDL::Twist twist(KDL::Vector(0.1, 0.05, -0.1), KDL::Vector(0, 0.1, 0));
   int k = 0;
@@ -160,7 +161,7 @@ void kdl_wdls(benchmark::State& state, const Chain& chain) {
 void kdl_lma(benchmark::State& state, const Chain& chain) {
   const KDL::Chain arm = kdl_chain(chain);
   KDL::ChainIkSolverPos_LMA solver(arm, Eigen::Matrix<double, 6, 1>(1, 1, 1, 0, 0, 0));
-  const std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  const std::vector<Reach> all = reaches(chain, TaskKind::kPosition);
   KDL::JntArray q(arm.getNrOfJoints()), found(arm.getNrOfJoints());
   int k = 0;
   for (auto _ : state) {
@@ -172,7 +173,7 @@ void kdl_lma(benchmark::State& state, const Chain& chain) {
   }
 }
 
-/// Twenty obstacles around the arm, and its links against each other.
+/// A step with twenty obstacles around the arm, and with its links avoiding each other.
 void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, double link_radius_m) {
   controller::GuardedParameters parameters;
   parameters.body.link_radius_m = link_radius_m;
@@ -193,7 +194,7 @@ void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, d
   }
   law.set_obstacles(obstacles);
   proximity.set_obstacles(obstacles);
-  std::vector<Reach> all = reaches(chain, Aim::kPosition);
+  std::vector<Reach> all = reaches(chain, TaskKind::kPosition);
   std::erase_if(all, [&](const Reach& reach) {
     return proximity.clearance(reach.start) < 0.01 || proximity.clearance(reach.target_posture) < 0.01;
   });
@@ -206,7 +207,7 @@ void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, d
   for (auto _ : state) {
     if (left == 0) {
       law.start(all[k].start);
-      law.aim(all[k].target, all[k].target_posture);
+      law.set_target(all[k].target, all[k].target_posture);
       k = (k + 1) % all.size();
       left = kStepsPerReach;
     }
@@ -215,7 +216,7 @@ void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, d
   }
 }
 
-BENCHMARK_CAPTURE(guarded_step, hoap2_n4_m3, hoap2(), Aim::kPosition);
+BENCHMARK_CAPTURE(guarded_step, hoap2_n4_m3, hoap2(), TaskKind::kPosition);
 BENCHMARK_CAPTURE(plain_step, hoap2_n4_m3, hoap2());
 BENCHMARK_CAPTURE(plain_fixed_step, hoap2_n4_m3, hoap2());
 BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_AVX3, hoap2(), "AVX3");
@@ -223,13 +224,13 @@ BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_AVX2, hoap2(), "AVX2");
 BENCHMARK_CAPTURE(guarded_batch, hoap2_n4_m3_SSE4, hoap2(), "SSE4");
 BENCHMARK_CAPTURE(paper_batch, hoap2_n4_m3_AVX3, hoap2(), "AVX3");
 BENCHMARK_CAPTURE(kdl_lma, hoap2_n4_m3, hoap2());
-BENCHMARK_CAPTURE(guarded_step, n7_m3, seven_joints(), Aim::kPosition);
+BENCHMARK_CAPTURE(guarded_step, n7_m3, seven_joints(), TaskKind::kPosition);
 BENCHMARK_CAPTURE(plain_step, n7_m3, seven_joints());
 BENCHMARK_CAPTURE(plain_fixed_step, n7_m3, seven_joints());
 BENCHMARK_CAPTURE(guarded_batch, n7_m3_AVX3, seven_joints(), "AVX3");
 BENCHMARK_CAPTURE(guarded_batch, n7_m3_AVX2, seven_joints(), "AVX2");
-BENCHMARK_CAPTURE(guarded_step, n7_m5, seven_joints(), Aim::kPointing);
-BENCHMARK_CAPTURE(guarded_step, n7_m6, seven_joints(), Aim::kPose);
+BENCHMARK_CAPTURE(guarded_step, n7_m5, seven_joints(), TaskKind::kPointing);
+BENCHMARK_CAPTURE(guarded_step, n7_m6, seven_joints(), TaskKind::kPose);
 BENCHMARK_CAPTURE(guarded_step_among_obstacles, hoap2_n4_m3, hoap2(), 0.02);
 BENCHMARK_CAPTURE(guarded_step_among_obstacles, n7_m3, seven_joints(), 0.05);
 BENCHMARK_CAPTURE(kdl_wdls, n7_m6, seven_joints());

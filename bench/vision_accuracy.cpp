@@ -1,5 +1,5 @@
-// multireach-bench-accuracy: how far the measured place of a rendered sphere is from its true one, and how honest the
-// stated covariance is, as a table.
+// multireach-bench-accuracy: position error of a rendered sphere, and consistency of the estimated covariance, as a
+// table.
 #include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
 #include <cstdio>
@@ -12,14 +12,14 @@
 #include "numeric/random.hpp"
 #include "numeric/trigonometry.hpp"
 #include "vision/colour/find.hpp"
-#include "vision/stereo/stereo_sighting.hpp"
+#include "vision/stereo/stereo_match.hpp"
 
 namespace multireach::bench {
 namespace {
 
-using vision::Sighting;
+using vision::StereoMatch;
 
-/// What the ball is seen before.
+/// The background behind the ball.
 struct Background {
   const char* name;
   SceneOptions scene;
@@ -37,19 +37,19 @@ std::vector<Background> backgrounds(double wall_distance_m) {
   fine.seed = 4;
   fine.wall_grey = 60;
   fine.wall_contrast = 1.3;
-  fine.wall_fineness = 5.4 / wall_distance_m;  // of one pitch in the image
+  fine.wall_fineness = 5.4 / wall_distance_m;  // keeps the texture's pitch in the image constant
   return {{"plain", base}, {"dark", dark}, {"bright", bright}, {"textured", fine}};
 }
 
 struct Case {
   std::string name;
   double near_m = 0.5, far_m = 0.5;
-  int jpeg_quality = 0;  // 0 for none
-  double hidden = 0;
+  int jpeg_quality = 0;  // 0 for no compression
+  double occlusion = 0;
   bool neighbour = false;
   bool distorted = false;
   double most_rms_mm = 0;
-  bool to_be_declared = false;  // as hidden too much
+  bool to_be_declared = false;  // expected status: kOccludedTooMuch
 };
 
 std::vector<Case> cases() {
@@ -59,8 +59,8 @@ std::vector<Case> cases() {
       {.name = "1 to 2 m", .near_m = 1, .far_m = 2, .most_rms_mm = 3.5},
       {.name = "0.5 m, JPEG q90", .jpeg_quality = 90, .most_rms_mm = 0.8},
       {.name = "0.5 m, similar hue touches", .neighbour = true, .most_rms_mm = 0.35},
-      {.name = "0.5 m, one tenth hidden", .hidden = 0.1, .most_rms_mm = 4},
-      {.name = "0.5 m, three tenths hidden", .hidden = 0.3, .most_rms_mm = 0, .to_be_declared = true},
+      {.name = "0.5 m, one tenth hidden", .occlusion = 0.1, .most_rms_mm = 4},
+      {.name = "0.5 m, three tenths hidden", .occlusion = 0.3, .most_rms_mm = 0, .to_be_declared = true},
   };
 }
 
@@ -71,12 +71,12 @@ StereoRig rig_of(bool distorted) {
   rig.right = rig.left;
   rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
   rig.X_RL.translation().x() = -0.06;
-  // Looking down at an angle, as the cameras of robots/hoap2: the light comes from above.
+  // Looking down at an angle, as the cameras of robots/hoap2 do: the light comes from above.
   rig.X_WL.linear() = rotation_from_rpy({-2.54818, 0, -1.570796});
   return rig;
 }
 
-/// The two cameras before one background.
+/// The two cameras' renderers for one background.
 struct Stage {
   Stage(const StereoRig& rig, const SceneOptions& scene)
       : left(scene, rig.left, rig.X_WL, rig.X_WL), right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
@@ -85,7 +85,7 @@ struct Stage {
 
 struct Sums {
   int shown = 0, seen = 0, declared = 0, by_edges = 0;
-  double nees = 0, square = 0, hidden = 0, epipolar_z2 = 0;
+  double nees = 0, square = 0, occlusion = 0, epipolar_z2 = 0;
   std::vector<double> errors_m;
   Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
 
@@ -111,9 +111,9 @@ class Accuracy {
     const StereoRig rig = rig_of(c.distorted);
     const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9);
     const double radius = walls[0].scene.ball_radius_m;
-    vision::SightingOptions options;
+    vision::MatchOptions options;
     if (radius_known_) options.radius_m = radius;
-    vision::DiscMeasurer left_measurer(rig.left), right_measurer(rig.right);
+    vision::SphereContourFitter left_measurer(rig.left), right_measurer(rig.right);
     Sums sums;
     for (size_t wall = 0; wall < walls.size(); ++wall) {
       const Stage& stage = stage_of(c, walls[wall], rig);
@@ -125,13 +125,13 @@ class Accuracy {
         const Eigen::Vector3d p_LB = z * rig.left.ray(pixel).homogeneous(), p_WB = rig.X_WL * p_LB;
         Look look;
         const double angle = random.uniform(3, 0, 6.283185307179586);
-        if (c.hidden > 0) look.occluder = Occluder{.hidden = c.hidden, .angle_rad = angle};
+        if (c.occlusion > 0) look.occluder = Occluder{.occlusion = c.occlusion, .angle_rad = angle};
         if (c.neighbour) look.neighbour = Neighbour{.angle_rad = angle, .radius_m = random.uniform(4, 0.008, 0.03)};
         const auto stream = static_cast<uint64_t>(2 * k);
-        const auto left = discs(stage.left.render(p_WB, stream, look), c, left_measurer);
-        const auto right = discs(stage.right.render(p_WB, stream + 1, look), c, right_measurer);
-        const Sighting sighting = vision::sight(rig, left, right, std::nullopt, options);
-        for (Sums* s : {&sums, &of_wall}) take(sighting, p_LB, rig, *s);
+        const auto left = contours(stage.left.render(p_WB, stream, look), c, left_measurer);
+        const auto right = contours(stage.right.render(p_WB, stream + 1, look), c, right_measurer);
+        const StereoMatch match = vision::match_candidates(rig, left, right, std::nullopt, options);
+        for (Sums* s : {&sums, &of_wall}) take(match, p_LB, rig, *s);
       }
       if (verbose_) print(("  " + std::string(walls[wall].name)).c_str(), of_wall);
     }
@@ -147,49 +147,49 @@ class Accuracy {
                 name, s.shown, s.seen, s.declared, s.by_edges, s.rms_mm(),
                 sorted.empty() ? 0 : 1000 * sorted[sorted.size() * 95 / 100], sorted.empty() ? 0 : 1000 * sorted.back(),
                 each.x(), each.y(), each.z(), bias.x(), bias.y(), bias.z(), s.nees_per_dimension(),
-                s.shown > 0 ? s.hidden / s.shown : 0);
+                s.shown > 0 ? s.occlusion / s.shown : 0);
     std::fflush(stdout);
   }
 
  private:
-  /// Walls take long to paint: one stage for all cases that can share it.
+  /// Rendering a wall is slow, so all cases that can share a stage do.
   const Stage& stage_of(const Case& c, const Background& wall, const StereoRig& rig) {
     const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "");
     return stages_.try_emplace(key, rig, wall.scene).first->second;
   }
 
-  std::vector<vision::DiscMeasurement> discs(cv::Mat image, const Case& c, vision::DiscMeasurer& measurer) {
+  std::vector<vision::SphereContour> contours(cv::Mat image, const Case& c, vision::SphereContourFitter& fitter) {
     if (c.jpeg_quality > 0) {
       std::vector<uint8_t> bytes;
       cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, c.jpeg_quality});
       image = cv::imdecode(bytes, cv::IMREAD_COLOR);
     }
-    std::vector<vision::DiscMeasurement> result;
+    std::vector<vision::SphereContour> result;
     const cv::Rect whole({0, 0}, image.size());
     for (const vision::Blob& blob : finder_.find(image, whole, colours_, {.min_area = 20, .most = 4}).blobs) {
-      result.push_back(measurer.measure(image, blob));
+      result.push_back(fitter.fit(image, blob));
     }
     return result;
   }
 
-  static void take(const Sighting& sighting, const Eigen::Vector3d& p_LB, const StereoRig& rig, Sums& sums) {
-    using Status = Sighting::Status;
+  static void take(const StereoMatch& match, const Eigen::Vector3d& p_LB, const StereoRig& rig, Sums& sums) {
+    using Status = StereoMatch::Status;
     ++sums.shown;
-    sums.seen += sighting.status == Status::kSeen;
-    sums.declared += sighting.status == Status::kHiddenTooMuch;
-    if (sighting.status != Status::kSeen && sighting.status != Status::kHiddenTooMuch) return;
-    sums.by_edges += sighting.both_by_edges;
-    sums.hidden += sighting.hidden;
-    // In the left camera's frame, where the third axis is depth.
+    sums.seen += match.status == Status::kSeen;
+    sums.declared += match.status == Status::kOccludedTooMuch;
+    if (match.status != Status::kSeen && match.status != Status::kOccludedTooMuch) return;
+    sums.by_edges += match.both_by_contour;
+    sums.occlusion += match.occlusion;
+    // In the left camera's frame, whose third axis is depth.
     const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
-    sums.add(rig.X_WL.inverse() * sighting.point.p_W - p_LB, R_LW * sighting.point.covariance * R_LW.transpose());
+    sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.point.covariance * R_LW.transpose());
   }
 
   int positions_;
   uint64_t seed_;
   bool radius_known_, verbose_;
   std::map<std::string, Stage> stages_;
-  vision::PixelClass colours_{vision::model_of({.references = {{220, 40, 110}}})};
+  vision::ColourTable colours_{vision::model_of({.references = {{220, 40, 110}}})};
   vision::Finder finder_;
 };
 

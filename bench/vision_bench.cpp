@@ -1,5 +1,5 @@
-// multireach-bench-vision: finding a coloured ball in rendered, noisy images, beside what one would write with OpenCV;
-// and the JPEG decoding that comes before.
+// multireach-bench-vision: time to find a coloured ball in rendered, noisy images, compared with a typical OpenCV
+// implementation; and time to decode the JPEG images.
 #include <benchmark/benchmark.h>
 #include <turbojpeg.h>
 
@@ -22,8 +22,8 @@ CameraModel camera(int width, int height) {
   return {.width = width, .height = height, .fx = focal, .fy = focal, .cx = width / 2.0, .cy = height / 2.0};
 }
 
-/// A ball of 2 cm at half a metre before a wall with discs of other colours, and noise of three grey levels, as a
-/// camera sees it that stands `x_m` to the right. Drawn once: benchmarks are set up many times.
+/// A ball of 2 cm radius at half a metre in front of a wall with discs of other colours, with noise of three grey
+/// levels, seen by a camera `x_m` to the right. Rendered only once, because each benchmark is set up many times.
 const cv::Mat& scene(int width, int height, uint64_t stream = 0, double x_m = 0) {
   static std::map<std::tuple<int, int, uint64_t, double>, cv::Mat> drawn;
   cv::Mat& image = drawn[{width, height, stream, x_m}];
@@ -37,7 +37,7 @@ const cv::Mat& scene(int width, int height, uint64_t stream = 0, double x_m = 0)
   return image;
 }
 
-/// A quarter of the width and height, around the ball.
+/// A window of a quarter of the width and height, around the ball.
 cv::Rect window(int width, int height) {
   return {width * 7 / 16, height * 6 / 16, width / 4, height / 4};
 }
@@ -47,7 +47,7 @@ vision::ColourClass ball_colours() {
 }
 
 void find(benchmark::State& state, const cv::Mat& bgr, const cv::Rect& part) {
-  const vision::PixelClass colours(model_of(ball_colours()));
+  const vision::ColourTable colours(model_of(ball_colours()));
   vision::Finder finder;
   if (finder.find(bgr, part, colours).blobs.size() != 1) state.SkipWithError("not one blob");
   for (auto _ : state) benchmark::DoNotOptimize(finder.find(bgr, part, colours).blobs.data());
@@ -63,20 +63,20 @@ void find_in_window(benchmark::State& state, int width, int height) {
   find(state, scene(width, height), window(width, height));
 }
 
-/// Hue, saturation and value in a box, opened, outlines: the recipe of the tutorials. One thread.
+/// The usual tutorial recipe: HSV thresholds, morphological opening, contours. One thread.
 void opencv_find(benchmark::State& state, int width, int height) {
   cv::setNumThreads(1);
   const cv::Mat bgr = scene(width, height), kernel = cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5});
   cv::Mat hsv, mask;
-  std::vector<std::vector<cv::Point>> outlines;
+  std::vector<std::vector<cv::Point>> contours;
   for (auto _ : state) {
     cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
     cv::inRange(hsv, cv::Scalar(155, 120, 40), cv::Scalar(175, 255, 255), mask);
     cv::morphologyEx(mask, mask, cv::MORPH_OPEN, kernel);
-    cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
-    benchmark::DoNotOptimize(outlines.data());
+    cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+    benchmark::DoNotOptimize(contours.data());
   }
-  if (outlines.size() != 1) state.SkipWithError("not one outline");
+  if (contours.size() != 1) state.SkipWithError("not one contour");
 }
 
 void prepare_class(benchmark::State& state, size_t components, size_t background) {
@@ -85,10 +85,10 @@ void prepare_class(benchmark::State& state, size_t components, size_t background
   for (size_t i = 0; i < background; ++i) {
     model.background.push_back({{0.1 * static_cast<double>(i), 0.1}, 0.02 * Eigen::Matrix2d::Identity()});
   }
-  for (auto _ : state) benchmark::DoNotOptimize(vision::PixelClass(model, {1.1, 0.9}));
+  for (auto _ : state) benchmark::DoNotOptimize(vision::ColourTable(model, {1.1, 0.9}));
 }
 
-/// Two JPEGs of quality 90, one thread: the part of vision's time that is not vision's.
+/// Decodes two JPEGs of quality 90 in one thread: the share of the vision stage's time spent on decoding.
 void decode_jpeg_pair(benchmark::State& state, int width, int height, const cv::Rect& part) {
   ImageCodec codec;
   const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
@@ -103,7 +103,7 @@ void decode_jpeg_pair(benchmark::State& state, int width, int height, const cv::
   }
 }
 
-/// The same two by the bare library.
+/// The same two images, decoded by turbojpeg directly.
 void turbojpeg_pair(benchmark::State& state, int width, int height) {
   ImageCodec codec;
   const std::vector<uint8_t> left = codec.encode_jpeg(scene(width, height, 0), 90),
@@ -119,8 +119,8 @@ void turbojpeg_pair(benchmark::State& state, int width, int height) {
   tjDestroy(handle);
 }
 
-/// A message with two JPEGs to its TARGET, in one thread, as the live node does it: the ball is tracked, and only its
-/// window is decoded; or, `lost` before every pair, the whole images.
+/// From a message with two JPEGs to its TARGET, in one thread, as in the live node: while the ball is tracked, only its
+/// window is decoded; with `lost`, tracking is reset before every pair and whole images are decoded.
 void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
   VisionConfig config;
   config.rig.left = config.rig.right = camera(width, height);
@@ -129,7 +129,7 @@ void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
   vision::TrackerOptions options;
   options.rig = config.rig;
   options.colour.fill(model_of(ball_colours()));
-  options.sighting.radius_m = 0.02;
+  options.match.radius_m = 0.02;
   config.targets.push_back({"ball", options});
   VisionNode node(config);
   ImageCodec codec;
@@ -146,7 +146,7 @@ void pair_to_target(benchmark::State& state, int width, int height, bool lost) {
   }
   int64_t tracked = 0;
   for (auto _ : state) {
-    // A pair two seconds earlier begins anew.
+    // A pair with a time two seconds earlier resets the tracker.
     pair.utime += lost ? -2000000 : 33333;
     if (pair.utime < 0) pair.utime = int64_t{1} << 50;
     for (image_t& image : pair.images) image.utime = pair.utime;

@@ -38,7 +38,8 @@ function(multireach_stage name)
   target_compile_features(multireach_${name} ${scope} cxx_std_20)
   install(TARGETS multireach_${name} EXPORT multireach-${name})
   install(EXPORT multireach-${name} NAMESPACE multireach:: DESTINATION ${multireach_package_dir})
-  install(DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/multireach/${name}
+  get_filename_component(folder "${CMAKE_CURRENT_SOURCE_DIR}" NAME)
+  install(DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/multireach/${folder}
     FILES_MATCHING PATTERN "*.hpp"
     PATTERN node EXCLUDE PATTERN sim EXCLUDE PATTERN drivers EXCLUDE)
 endfunction()
@@ -83,5 +84,6 @@ endfunction()
 # The package itself: cmake/multireach-config.cmake says what each component needs.
 include(CMakePackageConfigHelpers)
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/multireach-config-version.cmake" COMPATIBILITY SameMinorVersion)
-install(FILES "${PROJECT_SOURCE_DIR}/cmake/multireach-config.cmake" "${CMAKE_BINARY_DIR}/multireach-config-version.cmake"
+install(FILES "${PROJECT_SOURCE_DIR}/cmake/multireach-config.cmake" "${PROJECT_SOURCE_DIR}/cmake/opencv.cmake"
+  "${CMAKE_BINARY_DIR}/multireach-config-version.cmake"
   DESTINATION ${multireach_package_dir})

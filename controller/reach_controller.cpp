@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "controller/law/paper_equations.hpp"
-#include "controller/law/watched_paper_law.hpp"
+#include "controller/law/supervised_paper_law.hpp"
 
 namespace multireach::controller {
 namespace {
@@ -14,8 +14,8 @@ void require(bool sensible, const char* sentence) {
   if (!sensible) throw std::invalid_argument(sentence);
 }
 
-constexpr double kOffsetAfter = 1e7;  // us: time constant, after which what lasts is an offset and no push
-constexpr double kMostOffset = 0.5;   // rad (m): one wrong measurement must not count for more
+constexpr double kOffsetAfter = 1e7;  // us: time constant with which a lasting deviation is learnt as an offset
+constexpr double kMostOffset = 0.5;   // rad (m): limits the effect of one wrong measurement on the offset
 constexpr int64_t kLongestTick = 1'000'000'000;
 
 bool believable(int64_t utime) {
@@ -24,12 +24,12 @@ bool believable(int64_t utime) {
 
 std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& options, double steps_per_second) {
   if (const auto* paper = std::get_if<PaperParameters>(&options.law)) {
-    require(options.aim == Aim::kPosition, "the law 'paper' knows positions only: aim must be position");
-    return std::make_unique<WatchedPaperLaw>(chain, *paper, options.drift_m, options.posture_search);
+    require(options.task == TaskKind::kPosition, "the law 'paper' knows positions only: task must be position");
+    return std::make_unique<SupervisedPaperLaw>(chain, *paper, options.drift_m, options.ik);
   }
   GuardedParameters parameters = std::get<GuardedParameters>(options.law);
   parameters.steps_per_second = steps_per_second;
-  parameters.posture_search = options.posture_search;
+  parameters.ik = options.ik;
   return std::make_unique<GuardedLaw>(chain, parameters);
 }
 
@@ -42,9 +42,8 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   require(options.target.jump_m > 0, "jump_m must be positive");
   require(options.target.wander_m_per_root_s >= 0, "wander_m_per_root_s must not be negative");
   require(options.lost_after_us >= 0, "lost_after_us must not be negative");
-  require(options.push_from >= 0, "push_from must not be negative");
-  require(options.posture_search.samples >= 3 && options.posture_search.starts >= 0,
-          "the posture search needs at least 3 samples");
+  require(options.disturbance_threshold >= 0, "disturbance_threshold must not be negative");
+  require(options.ik.samples >= 3 && options.ik.starts >= 0, "the posture search needs at least 3 samples");
   law_ = make_law(chain, options, steps_per_second());
   for (JointVector& command : commands_) command = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
@@ -59,7 +58,7 @@ bool ReachController::start(const JointVector& theta) {
   filter_.forget();
   last_seen_.reset();
   mode_ = ReachMode::kWaiting;
-  staying_ = false;
+  dwelling_ = false;
   measured_.reset();
   offset_ = JointVector::Zero(chain_.size());
   commands_known_ = 0;
@@ -76,7 +75,7 @@ bool ReachController::observe(const TargetObservation& observation) {
   const bool jumped = filter_.update(observation);
   jumped_ = jumped_ || jumped;
   last_seen_ = observation.utime;
-  last_place_ = filter_.position_at(observation.utime);
+  last_position_ = filter_.position_at(observation.utime);
   return true;
 }
 
@@ -104,21 +103,21 @@ std::optional<int64_t> ReachController::next_tick() const {
 }
 
 void ReachController::fall_back() {
-  jumped_ = true;  // what comes next is a new target
-  switch (options_.without_target) {
-    case WithoutTarget::kGoToRest:
-      if (mode_ != ReachMode::kResting && law_->aim_at_posture(rest_)) mode_ = ReachMode::kResting;
+  jumped_ = true;  // treat the next target that is seen as a new one
+  switch (options_.on_target_lost) {
+    case OnTargetLost::kGoToRest:
+      if (mode_ != ReachMode::kResting && law_->set_joint_target(rest_)) mode_ = ReachMode::kResting;
       return;
-    case WithoutTarget::kStay:
-      if (!staying_ && mode_ != ReachMode::kWaiting) law_->aim_at_posture(chain_.clamped(law_->theta()));
-      staying_ = true;
+    case OnTargetLost::kStop:
+      if (!dwelling_ && mode_ != ReachMode::kWaiting) law_->set_joint_target(chain_.clamped(law_->theta()));
+      dwelling_ = true;
       break;
-    case WithoutTarget::kHoldLastTarget:
+    case OnTargetLost::kHoldLastTarget:
       if (mode_ == ReachMode::kReaching && lost_) {
-        law_->follow({.position = last_place_,
-                      .aim = options_.aim,
-                      .direction = options_.direction,
-                      .orientation = options_.orientation});
+        law_->update_target({.position = last_position_,
+                             .task = options_.task,
+                             .direction = options_.direction,
+                             .orientation = options_.orientation});
       }
       break;
   }
@@ -126,26 +125,26 @@ void ReachController::fall_back() {
 }
 
 void ReachController::pursue(int64_t now) {
-  const HandTarget target{.position = filter_.position_at(now),
+  const TaskTarget target{.position = filter_.position_at(now),
                           .velocity = filter_.velocity() / steps_per_second(),
-                          .aim = options_.aim,
+                          .task = options_.task,
                           .direction = options_.direction,
                           .orientation = options_.orientation};
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
-  const Aimed aimed = resume ? law_->follow(target) : law_->aim(target);
+  const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
   jumped_ = false;
-  out_of_reach_ = aimed == Aimed::kOutOfReach;
-  if (out_of_reach_ && std::holds_alternative<PaperParameters>(options_.law)) {
+  unreachable_ = result == TargetResult::kUnreachable;
+  if (unreachable_ && std::holds_alternative<PaperParameters>(options_.law)) {
     fall_back();
     return;
   }
   mode_ = ReachMode::kReaching;
-  staying_ = false;
+  dwelling_ = false;
 }
 
 void ReachController::choose_goal(int64_t now) {
   lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
-  out_of_reach_ = false;
+  unreachable_ = false;
   if (!lost_) {
     pursue(now);
   } else if (last_seen_ || mode_ != ReachMode::kWaiting) {
@@ -158,7 +157,7 @@ void ReachController::remember_command() {
   ++commands_known_;
 }
 
-void ReachController::feel_pushes() {
+void ReachController::compensate_disturbance() {
   if (options_.feedback != Feedback::kMeasured) return;
   JointVector displacement = JointVector::Zero(chain_.size());
   if (measured_) {
@@ -169,15 +168,15 @@ void ReachController::feel_pushes() {
         low = std::min(low, commands_[static_cast<size_t>(k)][i]);
         high = std::max(high, commands_[static_cast<size_t>(k)][i]);
       }
-      // Beside all commands of the last 0.3 s, and beside where the arm always is beside them.
+      // Deviation from the range of the commands of the last 0.3 s, after removing the learnt offset.
       const double there = (*measured_)[i] - offset_[i], beside = there - std::clamp(there, low, high);
       offset_[i] += std::min(1.0, static_cast<double>(options_.tick_us) / kOffsetAfter) *
                     std::clamp(beside, -kMostOffset, kMostOffset);
-      displacement[i] = std::copysign(std::max(std::abs(beside) - options_.push_from, 0.0), beside);
+      displacement[i] = std::copysign(std::max(std::abs(beside) - options_.disturbance_threshold, 0.0), beside);
     }
   }
   measured_.reset();
-  law_->take_up(displacement);
+  law_->compensate(displacement);
 }
 
 ReachOutput ReachController::tick() {
@@ -185,15 +184,15 @@ ReachOutput ReachController::tick() {
   output.utime = *next_tick();
   output.tick = tick_++;
   choose_goal(output.utime);
-  feel_pushes();
+  compensate_disturbance();
   if (mode_ != ReachMode::kWaiting) {
     for (int k = 0; k < options_.steps_per_tick; ++k) law_->step();
   }
   remember_command();
-  if (mode_ == ReachMode::kReaching) out_of_reach_ = law_->out_of_reach();
+  if (mode_ == ReachMode::kReaching) unreachable_ = law_->unreachable();
   output.mode = mode_;
   output.target_lost = lost_;
-  output.target_out_of_reach = out_of_reach_;
+  output.target_unreachable = unreachable_;
   output.theta = law_->theta();
   output.velocity = law_->velocity() * steps_per_second();
   output.theta_target = law_->theta_target();
@@ -206,7 +205,7 @@ ReachOutput ReachController::tick() {
   chain_.position_and_jacobian(output.theta, x, jacobian);
   output.condition_number = condition_number(coherence_matrix(jacobian, output.weights));
   output.attractor_residual_m = law_->residual_m();
-  output.posture_choices = law_->posture_choices();
+  output.ik_searches = law_->ik_searches();
   return output;
 }
 

@@ -9,8 +9,8 @@ namespace multireach::controller {
 
 namespace {
 
-/// Whether it can be a covariance, in m^2: finite, of some metres at most, and positive semidefinite (its principal
-/// minors are not negative, but for rounding).
+/// Whether C is a valid covariance, m^2: finite, no element above 1 m^2, and positive semidefinite (no principal minor
+/// is negative beyond rounding).
 bool positive(const Eigen::Matrix3d& C) {
   if (!C.allFinite() || C.cwiseAbs().maxCoeff() > 1 || C.diagonal().minCoeff() < 0) return false;
   const double largest = C.diagonal().maxCoeff(), rounding = 1e-9 * largest * largest;
@@ -28,7 +28,7 @@ Eigen::Vector3d TargetFilter::position_at(int64_t utime) const {
 }
 
 bool TargetFilter::update(const TargetObservation& observation) {
-  // A covariance that is none (negative, not finite, absurdly large) is no knowledge: the position is taken as it is.
+  // An invalid covariance (negative, not finite, absurdly large) is ignored: the position counts as exact.
   Eigen::Matrix3d noise = 0.5 * (observation.covariance + observation.covariance.transpose());
   if (!positive(noise)) noise.setZero();
   const auto restart = [&] {
@@ -42,17 +42,17 @@ bool TargetFilter::update(const TargetObservation& observation) {
   } else {
     const double elapsed = std::max(0.0, static_cast<double>(observation.utime - *utime_) * 1e-6);
     const Eigen::Vector3d predicted = position_at(observation.utime);
-    const Eigen::Vector3d surprise = observation.position - predicted;
+    const Eigen::Vector3d innovation = observation.position - predicted;
     covariance_.diagonal().array() += options_.wander_m_per_root_s * options_.wander_m_per_root_s * elapsed;
     const Eigen::Matrix3d total = covariance_ + noise;
     const double expected = 4 * std::sqrt(std::max(0.0, noise.trace()));
-    if (!(surprise.norm() <= std::max(options_.jump_m, expected))) {
+    if (!(innovation.norm() <= std::max(options_.jump_m, expected))) {
       jumped = restart();
     } else if (const auto factors = total.llt(); noise.trace() <= 0 || factors.info() != Eigen::Success) {
       restart();
     } else {
       const Eigen::Matrix3d gain = factors.solve(covariance_).transpose();
-      position_ = predicted + gain * surprise;
+      position_ = predicted + gain * innovation;
       covariance_ -= gain * covariance_;
       covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
     }

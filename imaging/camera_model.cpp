@@ -1,35 +1,34 @@
 #include "imaging/camera_model.hpp"
 
-#include <opencv2/calib3d.hpp>
+#include <Eigen/Geometry>
+
+#include "imaging/lens.hpp"
 
 namespace multireach {
-namespace {
-
-cv::Matx33d intrinsic_matrix(const CameraModel& camera) {
-  return {camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1};
-}
-
-}  // namespace
 
 Eigen::Vector2d CameraModel::project(const Eigen::Vector3d& p_C) const {
-  const std::vector<cv::Point3d> points{{p_C.x(), p_C.y(), p_C.z()}};
-  std::vector<cv::Point2d> pixels;
-  cv::projectPoints(points, cv::Vec3d(), cv::Vec3d(), intrinsic_matrix(*this), distortion, pixels);
-  return {pixels[0].x, pixels[0].y};
+  return image_of(*this, p_C.hnormalized()).pixel;
 }
 
 Eigen::Vector2d CameraModel::ray(const Eigen::Vector2d& pixel) const {
-  return rays({pixel})[0];
+  // Newton's method needs a start nearby: a few fixed-point steps remove most of the distortion.
+  constexpr int kSteps = 10;
+  const Eigen::Array2d focal(fx, fy), centre(cx, cy);
+  const Eigen::Vector2d distorted = ((pixel.array() - centre) / focal).matrix();
+  Eigen::Vector2d ray = distorted;
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::Vector2d seen = ((image_of(*this, ray).pixel.array() - centre) / focal).matrix();
+    const Eigen::Vector2d next = ray + (distorted - seen);
+    if (!next.allFinite()) break;
+    ray = next;
+  }
+  return ray_of(*this, pixel, ray);
 }
 
 std::vector<Eigen::Vector2d> CameraModel::rays(const std::vector<Eigen::Vector2d>& pixels) const {
-  if (pixels.empty()) return {};
-  std::vector<cv::Point2d> distorted, directions;
-  for (const Eigen::Vector2d& pixel : pixels) distorted.emplace_back(pixel.x(), pixel.y());
-  const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-10);
-  cv::undistortPoints(distorted, directions, intrinsic_matrix(*this), distortion, cv::noArray(), cv::noArray(), until);
   std::vector<Eigen::Vector2d> result;
-  for (const cv::Point2d& direction : directions) result.emplace_back(direction.x, direction.y);
+  result.reserve(pixels.size());
+  for (const Eigen::Vector2d& pixel : pixels) result.push_back(ray(pixel));
   return result;
 }
 

@@ -10,11 +10,11 @@ namespace multireach {
 struct CameraModel {
   int width = 0, height = 0;              ///< pixels
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
-  std::array<double, 8> distortion{};     ///< k1, k2, p1, p2, k3, k4, k5, k6; zeros for none
+  std::array<double, 8> distortion{};     ///< k1, k2, p1, p2, k3, k4, k5, k6; all zero: no distortion
 
-  /// The image of a point `p_C` in front of the camera (z > 0), m, in the camera's frame; pixels.
+  /// Projects a point `p_C` in front of the camera (z > 0; m, in the camera's frame) to pixels.
   Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
-  /// The direction (x/z, y/z) from which the light of each pixel comes; the inverse of `project`.
+  /// Undistorted viewing ray (x/z, y/z) of a pixel: the inverse of `project`.
   Eigen::Vector2d ray(const Eigen::Vector2d& pixel) const;
   std::vector<Eigen::Vector2d> rays(const std::vector<Eigen::Vector2d>& pixels) const;
 };

@@ -10,13 +10,13 @@
 namespace multireach {
 namespace {
 
-/// How the raw formats are laid out: bytes per row, rows of data, what OpenCV calls them.
+/// Memory layout of a raw format, with OpenCV's type and conversion code.
 struct Layout {
   int bytes_per_row, rows, type, to_bgr;
-  bool even_width, even_height;  // of which the height: a row needs others
+  bool even_width, even_height;  // required; even_height also marks formats that cannot be converted row by row
 };
 
-constexpr int kAsItIs = -1;
+constexpr int kAsItIs = -1;  // no conversion
 
 std::optional<Layout> layout_of(const EncodedImage& image) {
   const int w = image.width, h = image.height;
@@ -35,7 +35,7 @@ std::optional<Layout> layout_of(const EncodedImage& image) {
       return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_I420, true, true};
     case PixelFormat::kNv12:
       return Layout{w, h * 3 / 2, CV_8UC1, cv::COLOR_YUV2BGR_NV12, true, true};
-    // OpenCV names a Bayer pattern by the second row's second and third pixel.
+    // OpenCV names a Bayer pattern after the second and third pixel of the second row.
     case PixelFormat::kBayerBggr:
       return Layout{w, h, CV_8UC1, cv::COLOR_BayerRG2BGR, true, true};
     case PixelFormat::kBayerGbrg:
@@ -83,7 +83,7 @@ bool ImageCodec::decode(const EncodedImage& image, const cv::Rect& wanted, cv::M
   const size_t needed = static_cast<size_t>(stride) * (layout->rows - 1) + layout->bytes_per_row;
   if (image.data.size() < needed) return false;
   if (stride != layout->bytes_per_row && layout->rows != image.height)
-    return false;  // planes with padding: not defined
+    return false;  // planar formats with padding are not defined
   const cv::Mat raw(layout->rows, image.width, layout->type, const_cast<uint8_t*>(image.data.data()),
                     static_cast<size_t>(stride));
   bgr.create(size, CV_8UC3);

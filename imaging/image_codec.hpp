@@ -8,7 +8,7 @@
 
 namespace multireach {
 
-/// The pixel formats of bot_core.images_t; the values are its own (FourCC codes).
+/// The pixel formats of bot_core.images_t, with the same values (FourCC codes).
 enum class PixelFormat : int32_t {
   kGray = 1497715271,
   kRgb = 859981650,
@@ -24,15 +24,15 @@ enum class PixelFormat : int32_t {
   kBayerRggb = 878205016,
 };
 
-/// An image as it came, not yet decoded.
+/// An image as received, not yet decoded.
 struct EncodedImage {
   int width = 0, height = 0;  ///< pixels
-  int row_stride = 0;         ///< bytes from one row to the next; 0 means rows without padding
+  int row_stride = 0;         ///< bytes from one row to the next; 0: rows without padding
   PixelFormat format = PixelFormat::kBgr;
   std::span<const uint8_t> data;
 };
 
-/// Decodes and encodes images. Holds the JPEG library's state, so each thread has its own.
+/// Decodes and encodes images. Holds the JPEG library's state, so use one object per thread.
 class ImageCodec {
  public:
   ImageCodec();
@@ -40,14 +40,15 @@ class ImageCodec {
   ImageCodec(const ImageCodec&) = delete;
   ImageCodec& operator=(const ImageCodec&) = delete;
 
-  /// Decodes into 8-bit BGR. Returns false when the format is not known, the data are too short for the size, the size
-  /// is odd where the format needs it even, or a JPEG is damaged or of another size than stated. `bgr` is made to fit.
+  /// Decodes to 8-bit BGR; allocates `bgr` as needed. Returns false when the format is unknown, the data are too short
+  /// for the size, the size is odd where the format requires an even one, or a JPEG is damaged or of another size than
+  /// stated.
   bool decode(const EncodedImage& image, cv::Mat& bgr);
-  /// The same for a part of the image, in less time: at least the part's pixels are as if the whole were decoded, the
-  /// others are undefined. What of the part is outside of the image is ignored; returns false when nothing is left of
-  /// it, and for a JPEG only when it is damaged before the end of the part.
+  /// Decodes at least `part` of the image, in less time; those pixels are the same as when the whole image is decoded,
+  /// the others are undefined. `part` is clipped to the image; returns false when it is empty then. Damage in a JPEG
+  /// after the end of the part is not noticed.
   bool decode(const EncodedImage& image, const cv::Rect& part, cv::Mat& bgr);
-  /// A JPEG (4:2:0) of an 8-bit BGR image, `quality` 1 to 100.
+  /// Encodes an 8-bit BGR image as JPEG (4:2:0), `quality` 1 to 100.
   std::vector<uint8_t> encode_jpeg(const cv::Mat& bgr, int quality);
 
  private:

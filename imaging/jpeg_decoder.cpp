@@ -4,15 +4,17 @@
 #include <csetjmp>
 #include <cstdio>
 
-// Needs the types of cstdio.
+// jpeglib.h needs the types of cstdio.
 #include <jpeglib.h>
+#include <turbojpeg.h>
 
 namespace multireach {
 namespace {
 
-/// The library reports errors by functions that must not return, and is C: no exception may pass through it.
+/// Error handling of libjpeg. Its error functions must not return, and no exception may pass through C code, so errors
+/// leave by longjmp.
 struct Errors {
-  jpeg_error_mgr manager{};  // the first member, so that the library's pointer to it is one to this
+  jpeg_error_mgr manager{};  // must be the first member: leave() casts its address to Errors
   std::jmp_buf way_out{};
 };
 
@@ -24,7 +26,8 @@ void leave_at_warning(j_common_ptr decompressor, int level) {
   if (level < 0) leave(decompressor);  // the data are damaged
 }
 
-/// A decompressor for one image: one that was used keeps tables of the images before. Making it takes microseconds.
+/// A decompressor for one image. Not reused, because it would keep tables of earlier images; creating one takes
+/// microseconds.
 class Decompression {
  public:
   Decompression() = default;
@@ -32,7 +35,7 @@ class Decompression {
   Decompression(const Decompression&) = delete;
   Decompression& operator=(const Decompression&) = delete;
 
-  /// Has no local object with a destructor: errors leave it by a jump.
+  /// Must not have local objects with destructors: errors leave it by longjmp.
   bool run(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr) {
     library_.err = jpeg_std_error(&errors_.manager);
     errors_.manager.error_exit = &leave;
@@ -45,7 +48,7 @@ class Decompression {
       return false;
     bgr.create(size, CV_8UC3);
     library_.out_color_space = JCS_EXT_BGR;
-    library_.dct_method = JDCT_ISLOW;  // the exact transform: with SIMD it gives what it gives without
+    library_.dct_method = JDCT_ISLOW;  // the accurate transform: identical with and without SIMD
     jpeg_start_decompress(&library_);
     read(part, bgr);
     if (part.br().y == size.height) jpeg_finish_decompress(&library_);
@@ -54,7 +57,8 @@ class Decompression {
 
  private:
   void read(const cv::Rect& part, cv::Mat& bgr) {
-    // Chroma is interpolated from the neighbours, so a block more on each side makes the part what it is in the whole.
+    // Decode one more block on each side: chroma is interpolated from neighbours, and the part must equal that of the
+    // whole image.
     const int block_width = 8 * library_.max_h_samp_factor, block_height = 8 * library_.max_v_samp_factor;
     const int left = std::max(0, (part.x / block_width - 1) * block_width);
     const int right = std::min(bgr.cols, ((part.br().x - 1) / block_width + 2) * block_width);
@@ -76,6 +80,17 @@ class Decompression {
 
 bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr) {
   return Decompression().run(data, size, part, bgr);
+}
+
+std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data) {
+  const tjhandle handle = tjInitDecompress();
+  if (handle == nullptr) return std::nullopt;
+  cv::Size size;
+  int subsampling = 0, colour_space = 0;
+  const int fault =
+      tjDecompressHeader3(handle, data.data(), data.size(), &size.width, &size.height, &subsampling, &colour_space);
+  tjDestroy(handle);
+  return fault == 0 && size.area() > 0 ? std::optional(size) : std::nullopt;
 }
 
 }  // namespace multireach

@@ -24,12 +24,12 @@ LensPoint image_of(const CameraModel& camera, const Eigen::Vector2d& ray) {
 
 Eigen::Vector2d ray_of(const CameraModel& camera, const Eigen::Vector2d& pixel, const Eigen::Vector2d& near) {
   Eigen::Vector2d ray = near;
-  constexpr int kSteps = 20;  // three or four do, next to the start
+  constexpr int kSteps = 20;  // three or four suffice from a start nearby
   for (int step = 0; step < kSteps; ++step) {
     const LensPoint at = image_of(camera, ray);
     const Eigen::Vector2d move = at.d_pixel_d_ray.inverse() * (pixel - at.pixel);
     ray += move;
-    if (move.squaredNorm() < 1e-16) break;  // the next would be of the order of its square
+    if (move.squaredNorm() < 1e-16) break;  // converges quadratically: the next step would be negligible
   }
   return ray;
 }

@@ -2,7 +2,7 @@
 
 namespace multireach {
 
-/// An RGB colour, 0 to 255 each.
+/// An RGB colour, each channel from 0 to 255.
 struct Rgb {
   double r = 0, g = 0, b = 0;
 };

@@ -2,7 +2,7 @@
 
 namespace multireach {
 
-/// Of a stereo pair.
+/// Side of a stereo pair.
 enum class Side { kLeft, kRight };
 
 constexpr int index(Side side) {

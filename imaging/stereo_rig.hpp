@@ -6,11 +6,11 @@
 
 namespace multireach {
 
-/// Two cameras fixed to each other and to the robot.
+/// Two cameras with fixed poses relative to each other and to the robot's base.
 struct StereoRig {
   CameraModel left, right;
-  Eigen::Isometry3d X_RL;  ///< left camera's frame to right camera's (OpenCV's R and T of a stereo calibration)
-  Eigen::Isometry3d X_WL;  ///< left camera's frame to the robot's base
+  Eigen::Isometry3d X_RL;  ///< maps left-camera to right-camera coordinates (R and T of OpenCV's stereo calibration)
+  Eigen::Isometry3d X_WL;  ///< maps left-camera coordinates to the robot's base frame W
 
   double baseline_m() const { return X_RL.translation().norm(); }
 };

@@ -65,7 +65,8 @@ int Chain::index_of(std::string_view joint_name) const {
 
 namespace {
 
-/// Walks the chain from W to T. `visit(i, axis_W, origin_W)` sees each joint's axis and a point on it. Returns X_WT.
+/// Forward kinematics from W to T. Calls `visit(i, axis_W, origin_W)` with each joint's axis and a point on it. Returns
+/// X_WT.
 template <class Visit>
 Eigen::Isometry3d walk(const Chain& chain, const JointVector& theta, Visit&& visit) {
   Eigen::Matrix3d R = chain.fixed(0).linear();

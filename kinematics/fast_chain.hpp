@@ -13,41 +13,41 @@ namespace multireach {
 
 #include "kinematics/fast_hand.inl.hpp"
 
-/// A chain prepared for fast kinematics. Every joint frame is turned so that its joint moves about or along z, and
-/// every fixed rotation is split into turns about z, x, z (Euler); the turns about z join the joint angles. A joint
-/// then costs two plane rotations and one translation. Unlike Denavit and Hartenberg's this form has no trouble with
-/// axes that are nearly parallel. `N` is the number of joints, or 0 for any number up to kMaxJoints. `Element` is
-/// double, or a type of several doubles side by side, which then are all the same.
+/// A chain prepared for fast kinematics. Every joint frame is rotated so that its joint moves about or along z, and
+/// every fixed rotation is split into Euler angles z-x-z; the rotations about z merge with the joint angles. A joint
+/// then costs two plane rotations and one translation. Unlike Denavit-Hartenberg parameters, this form is well
+/// conditioned for nearly parallel axes. `N` is the number of joints, or 0 for any number up to kMaxJoints. `Element`
+/// is double, or a SIMD type with the same value in all lanes.
 template <int N, class Element>
 struct FastLinks {
   static constexpr int kCapacity = N == 0 ? kMaxJoints : N;
-  /// The turn about x after a joint. Most arms have right angles only.
+  /// Rotation about x after a joint: none, a quarter turn, or any angle. Most arms have right angles only.
   enum class Tilt : uint8_t { kNone, kQuarter, kAny };
   struct Link {
-    Element offset;                      // of the angle about z
-    std::array<Element, 3> translation;  // to the next joint, in the frame after the turn
+    Element offset;                      // added to the joint angle about z
+    std::array<Element, 3> translation;  // to the next joint, in the frame after the rotation about z
     Element sine, cosine;                // of the tilt
     Tilt tilt = Tilt::kNone;
     bool slides = false;
-    std::array<bool, 3> translates{};  // which elements of the translation are not zero
+    std::array<bool, 3> translates{};  // which elements of the translation may be non-zero
   };
 
-  /// Throws std::invalid_argument when the chain has not N joints. `tool` turns the hand's axes: the rotations that
-  /// come out are R_WT * tool.
+  /// Throws std::invalid_argument when the chain does not have N joints. `tool` rotates the end effector's axes: the
+  /// resulting rotations are R_WT * tool.
   explicit FastLinks(const Chain& chain, const Eigen::Matrix3d& tool = Eigen::Matrix3d::Identity());
 
   int size = 0;
   std::array<Link, kCapacity> links;
   std::array<std::array<Element, 3>, 3> base_rotation;  // columns
   std::array<Element, 3> base_position;
-  Element tip_sine, tip_cosine;  // of the last turn about z
+  Element tip_sine, tip_cosine;  // of the last rotation about z
 
  private:
   static Element all(double value) { return Element{} + value; }
 };
 
-/// The kinematics of a chain with N joints (0: any number). `Lanes` is double, or a type of several doubles side by
-/// side for as many postures at once.
+/// Forward kinematics of a chain with N joints (0: any number). `Lanes` is double, or a SIMD type to compute one joint
+/// configuration per lane.
 template <int N, class Lanes>
 class FastChain {
  public:
@@ -55,13 +55,13 @@ class FastChain {
   using PerJoint = multireach::PerJoint<Lanes, kCapacity>;
   using Hand = FastHand<Lanes, kCapacity>;
 
-  /// Throws as FastLinks does.
+  /// Throws like FastLinks.
   explicit FastChain(const Chain& chain, const Eigen::Matrix3d& tool = Eigen::Matrix3d::Identity())
       : links_(chain, tool) {}
 
   int size() const { return N == 0 ? links_.size : N; }
 
-  /// K(theta) and its Jacobian; with `kRotation` also the rotation and the angular rows.
+  /// K(theta) and its Jacobian; with `kRotation` also R_WT and the Jacobian's angular rows.
   template <bool kRotation>
   void hand(const PerJoint& theta, Hand& hand) const {
     hand_of<kRotation>(links_, size(), theta, hand);
@@ -74,7 +74,7 @@ class FastChain {
 template <int N, class Element>
 FastLinks<N, Element>::FastLinks(const Chain& chain, const Eigen::Matrix3d& tool) : size(chain.size()) {
   if (N != 0 && chain.size() != N) throw std::invalid_argument("the chain has another number of joints");
-  constexpr double kExact = 1e-16;  // rad and m: what is smaller than the last digit of 1 is taken as zero
+  constexpr double kExact = 1e-16;  // rad and m: smaller values count as zero
   const int n = chain.size();
   std::array<Eigen::Matrix3d, kCapacity> to_z;
   for (int i = 0; i < n; ++i) {
@@ -86,7 +86,7 @@ FastLinks<N, Element>::FastLinks(const Chain& chain, const Eigen::Matrix3d& tool
     base_position[k] = all(first.translation()[k]);
     for (int column = 0; column < 3; ++column) base_rotation[column][k] = all(first.linear()(k, column));
   }
-  double before = 0;  // the turn about z left over from the transform before
+  double before = 0;  // second rotation about z of the previous transform
   for (int i = 0; i < n; ++i) {
     const Eigen::Matrix3d after = i + 1 < n ? to_z[i + 1] : tool;
     const Eigen::Matrix3d R = to_z[i].transpose() * chain.fixed(i + 1).linear() * after;

@@ -1,18 +1,18 @@
-// Text for the inside of a namespace with `sine_and_cosine` of Lanes; see sine_cosine.inl.hpp.
+// Include inside a namespace that has `sine_and_cosine` for Lanes; see numeric/sine_cosine.inl.hpp.
 
 template <class Lanes, size_t kCapacity>
 using PerJoint = std::array<Lanes, kCapacity>;
 
-/// What a posture means for the hand. Rows of the Jacobian: 0-2 the velocity of T's origin, 3-5 the angular velocity,
-/// both in W.
+/// Pose and Jacobian of the end effector (the paper's hand). Rows of the Jacobian: 0-2 the velocity of T's origin, 3-5
+/// the angular velocity, both in W.
 template <class Lanes, size_t kCapacity>
 struct FastHand {
   std::array<Lanes, 3> position;                       ///< p_WT, m
-  std::array<std::array<Lanes, 3>, 3> rotation;        ///< columns of R_WT; valid when asked for
-  std::array<PerJoint<Lanes, kCapacity>, 6> jacobian;  ///< rows 3-5 are valid when asked for
+  std::array<std::array<Lanes, 3>, 3> rotation;        ///< columns of R_WT; valid only with kRotation
+  std::array<PerJoint<Lanes, kCapacity>, 6> jacobian;  ///< rows 3-5 are valid only with kRotation
 };
 
-/// K(theta) and its Jacobian for the n joints of `arm` (a FastLinks); with `kRotation` also the rotation and the
+/// K(theta) and its Jacobian for the n joints of `arm` (a FastLinks); with `kRotation` also R_WT and the Jacobian's
 /// angular rows.
 template <bool kRotation, class Arm, class Lanes, size_t kCapacity>
 inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& theta,
@@ -49,7 +49,7 @@ inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& t
       const Lanes along = link.slides ? theta[i] + link.translation[2] : link.translation[2];
       for (int k = 0; k < 3; ++k) p[k] += along * z[k];
     }
-    if (link.tilt == Arm::Tilt::kQuarter) {  // the sine is 1: angles are between 0 and pi
+    if (link.tilt == Arm::Tilt::kQuarter) {  // the sine is 1, because tilts are between 0 and pi
       for (int k = 0; k < 3; ++k) {
         const Lanes tilted = z[k];
         z[k] = -y[k];

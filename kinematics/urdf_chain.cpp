@@ -17,7 +17,7 @@
 namespace multireach {
 namespace {
 
-/// While it lives, what urdfdom would print goes into `text` instead.
+/// Redirects urdfdom's messages to `text` during its lifetime.
 class CapturedComplaints : public console_bridge::OutputHandler {
  public:
   CapturedComplaints() { console_bridge::useOutputHandler(this); }
@@ -30,7 +30,7 @@ class CapturedComplaints : public console_bridge::OutputHandler {
   std::string text;
 };
 
-/// Roll, pitch and yaw of the origins of joints, as they are written. urdfdom gives rotations that it has computed with
+/// Roll, pitch and yaw of each joint's origin, as written in the URDF. urdfdom provides only rotations computed with
 /// the C library's sine, whose last bit depends on the processor.
 std::map<std::string, Eigen::Vector3d> rpy_of_joints(std::string_view urdf_xml) {
   std::map<std::string, Eigen::Vector3d> found;
@@ -68,8 +68,7 @@ double positive_or_infinite(double limit) {
   return limit > 0 ? limit : std::numeric_limits<double>::infinity();
 }
 
-/// The moving part of a URDF joint, seen from its parent link; `reversed` when the chain passes it from child to
-/// parent.
+/// Converts a moving URDF joint. `reversed`: the chain passes it from child to parent.
 Joint joint_from(const urdf::Joint& source, bool reversed) {
   const std::string quoted = "joint '" + source.name + "'";
   if (source.mimic)
@@ -120,7 +119,7 @@ Joint joint_from(const urdf::Joint& source, bool reversed) {
   return joint;
 }
 
-/// The links from `link` up to the root, `link` first.
+/// The links from `link` to the root of the URDF tree, `link` first.
 std::vector<urdf::LinkConstSharedPtr> ancestry(urdf::LinkConstSharedPtr link) {
   std::vector<urdf::LinkConstSharedPtr> links;
   for (; link; link = link->getParent()) links.push_back(link);
@@ -151,7 +150,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
     up.pop_back();
     down.pop_back();
   }
-  // Now both end at the lowest link above the base and the tip.
+  // Now both lists end at the lowest common ancestor of the base and the tip.
   std::vector<Joint> joints;
   std::vector<Eigen::Isometry3d> fixed{Eigen::Isometry3d::Identity()};
   for (size_t i = 0; i + 1 < up.size(); ++i) {

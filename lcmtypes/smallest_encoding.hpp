@@ -7,8 +7,9 @@
 
 namespace multireach {
 
-/// Fewest bytes that one element of `array` takes on the wire. The hardened decoders divide the remaining bytes by it
-/// before they allocate, so a message can never make a receiver allocate more than its own bytes could fill.
+/// The smallest encoded size of one element of the array, bytes. Before allocating an array, the hardened decoders
+/// compare its length with the remaining bytes divided by this size. So a message cannot make a receiver allocate more
+/// elements than its own bytes could hold.
 template <class Element>
 int smallest_encoding(const std::vector<Element>&) {
   if constexpr (std::is_arithmetic_v<Element>) {

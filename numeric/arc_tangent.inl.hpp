@@ -1,13 +1,13 @@
-// Text for the inside of a namespace with `sine_and_cosine` of Lanes; see sine_cosine.inl.hpp.
+// Include inside a namespace that has `sine_and_cosine` for Lanes; see sine_cosine.inl.hpp.
 
-/// The angle of the point (x, y), from -pi to pi, to 1e-15; 0 for the origin. Both must be finite.
+/// atan2(y, x), from -pi to pi, with error at most 1e-15; 0 for the origin. Both must be finite.
 template <class Lanes>
 inline Lanes finite_arc_tangent(Lanes y, Lanes x) {
   const Lanes ax = absolute(x), ay = absolute(y);
   const auto steep = ay > ax;
   const Lanes longer = where(steep, ay, ax);
-  const Lanes t = where(steep, ax, ay) / where(longer == 0, 1, longer);  // of an angle of an eighth of a turn at most
-  // A guess that is 0.004 off at most; what is left is the angle whose tangent is d.
+  const Lanes t = where(steep, ax, ay) / where(longer == 0, 1, longer);  // tangent of an angle of at most pi/4
+  // The guess is at most 0.004 off; the remaining angle has the tangent d.
   const Lanes guess = t * (std::numbers::pi / 4 + 0.273 * (1 - t));
   Lanes s, c;
   sine_and_cosine(guess, s, c);

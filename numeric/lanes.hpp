@@ -9,12 +9,12 @@
 
 namespace multireach {
 
-/// Two doubles side by side in one register (SSE2, NEON): the kinematics of two postures cost hardly more than of one.
-/// Every operation is done per lane as IEEE 754 says, so a lane has the bits that a plain double would have.
+/// Two doubles in one SIMD register (SSE2, NEON): kinematics of two joint configurations cost hardly more than of one.
+/// Every operation follows IEEE 754 per lane, so each lane is bit-identical to the computation with a plain double.
 using Double2 = double __attribute__((vector_size(16)));
 using Double2Bits = int64_t __attribute__((vector_size(16)));
 
-/// The integers of the same width, for masks and signs.
+/// The integer type of the same width, for masks and signs.
 template <class Lanes>
 struct BitsOf;
 template <>
@@ -26,11 +26,11 @@ struct BitsOf<Double2> {
   using Type = Double2Bits;
 };
 
-/// The largest angle of `sine_and_cosine`, rad.
+/// Largest magnitude of an angle for `sine_and_cosine`, rad.
 inline constexpr double kLargestAngle = 1e5;
 
-/// Sine and cosine of an angle from s and c, those of what is left of it after whole quarter turns, whose number is in
-/// the low bits of `shifted`.
+/// Sine and cosine of an angle, from s and c of the remainder after whole quarter turns; the low bits of `shifted` hold
+/// the number of quarter turns.
 template <class Lanes>
 inline void quarter_turns(Lanes shifted, Lanes s, Lanes c, Lanes& sine, Lanes& cosine) {
   using Bits = typename BitsOf<Lanes>::Type;
@@ -42,7 +42,7 @@ inline void quarter_turns(Lanes shifted, Lanes s, Lanes c, Lanes& sine, Lanes& c
   cosine = std::bit_cast<Lanes>(((c_bits & kept) | (s_bits & swapped)) ^ cosine_sign);
 }
 
-// What formulas of several lanes need, for one.
+// The functions of lanes for a plain double, so that one template serves both.
 inline double where(bool condition, double yes, double no) {
   return condition ? yes : no;
 }

@@ -5,9 +5,9 @@
 
 namespace multireach {
 
-/// The natural logarithm of a positive, normal number, to 1e-15 relatively or absolutely. The C library's may differ in
-/// its last bit from machine to machine; this is made of additions, multiplications and divisions alone: log m = 2
-/// artanh s with s = (m - 1)/(m + 1), by its power series, for m between the square roots of 1/2 and 2.
+/// Natural logarithm of a positive, normal number, with a relative or absolute error of 1e-15. Gives the same bits on
+/// every machine, unlike the C library's, because it uses only additions, multiplications and divisions: log m =
+/// 2 artanh s with s = (m - 1)/(m + 1), by its power series, for m between the square roots of 1/2 and 2.
 inline double natural_log(double x) {
   int exponent;
   double m = std::frexp(x, &exponent);  // exact

@@ -4,9 +4,9 @@
 
 namespace multireach {
 
-/// Random numbers addressed by (seed, stream, counter): the same triple gives the same number on every machine,
-/// whatever was drawn before. The mixing is the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014), applied per
-/// word.
+/// Counter-based random numbers, addressed by (seed, stream, counter): the same triple gives the same number on every
+/// machine, independent of earlier draws. Mixes each word with the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA
+/// 2014).
 class CounterRandom {
  public:
   explicit CounterRandom(uint64_t seed, uint64_t stream = 0) : key_(mix(mix(seed + kGolden) ^ (stream * kOdd))) {}

@@ -1,12 +1,12 @@
-// Text for the inside of a namespace, which says what Lanes are and has `quarter_turns` for them: lanes.hpp includes it
-// for double and Double2, wide_lanes-inl.hpp for each instruction set. One writing, the same bits in all of them.
+// Include inside a namespace that defines Lanes and `quarter_turns` for them: lanes.hpp includes this file for double
+// and Double2, wide_lanes-inl.hpp for each instruction set. All use this one source, so all give the same bits.
 
-/// Sine and cosine of each lane, to 1e-15 absolutely for |angle| <= kLargestAngle. Beyond, the output has no
-/// meaning. Argument reduction after Cody & Waite (Software Manual for the Elementary Functions, 1980)
-/// with pi/2 in three parts; then Taylor's series on [-pi/4, pi/4], whose first term left out is below 5e-17 there.
+/// Sine and cosine of each lane, with an absolute error of at most 1e-15 for |angle| <= kLargestAngle. Beyond, the
+/// output has no meaning. Argument reduction after Cody & Waite (Software Manual for the Elementary Functions, 1980)
+/// with pi/2 in three parts; then the Taylor series on [-pi/4, pi/4], where the first omitted term is below 5e-17.
 template <class Lanes>
 inline void sine_and_cosine(Lanes angle, Lanes& sine, Lanes& cosine) {
-  // Adding and taking away 1.5 * 2^52 rounds to the nearest integer, which is then in the low bits of the sum.
+  // Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, which is then in the low bits of the sum.
   constexpr double kRound = 0x1.8p52, kTwoOverPi = 0x1.45f306dc9c883p-1;
   constexpr double kHigh = 0x1.921fb544p0, kMiddle = 0x1.0b4611a6p-34, kLow = 0x1.3198a2e037073p-69;
   const Lanes shifted = angle * kTwoOverPi + kRound;

@@ -1,7 +1,7 @@
-// Text for the inside of a namespace; see kinematics/sine_cosine.inl.hpp.
+// Include inside a namespace; see numeric/sine_cosine.inl.hpp.
 
-/// A symmetric positive definite M x M system A y = b, factored as L D L^T without square roots; `Lanes` systems side
-/// by side. Only the lower triangle of A is read.
+/// Solves a symmetric positive definite M x M system A y = b by L D L^T factorisation, without square roots; one system
+/// per lane. Reads only the lower triangle of A.
 template <int M, class Lanes>
 class SmallSolve {
  public:

@@ -1,6 +1,6 @@
-// Several doubles side by side, as many as the processor's registers hold: for files that Google Highway compiles once
-// for each instruction set. Include after hwy/highway.h, in every pass; see Highway's documentation of
-// foreach_target.h. No guard of the usual kind: every pass needs its own.
+// SIMD lanes of doubles, as many as the processor's registers hold, for files that Google Highway compiles once for
+// each instruction set. Include after hwy/highway.h, in every pass; see Highway's documentation of foreach_target.h.
+// The include guard toggles, because every pass needs this file again.
 #if defined(MULTIREACH_NUMERIC_WIDE_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MULTIREACH_NUMERIC_WIDE_LANES_INL_HPP
 #undef MULTIREACH_NUMERIC_WIDE_LANES_INL_HPP
@@ -23,10 +23,10 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using LanesTag = hn::CappedTag<double, kRowLanes>;
-/// How many lanes a register has; divides kRowLanes.
+/// Number of lanes in a register; divides kRowLanes.
 inline constexpr int kWidth = static_cast<int>(hn::MaxLanes(LanesTag()));
 
-/// One truth value for each lane.
+/// One boolean per lane.
 struct LanesMask {
   hn::Mask<LanesTag> m;
   friend HWY_INLINE LanesMask operator&(LanesMask a, LanesMask b) { return {hn::And(a.m, b.m)}; }
@@ -34,14 +34,14 @@ struct LanesMask {
   friend HWY_INLINE LanesMask operator!(LanesMask a) { return {hn::Not(a.m)}; }
 };
 
-/// kWidth doubles. Every operation is done per lane as IEEE 754 says, so a lane has the bits that a plain double would
-/// have.
+/// kWidth doubles. Every operation follows IEEE 754 per lane, so each lane is bit-identical to the computation with a
+/// plain double.
 struct Lanes {
   hn::Vec<LanesTag> v;
 
   Lanes() = default;
-  HWY_INLINE Lanes(hn::Vec<LanesTag> value) : v(value) {}            // NOLINT: a vector is what it is
-  HWY_INLINE Lanes(double value) : v(hn::Set(LanesTag(), value)) {}  // NOLINT: as numbers are used in formulas
+  HWY_INLINE Lanes(hn::Vec<LanesTag> value) : v(value) {}            // NOLINT: implicit, to wrap Highway's results
+  HWY_INLINE Lanes(double value) : v(hn::Set(LanesTag(), value)) {}  // NOLINT: implicit, for constants in formulas
 
   friend HWY_INLINE Lanes operator+(Lanes a, Lanes b) { return hn::Add(a.v, b.v); }
   friend HWY_INLINE Lanes operator-(Lanes a, Lanes b) { return hn::Sub(a.v, b.v); }
@@ -73,7 +73,7 @@ HWY_INLINE Lanes absolute(Lanes a) {
 HWY_INLINE Lanes with_sign_of(Lanes magnitude, Lanes sign) {
   return hn::CopySign(magnitude.v, sign.v);
 }
-/// As std::min, std::max and std::clamp for numbers.
+/// lesser, greater and clamped behave as std::min, std::max and std::clamp.
 HWY_INLINE Lanes lesser(Lanes a, Lanes b) {
   return hn::Min(b.v, a.v);
 }
@@ -89,7 +89,7 @@ HWY_INLINE bool any(LanesMask mask) {
 HWY_INLINE LanesMask no_lane() {
   return {hn::MaskFromVec(hn::Zero(LanesTag()))};
 }
-/// One bit for each lane, the first lane's lowest.
+/// One bit per lane; the first lane is the lowest bit.
 HWY_INLINE uint32_t bits_of(LanesMask mask) {
 #if HWY_TARGET == HWY_SCALAR
   return any(mask) ? 1 : 0;
@@ -124,7 +124,7 @@ inline HWY_NOINLINE void take_turns_away(Row& angles) {
     if (std::abs(angles[lane]) > kLargestAngle) angles[lane] = std::remainder(angles[lane], 2 * std::numbers::pi);
   }
 }
-/// The angles, those beyond kLargestAngle less whole turns.
+/// Reduces angles beyond kLargestAngle by whole turns.
 HWY_INLINE Lanes within_turns(Lanes angle) {
   if (HWY_LIKELY(!any(absolute(angle) > kLargestAngle))) return angle;
   Row row;

@@ -6,8 +6,8 @@
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr double kAbsurd = 1e6;  // rad or m: no joint has such a position; beyond it, interpolation could overflow
-constexpr int64_t kOtherClock = 1000000;  // us: a set-point this far from the bridge's time is on another time line
+constexpr double kAbsurd = 1e6;           // rad or m: no joint has such a position; larger values could overflow
+constexpr int64_t kOtherClock = 1000000;  // us: a set-point further than this from the bridge's time has another clock
 
 const BridgeOptions& checked(const BridgeOptions& options) {
   if (options.period_us <= 0 || options.setpoint_period_us <= 0)

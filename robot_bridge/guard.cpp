@@ -15,7 +15,7 @@ Guard::Guard(const Chain& chain, double period_s, double speed_where_unlimited)
 JointVector Guard::next(const JointVector& previous, const JointVector& wanted, bool& limited) const {
   const JointVector inside = wanted.cwiseMax(lower_).cwiseMin(upper_);
   JointVector next = previous + (inside - previous).cwiseMax(-largest_step_).cwiseMin(largest_step_);
-  // Rounding of previous + (inside - previous) is not a limit at work.
+  // Tolerance: the rounding of previous + (inside - previous) does not count as limited.
   limited = ((next - wanted).cwiseAbs().array() > 1e-12 * (1 + wanted.cwiseAbs().array())).any();
   return next;
 }

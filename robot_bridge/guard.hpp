@@ -4,15 +4,15 @@
 
 namespace multireach::robot_bridge {
 
-/// The last thing before the robot. Its output moves by no more than each joint's speed limit allows in one period, and
-/// is inside the position limits, or on the way there when it began outside.
+/// The last stage before the robot. In one period, no joint of its output moves further than its speed limit allows.
+/// The output is inside the position limits; when it starts outside, it moves towards them.
 class Guard {
  public:
   /// `speed_where_unlimited`: rad/s or m/s, for joints without a speed limit.
   Guard(const Chain& chain, double period_s, double speed_where_unlimited);
 
-  /// The position nearest to `wanted` (finite, size() elements) that may follow `previous`; `limited` says whether it
-  /// is another one than wanted.
+  /// The allowed position after `previous` that is nearest to `wanted` (finite, size() elements). Sets `limited` when
+  /// it differs from `wanted`.
   JointVector next(const JointVector& previous, const JointVector& wanted, bool& limited) const;
 
  private:

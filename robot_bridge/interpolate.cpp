@@ -33,7 +33,7 @@ JointVector Interpolator::at(int64_t utime) {
     return from_ + std::max(part, 0.0) * (to_.theta - from_);
   };
   while (num_waiting_ > 0 && waiting_[0].utime + delay_us_ <= utime) {
-    // A set-point that is on time begins where the line before it ends; one that is late begins now.
+    // The segment of a punctual set-point starts at the set-point's time plus the delay; that of a late one starts now.
     const bool follows = to_.sequence >= 0 && waiting_[0].utime + delay_us_ > last_us_;
     const int64_t begin = follows ? waiting_[0].utime + delay_us_ : utime;
     from_ = along(begin);

@@ -13,30 +13,29 @@ struct Setpoint {
   JointVector theta;  ///< rad or m
 };
 
-/// Linear interpolation between set-points, as the paper's second computer does (Sect. 4): from the time of a set-point
-/// plus `delay` on, a straight line from where the interpolation is to the set-point, `period` long. A set-point that
-/// comes later than that starts its line when it comes. Position is continuous for any input.
+/// Linear interpolation between set-points, as on the paper's second computer (Sect. 4). At the time of a set-point
+/// plus `delay`, a straight segment starts from the current position to the set-point; it lasts one `period`. The
+/// segment of a late set-point starts when the set-point arrives. The position is continuous for any input.
 class Interpolator {
  public:
   Interpolator(int64_t period_us, int64_t delay_us) : period_us_(period_us), delay_us_(delay_us) {}
 
-  /// Forgets all set-points and stays at `theta`.
+  /// Discards all set-points and holds `theta`.
   void reset(const JointVector& theta);
-  /// Set-points come in the order of their times; one that is not newer than the last replaces nothing and is ignored
-  /// (returns false).
+  /// Adds a set-point. Returns false, and ignores it, when it is not newer than the last.
   bool add(const Setpoint& setpoint);
-  /// The position at `utime`, which never goes back.
+  /// The position at `utime`, which must not decrease between calls.
   JointVector at(int64_t utime);
-  /// Whether the last line had ended at the time of the last `at`, with no set-point after it.
+  /// Whether, at the last call of `at`, the last segment was complete and no later set-point had started.
   bool holding() const { return holding_; }
-  /// The set-point whose line was followed in the last `at`; -1 for none.
+  /// Sequence number of the set-point whose segment the last call of `at` followed; -1 for none.
   int64_t sequence() const { return to_.sequence; }
 
  private:
   void drop_first();
 
   int64_t period_us_, delay_us_;
-  // Set-points whose time has not come; a burst larger than this loses its oldest.
+  // Set-points whose segment has not started. When more arrive, the oldest is dropped.
   std::array<Setpoint, 4> waiting_;
   size_t num_waiting_ = 0;
   JointVector from_;

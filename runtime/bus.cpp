@@ -12,7 +12,7 @@
 namespace multireach {
 namespace {
 
-/// With room for a burst in the kernel: the default drops most of a stream of raw images.
+/// Enlarges the kernel's receive buffer: the default one drops most messages of a raw image stream.
 std::string with_receive_buffer(const std::string& url) {
   if (!url.starts_with("udpm://") || url.find("recv_buf_size") != std::string::npos) return url;
   return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";

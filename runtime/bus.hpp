@@ -10,7 +10,8 @@
 
 namespace multireach {
 
-/// Both of LCM's groups, that of the images and that of everything else, as one. Nothing it calls may throw into LCM.
+/// Publishes and subscribes on both LCM multicast groups: images on one, everything else on the other. Exceptions are
+/// caught before they reach LCM.
 class Bus {
  public:
   using Handler = std::function<void(std::string_view channel, std::span<const uint8_t> bytes)>;
@@ -20,10 +21,11 @@ class Bus {
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
-  /// What a handler throws is logged under `name`.
+  /// An exception thrown by `handler` is logged under `name`.
   void subscribe(std::string_view channel, const std::string& name, Handler handler);
   void publish(std::string_view channel, std::span<const uint8_t> bytes);
-  /// Waits for messages up to `timeout_us`, then handles what is there; after each, asks whether that is enough.
+  /// Waits up to `timeout_us` for messages, then handles all that have arrived. Stops early when `enough`, called after
+  /// each poll, returns true.
   void handle_messages(int64_t timeout_us, const std::function<bool()>& enough);
 
  private:

@@ -34,12 +34,12 @@ Value chosen(const std::pair<const char*, Value> (&table)[kSize], const std::str
 
 Config parsed(const std::string& path) {
   std::string text = read_text_file(path);
-  // OpenCV's first line is no directive of YAML.
+  // OpenCV's first line, "%YAML:1.0", is not a valid YAML directive.
   if (text.starts_with("%YAML:")) text.erase(0, std::min(text.find('\n'), text.size()));
   return Config::parse(path, text);
 }
 
-/// The nearest rotation to what a file with few digits says is one.
+/// The rotation nearest to a matrix that was rounded to few digits.
 Eigen::Matrix3d rotation_of(const std::vector<double>& values, const Config& file, const std::string& key) {
   const Eigen::Matrix3d R = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
   constexpr double kRounding = 2e-3;
@@ -48,7 +48,7 @@ Eigen::Matrix3d rotation_of(const std::vector<double>& values, const Config& fil
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
-/// A matrix as OpenCV and ROS write it: rows, cols, data. `rows` or `columns` 0: any.
+/// A matrix in the format of OpenCV and ROS: rows, cols, data. `rows` or `columns` 0 accepts any number.
 RowMatrix matrix_of(const Config& file, const std::string& key, int rows, int columns) {
   const Config section = file.section(key);
   const auto r = static_cast<int>(section.integer("rows", 1, 100)),
@@ -105,7 +105,7 @@ void read_opencv(const std::vector<Config>& files, const CameraFileHints& hints,
     set_distortion(*camera, D.data(), D.size(), with("D" + number), "D" + number);
     camera->width = size_from(sized, "image_width", hints.width, files.front().file());
     camera->height = size_from(sized, "image_height", hints.height, files.front().file());
-    // The size is hearsay, so a file of another resolution would go unnoticed.
+    // The image size may come from the user, so a calibration for another resolution would otherwise go unnoticed.
     const double x = camera->cx / camera->width, y = camera->cy / camera->height;
     if (std::min(x, y) < 0.27 || std::max(x, y) > 0.73) {
       with("M" + number)
@@ -134,7 +134,7 @@ void read_opencv(const std::vector<Config>& files, const CameraFileHints& hints,
   out.rig.X_RL.translation() *= unit_m;
 }
 
-/// One camera_info. Returns the projection matrix, 3 x 4, and the rectifying rotation.
+/// Reads one camera_info file. Returns the projection matrix, 3 x 4, and the rectifying rotation.
 std::pair<RowMatrix, Eigen::Matrix3d> read_camera_info(const Config& file, CameraModel& camera) {
   camera.width = static_cast<int>(file.integer("image_width", 2, 16384));
   camera.height = static_cast<int>(file.integer("image_height", 2, 16384));
@@ -162,7 +162,7 @@ void read_ros(const std::vector<Config>& files, const CameraFileHints& hints, Ca
     files[1].fail("projection_matrix",
                   "P[0,3] = -fx B in the right camera's file; it is 0: the cameras were calibrated one by one");
   }
-  // Both rectified frames are parallel, and the right one is moved by P's last column.
+  // The rectified frames are parallel; the last column of P gives the translation between them.
   const Eigen::Vector3d t(P2(0, 3) / P2(0, 0), P2(1, 3) / P2(1, 1), 0);
   out.rig.X_RL.linear() = R2.transpose() * R1;
   out.rig.X_RL.translation() = hints.unit_m.value_or(1) * (R2.transpose() * t);

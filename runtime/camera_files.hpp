@@ -9,50 +9,42 @@
 
 namespace multireach {
 
-/// How a calibration of two cameras is written down.
+/// File format of a stereo calibration.
 enum class CameraFormat {
-  kVision,  ///< section `cameras` of a vision file: left, right, left_to_right, left_to_robot
-  kOpenCv,  ///< M1 D1 M2 D2 R T (R1 R2 P1 P2 Q) in OpenCV's YAML, in one file or two (intrinsics, extrinsics)
-  kRos,     ///< two files of camera_info: left, right
+  kVision,  ///< vision.yaml, section `cameras`: left, right, left_to_right, left_to_robot
+  kOpenCv,  ///< M1 D1 M2 D2 R T (R1 R2 P1 P2 Q) as OpenCV YAML, in one file or two (intrinsics, extrinsics)
+  kRos,     ///< two ROS camera_info files: left, right
   kKalibr,  ///< Kalibr's camchain: cam0 (left), cam1 (right), T_cn_cnm1
 };
 
 /// "vision", "opencv", "ros", "kalibr"; throws InputError that names `option` for another word.
 CameraFormat camera_format_of(const std::string& option, const std::string& word);
-/// The format that files of these names have unless something else is said: two are ROS's, *camchain* is Kalibr's, .yml
-/// OpenCV's, anything else a vision file's.
+/// The format guessed from the file names: two files are ROS, *camchain* is Kalibr, .yml is OpenCV, anything else is a
+/// vision file.
 CameraFormat usual_format(const std::vector<std::string>& paths);
-/// Metres in a unit "m", "cm", "mm" or "inch"; throws InputError that names `option` for another word.
+/// Length of one `unit` ("m", "cm", "mm" or "inch") in metres; throws InputError that names `option` for another word.
 double metres_in(const std::string& option, const std::string& unit);
 
-/// What the one who asks knows of the files. Where they say it themselves, they must agree.
+/// What the caller knows about the calibration. Throws InputError where a file contradicts it.
 struct CameraFileHints {
   std::optional<int> width, height;  ///< of both images, pixels
-  std::optional<double> unit_m;      ///< metres in the unit of T
+  std::optional<double> unit_m;      ///< length unit of T, in metres
 };
 
 struct CameraFiles {
   CameraFormat format = CameraFormat::kVision;
   StereoRig rig;                     ///< X_WL is the identity unless `knows_robot`
-  bool knows_robot = false;          ///< the files say where the left camera is: section left_to_robot of a vision file
-  std::vector<std::string> assumed;  ///< sentences on what the files do not say and what was taken instead
+  bool knows_robot = false;          ///< X_WL was read from the section left_to_robot of a vision file
+  std::vector<std::string> assumed;  ///< one sentence for each assumption about data that the files lack
 };
 
-/// Reads a calibration, whose format is told by its keys. Throws InputError that names file, line and key for what is
-/// missing or malformed, and for what `check_rig` refuses.
+/// Reads a calibration; the keys in the files determine the format. Throws InputError that names file, line and key
+/// when something is missing or malformed, or when `check_rig` refuses the result.
 CameraFiles read_camera_files(const std::vector<std::string>& paths, const CameraFileHints& hints = {});
 
-/// The texts of the files that hold this rig: one, or left and right for ROS. Positions in metres. Throws InputError
-/// when the format has no place for the lens: Kalibr's radtan ends at p2. `robot`: with left_to_robot (vision files
-/// only).
-std::vector<std::string> camera_file_texts(const StereoRig& rig, CameraFormat format, bool robot = false);
-
-/// X_WL as a vision file's section left_to_robot has it, `indent` deep.
-std::string transform_text(const Eigen::Isometry3d& X, const std::string& indent);
-
-/// Throws InputError that names `file` for a rig that cannot be: no image size, a focal length that is not positive, no
-/// baseline or one of less than 1 mm or more than 5 m (a wrong unit), a right camera that is not to the right of the
-/// left one (swapped, or the wrong sign).
+/// Throws InputError that names `file` for an impossible rig: no image size, a focal length that is not positive, a
+/// baseline that is zero, below 1 mm or above 5 m (a wrong unit), or a right camera that is not to the right of the
+/// left one (swapped cameras, or a wrong sign).
 void check_rig(const StereoRig& rig, const std::string& file);
 
 }  // namespace multireach

@@ -12,6 +12,8 @@ inline constexpr std::string_view kJointSetpoint = "JOINT_SETPOINT";
 inline constexpr std::string_view kControllerState = "CONTROLLER_STATE";
 inline constexpr std::string_view kJointCommand = "JOINT_COMMAND";
 inline constexpr std::string_view kRobotState = "ROBOT_STATE";
+inline constexpr std::string_view kSimStep = "SIM_STEP";
+inline constexpr std::string_view kTrackerState = "TRACKER_STATE";
 inline constexpr std::string_view kPerturbation = "PERTURBATION";
 inline constexpr std::string_view kNodeInputs = "NODE_INPUTS";
 inline constexpr std::string_view kReplayStep = "REPLAY_STEP";
@@ -20,13 +22,13 @@ inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
 inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
 inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
 
-/// Images have a UDP group of their own: on the control group they would make the 1 kHz stream lose messages, because
-/// every socket of a group receives all of its traffic. The truth of a rendered image travels with the image.
+/// Images have a UDP group of their own: every socket of a group receives all of its traffic, so images on the control
+/// group would make the 1 kHz stream lose messages. TARGET_TRUTH is sent with the rendered image that it belongs to.
 constexpr bool on_image_group(std::string_view channel) {
   return channel == kStereoImages || channel == kTargetTruth || channel == kVisionDebug;
 }
 
-/// Where the two groups are unless --lcm-url and --image-url say otherwise: LCM's own default group, and the next.
+/// Default URLs of the two groups (--lcm-url and --image-url): LCM's own default group, and the next one.
 inline constexpr std::string_view kControlUrl = "udpm://239.255.76.67:7667?ttl=0";
 inline constexpr std::string_view kImageUrl = "udpm://239.255.76.68:7668?ttl=0";
 

@@ -16,43 +16,43 @@
 
 namespace multireach {
 
-/// A map in a YAML file. Every fault is an InputError that names file, line and key, and says what was expected. Values
-/// are read by key; `finish` then refuses keys that nobody asked for, so a misspelt key is never ignored.
+/// A YAML map that is read key by key. Every error is an InputError that names file, line and key, and says what was
+/// expected. `finish` refuses keys that were never read, so a misspelt key is never ignored.
 class Config {
  public:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
   static Config load(const std::string& path);
-  /// The same of a text that was read already; `path` is what errors call it.
+  /// Parses `text`; errors call it `path`.
   static Config parse(const std::string& path, const std::string& text);
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
 
-  /// A finite number from `min` to `max`; the value is required, or `otherwise` where that is given.
+  /// A finite number from `min` to `max`. The key is required unless `otherwise` gives a default.
   double number(const std::string& key, double min, double max, std::optional<double> otherwise = {}) const;
   int64_t integer(const std::string& key, int64_t min, int64_t max, std::optional<int64_t> otherwise = {}) const;
   bool flag(const std::string& key, std::optional<bool> otherwise = {}) const;
   std::string text(const std::string& key, std::optional<std::string> otherwise = {}) const;
-  /// One of a few words.
+  /// A text that must be one of `words`.
   std::string choice(const std::string& key, std::initializer_list<std::string_view> words,
                      std::optional<std::string> otherwise = {}) const;
-  /// A list of finite numbers; of `size` numbers, unless that is -1.
+  /// A list of `size` finite numbers; -1 accepts any length.
   std::vector<double> numbers(const std::string& key, int size,
                               std::optional<std::vector<double>> otherwise = {}) const;
-  /// The same of a matrix, row by row: a list of lists, one for each row.
+  /// A matrix, row by row: a list with one list for each row.
   std::vector<double> matrix(const std::string& key, int rows, int columns) const;
   /// A list of texts.
   std::vector<std::string> texts(const std::string& key) const;
-  /// Names to numbers.
+  /// A map from names to finite numbers.
   std::map<std::string, double> named_numbers(const std::string& key) const;
-  /// A map under a key (required), or the maps in a list.
+  /// A required map, or a required list of maps.
   Config section(const std::string& key) const;
   std::vector<Config> sections(const std::string& key) const;
 
-  /// Throws when the map has a key that was not asked for and is not in `others`.
+  /// Throws when the map has a key that was neither read nor listed in `others`.
   void finish(std::initializer_list<std::string_view> others = {}) const;
-  /// Throws: the value of `key` is not sensible.
+  /// Throws InputError: the value of `key` is not what was `expected`.
   [[noreturn]] void fail(const std::string& key, const std::string& expected) const;
 
  private:
@@ -62,7 +62,7 @@ class Config {
   std::string full(const std::string& key) const;
 
   std::string file_;
-  std::string path_;  // keys from the top to this map, with dots
+  std::string path_;  // dotted path of keys from the top of the file to this map
   YAML::Node node_;
   std::shared_ptr<std::set<std::string>> asked_;
 };

@@ -8,15 +8,15 @@
 
 namespace multireach {
 
-/// XXH3 (64 bits) of some bytes: names a message by what is in it, whoever sent it and however often.
+/// XXH3 digest (64 bits) of `bytes`. It identifies a message by its content, independent of the sender.
 int64_t digest_of(std::span<const uint8_t> bytes);
 int64_t digest_of(std::string_view text);
-/// Of numbers, in big-endian bytes: chains digests.
+/// Digest of the numbers' big-endian bytes; used to chain digests.
 int64_t digest_of(std::initializer_list<int64_t> numbers);
 
-/// For messages that end in a field `check`, the digest of all bytes before it: puts it in its place.
+/// Writes the digest of all preceding bytes into `check`, the last field of the message.
 void seal(std::vector<uint8_t>& message);
-/// Whether the last eight bytes are the digest of those before.
+/// Whether the last eight bytes are the digest of the bytes before them.
 bool sealed(std::span<const uint8_t> message);
 
 }  // namespace multireach

@@ -50,7 +50,7 @@ void write_text_file(const std::string& path, const std::string& text) {
 }
 
 OutputFile::OutputFile(const std::string& path) : path_(path) {
-  // A device or a pipe has no old content to keep.
+  // Devices and pipes have no old content to keep, so they are opened directly.
   std::error_code error;
   const bool replace = !std::filesystem::exists(path, error) || std::filesystem::is_regular_file(path, error);
   if (replace) partial_ = path + ".partial." + std::to_string(getpid());

@@ -11,7 +11,7 @@
 
 namespace multireach {
 
-/// Wrong usage or input: one sentence that a user can act on. Programs print it and exit with 2.
+/// Wrong usage or input, explained in one sentence that a user can act on. Programs print it and exit with code 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -21,8 +21,9 @@ class InputError : public std::runtime_error {
 std::string read_text_file(const std::string& path);
 std::vector<uint8_t> read_binary_file(const std::string& path);
 
-/// A file that is written piece by piece and takes the old one's place only when finished; what was begun and not
-/// finished is removed. Devices and pipes are written as they are. All throw InputError when it cannot be written.
+/// Writes a file in pieces under a temporary name. `finish` replaces the old file; without it the temporary file is
+/// removed and the old file stays. Devices and pipes are written directly. All members throw InputError when writing
+/// fails.
 class OutputFile {
  public:
   explicit OutputFile(const std::string& path);
@@ -40,20 +41,20 @@ class OutputFile {
   int file_ = -1;
 };
 
-/// Writes the whole text, or leaves what was there: a new file takes the old one's place only when complete. "-" is
-/// standard output. Throws InputError when it cannot be written, as on a full disk.
+/// Writes the whole text or leaves the old file unchanged: the new file replaces it only when complete. "-" is standard
+/// output. Throws InputError when it cannot be written, e.g. on a full disk.
 void write_text_file(const std::string& path, const std::string& text);
-/// The same with JSON, indented.
+/// Writes indented JSON, like `write_text_file`.
 void write_json_file(const std::string& path, const nlohmann::json& json);
 
-/// The chain between two links of a URDF file. Throws InputError that names the file.
+/// The kinematic chain between two links of a URDF file. Throws InputError that names the file.
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip);
 
-/// The files that `pattern` names, in the order of their names: a file, all files of a folder, or a pattern with * and
-/// ?. Throws InputError that names `option`, by which the pattern came, when there is none.
+/// The files that match `pattern`, sorted by name. `pattern` is a file, a folder (all its files), or a pattern with *
+/// and ?. Throws InputError that names `option` when no file matches.
 std::vector<std::string> matching_files(const std::string& option, const std::string& pattern);
 
-/// `path` as it is when absolute, else as seen from the folder of `file`.
+/// Resolves a relative `path` against the folder of `file`; an absolute path is returned unchanged.
 std::string beside(const std::string& file, const std::string& path);
 
 }  // namespace multireach

@@ -6,7 +6,7 @@
 
 namespace multireach {
 
-/// An image of a message, for the codec; its data stay in the message.
+/// A view of an LCM image for the codec; the data stay in the message.
 inline EncodedImage encoded(const image_t& image) {
   return {.width = image.width,
           .height = image.height,

@@ -12,27 +12,30 @@
 
 namespace multireach {
 
-/// A message that a node took in.
+/// A message that a node has consumed.
 struct ConsumedInput {
-  int64_t ticks = 0;  ///< that the node had computed before
-  std::string_view channel;
+  int64_t ticks = 0;  ///< number of ticks that the node had computed before it
+  std::string channel;
   int64_t sequence = -1;
   int64_t digest = 0;
 
   bool operator==(const ConsumedInput&) const = default;
 };
 
-/// Keeps what a node takes in, and says it: with that, its outputs can be computed again.
+/// Records the messages that a node consumes and publishes this record on NODE_INPUTS. From the record, the node's
+/// outputs can be computed again.
 class InputJournal {
  public:
-  /// `run` tells the runs of the node apart; `repeated`: how many inputs that were said before are said again.
+  /// `run` identifies this run of the node. `repeated`: how many inputs that were already published each message
+  /// repeats, in case a recorder loses one.
   InputJournal(std::string node, int64_t run, int64_t config_digest, size_t repeated);
 
-  /// The node has received a message. Returns what it is called where it had an effect.
+  /// Call when the node has received a message. Returns its entry in the record, or nothing when the message had no
+  /// effect.
   std::optional<ConsumedInput> took(const Receipt& receipt, std::string_view channel, std::span<const uint8_t> bytes);
   void ticked() { ++ticks_; }
   int64_t ticks() const { return ticks_; }
-  /// The message for NODE_INPUTS, when there is something that was not said before.
+  /// The encoded NODE_INPUTS message, or nothing when there is no new input since the last one.
   std::optional<std::vector<uint8_t>> news();
 
  private:
@@ -44,9 +47,10 @@ class InputJournal {
   int64_t ticks_ = 0;
 };
 
-/// The number of a channel in NODE_INPUTS and REPLAY_STEP. Needs an input that a journal has given.
-int8_t number_of(const ConsumedInput& input);
-/// The inputs that a message names; nothing when it names an unknown channel.
+/// Appends the index of a channel's name in `names`, which gets the name where it is new: NODE_INPUTS and REPLAY_STEP
+/// name each channel once.
+void append_channel(const std::string& channel, std::vector<std::string>& names, std::vector<int8_t>& indices);
+/// The inputs that a message names; nothing when an index of a channel is out of range.
 std::optional<std::vector<ConsumedInput>> inputs_in(const node_inputs_t& message);
 
 }  // namespace multireach

@@ -9,7 +9,7 @@
 
 namespace multireach {
 
-/// The joint names of a chain, as messages carry them.
+/// The joint names of a chain, as used in messages.
 inline std::vector<std::string> joint_names(const Chain& chain) {
   std::vector<std::string> names;
   for (const Joint& joint : chain.joints()) names.push_back(joint.name);
@@ -20,7 +20,8 @@ inline std::vector<double> to_field(const JointVector& vector) {
   return {vector.begin(), vector.end()};
 }
 
-/// The chain's joints out of a message that names joints in any order, and may have more; nothing when one is missing.
+/// The chain's joint values from a message, which may list joints in any order and have additional ones; nothing when a
+/// joint is missing.
 inline std::optional<JointVector> from_fields(const Chain& chain, const std::vector<std::string>& names,
                                               const std::vector<double>& values) {
   if (names.size() != values.size()) return std::nullopt;

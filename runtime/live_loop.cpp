@@ -20,17 +20,17 @@ namespace {
 
 volatile std::sig_atomic_t signal_received = 0;
 
-/// A node that fell further behind than this does not catch up tick by tick.
+/// A node that is further behind than this skips ticks instead of catching up.
 constexpr int64_t kHopeless = 2000000;  // us
-constexpr int64_t kLongestTurn = 5000;  // us
+constexpr int64_t kLongestTurn = 5000;  // us; longest time for ticks without handling messages
 constexpr int64_t kStatusPeriod = 1000000;
 constexpr int64_t kReportPeriod = 20000;
 constexpr int64_t kPlayerIsGone = 30000000;
-constexpr size_t kRepeatedInputs = 32;  // of every node about a second, should a recorder stall that long
+constexpr size_t kRepeatedInputs = 32;  // about one second of any node's inputs, in case a recorder stalls
 
 class LiveLoop {
  public:
-  /// Without a maker, the node knows no replay in lockstep.
+  /// Without `make`, the node does not support lockstep replay.
   LiveLoop(Node& node, NodeMaker make, const LiveOptions& options)
       : node_(&node),
         make_(std::move(make)),
@@ -81,7 +81,7 @@ class LiveLoop {
   void take_messages(int64_t timeout_us) {
     bus_.handle_messages(timeout_us, [this] {
       publish();
-      // A flood of messages must not starve the ticks.
+      // Too many messages must not delay the ticks.
       return interrupted() || monotonic_us() >= wake_time();
     });
   }
@@ -96,7 +96,7 @@ class LiveLoop {
   void take_step(std::span<const uint8_t> bytes) {
     const auto step = decode<replay_step_t>(bytes);
     if (!step || !sealed(bytes) || step->node != node_->name()) return;
-    if (left_ && step->replay == left_->replay) {  // it did not hear that it is over
+    if (left_ && step->replay == left_->replay) {  // the player did not receive the final report
       left_->step = step->step;
       if (const auto report = encode(*left_)) bus_.publish(channel::kReplayDone, *report);
       return;
@@ -112,7 +112,8 @@ class LiveLoop {
     next_report_us_ = stepped_us_ + (is_new ? kReportPeriod : 0);
   }
 
-  /// Computes what the step asks for and says when it is done; says what is missing every now and then until then.
+  /// Computes the current step and reports when it is done. Until then, it periodically reports which messages are
+  /// missing.
   void follow_steps() {
     while (lockstep_->advance(outbox_) && !interrupted()) publish();
     publish();
@@ -145,7 +146,7 @@ class LiveLoop {
     const int64_t begin = monotonic_us();
     while (const auto tick = node_->next_tick()) {
       const int64_t now = monotonic_us();
-      if (now - begin > kLongestTurn) return;  // ticks that are too slow for their period must not starve the messages
+      if (now - begin > kLongestTurn) return;  // ticks slower than their period must not starve the messages
       if (!clock_.anchored()) clock_.anchor(*tick, now);
       const int64_t behind = now - clock_.monotonic_at(*tick);
       if (behind < 0 || interrupted()) return;
@@ -159,7 +160,8 @@ class LiveLoop {
   }
 
   void publish() {
-    // What a message depends on is said before it, so that no message is ever without; in lockstep it is among them.
+    // NODE_INPUTS goes out before the messages that depend on it, so that no recorded output lacks its inputs. In
+    // lockstep, the outbox already contains it.
     const bool says = !outbox_.empty() && journal_ && !lockstep_;
     if (const auto news = says ? journal_->news() : std::nullopt) bus_.publish(channel::kNodeInputs, *news);
     for (const OutMessage& message : outbox_) bus_.publish(message.channel, message.bytes);
@@ -189,11 +191,11 @@ class LiveLoop {
 
   Node* node_;
   NodeMaker make_;
-  std::unique_ptr<Node> own_;  // made after a replay in lockstep
+  std::unique_ptr<Node> own_;  // the node made after a lockstep replay has ended
   std::optional<Lockstep> lockstep_;
   int64_t stepped_us_ = 0, next_report_us_ = 0;
   bool reported_done_ = false;
-  std::optional<replay_done_t> left_;  // what it said last of the replay before
+  std::optional<replay_done_t> left_;  // final report of the previous replay
   LiveOptions options_;
   MessageClock clock_;
   Bus bus_;

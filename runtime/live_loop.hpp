@@ -14,15 +14,15 @@ struct LiveOptions {
   double seconds = 0;  ///< end after this time; 0 for never
 };
 
-/// Runs a node on LCM until SIGINT, SIGTERM, `seconds` have passed, or the node is finished: subscribes to its inputs,
-/// hands it messages before ticks, wakes it for its ticks, publishes what it returns, and NODE_STATUS once a second.
-/// Returns the program's exit code. Throws InputError when LCM cannot be started.
+/// Runs a node on LCM until SIGINT or SIGTERM arrives, `seconds` have passed, or the node is finished. Subscribes to
+/// its inputs, delivers messages before ticks, calls its ticks on time, and publishes its outputs and, once a second,
+/// NODE_STATUS. Returns the program's exit code. Throws InputError when LCM cannot be started.
 int run_live(Node& node, const LiveOptions& options);
-/// The same, for a node that also follows the steps of a replay in lockstep (`multireach-replay play`): it then begins
-/// afresh, and once more when the replay has ended.
+/// Like above, for a node that can also be driven in lockstep by `multireach-replay play`. `make` creates a fresh node
+/// when a lockstep replay starts and another when it has ended.
 int run_live(const NodeMaker& make, const LiveOptions& options);
 
-/// Set once SIGINT or SIGTERM has been received, after `catch_signals`.
+/// True once SIGINT or SIGTERM has been received; needs `catch_signals` first.
 bool interrupted();
 void catch_signals();
 

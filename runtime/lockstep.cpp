@@ -7,9 +7,9 @@
 namespace multireach {
 namespace {
 
-constexpr size_t kMostWaiting = 5000;            // messages of a channel
-constexpr size_t kMostBytesWaiting = 256 << 20;  // of all
-constexpr int64_t kBeginnings = 2;               // steps, at the second of which all nodes have left their clocks
+constexpr size_t kMostWaiting = 5000;            // messages, per channel
+constexpr size_t kMostBytesWaiting = 256 << 20;  // bytes, all channels together
+constexpr int64_t kBeginnings = 2;               // steps 0 and 1 start afresh; at step 1 all nodes are in lockstep
 
 InputJournal journal_of(const Node& node, int64_t replay) {
   return {node.name(), replay, node.replayable().value_or(0), 0};
@@ -47,6 +47,7 @@ bool Lockstep::begin(const replay_step_t& step) {
   step_ = step;
   node_inputs_t named{};
   named.ticks = step.before_tick;
+  named.channel_name = step.channel_name;
   named.channel = step.channel;
   named.sequence.assign(step.digest.size(), -1);
   named.digest = step.digest;

@@ -15,11 +15,12 @@ namespace multireach {
 
 using NodeMaker = std::function<std::unique_ptr<Node>()>;
 
-/// A node that follows a player's steps and no clock. Messages may come before the step that names them or after it, in
-/// any order, twice or late; the node takes them as the step says, and so sends the same bytes as in the player.
+/// Runs a node by the steps of a replay player instead of a clock. Messages may arrive before or after the step that
+/// lists them, in any order, late or twice. The node consumes them as the step says and therefore sends the same bytes
+/// as the player's own copy of the node.
 class Lockstep {
  public:
-  /// Enough for one turn: a node that computes a long step still listens.
+  /// Most ticks per call of `advance`, so that the node still handles messages during a long step.
   static constexpr int kTicksAtOnce = 500;
 
   explicit Lockstep(NodeMaker make);
@@ -27,10 +28,10 @@ class Lockstep {
   const Node& node() const { return *node_; }
   /// A message on one of the node's inputs.
   void receive(std::string_view channel, std::span<const uint8_t> bytes);
-  /// Takes a step. Returns false, and does nothing, for one that is under way, done or older.
+  /// Starts a step. Returns false, and does nothing, when the step is in progress, already done, or older.
   bool begin(const replay_step_t& step);
-  /// Does what can be done, kTicksAtOnce at most. What the node sends is appended to `out`, with what it says about its
-  /// inputs. Returns whether there is more that can be done at once.
+  /// Computes as much of the step as possible, up to kTicksAtOnce ticks. Appends the node's messages to `out`, each
+  /// after the NODE_INPUTS it depends on. Returns whether more can be computed at once.
   bool advance(Outbox& out);
   bool done() const { return step_ && next_input_ == inputs_.size() && journal_.ticks() >= step_->ticks; }
   bool last() const { return step_ && step_->last; }
@@ -57,7 +58,7 @@ class Lockstep {
   int64_t sent_ = 0, digest_ = 0;
 };
 
-/// The digest of everything sent so far and one more message.
+/// Chains one more sent message onto the digest `before` of all earlier ones.
 int64_t digest_with(int64_t before, std::string_view channel, std::span<const uint8_t> bytes);
 
 }  // namespace multireach

@@ -15,7 +15,7 @@ namespace {
 constexpr uint32_t kSync = 0xEDA1DA01;
 constexpr size_t kHeader = 28;
 constexpr size_t kBuffer = 1 << 18;
-constexpr int kMostMarks = 64;            // that are looked at to tell a damaged event from the next one
+constexpr int kMostMarks = 64;            // sync marks examined to find out whether a length is damaged
 constexpr uint32_t kLongestChannel = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
 
 template <class Integer>
@@ -108,7 +108,7 @@ bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
     ++marks;
     const auto other = event_at(mark);
     if (!other || !followed(end_of(mark, *other))) continue;
-    // It reaches over whole events, or ends before its own last bytes.
+    // The length spans whole events, or ends before the event's own last bytes.
     const bool is_next = other->number == event.number + 1;
     return ends_well ? mark < end && is_next : mark < end || is_next;
   }

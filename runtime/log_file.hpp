@@ -11,20 +11,20 @@
 
 namespace multireach {
 
-/// One event of a log. The views live as long as the reader.
+/// One event of a log. Its views are valid as long as the reader.
 struct LogEvent {
   int64_t number = 0;
-  int64_t utime = 0;  ///< when the logger received it, wall clock, microseconds
+  int64_t utime = 0;  ///< time of receipt by the logger, wall clock, microseconds
   std::string_view channel;
   std::span<const uint8_t> data;
 };
 
-/// Reads a file of lcm-logger by mapping it into memory. An event is EDA1DA01, int64 number, int64 time, int32 channel
-/// length, int32 data length, channel, data, all big-endian. Where the bytes are no event, the reader goes on at the
-/// next place where they are one, and counts what it left out. Never crashes on a damaged file.
+/// Reads an lcm-logger file by mapping it into memory. An event is EDA1DA01, int64 number, int64 time, int32 channel
+/// length, int32 data length, channel, data, all big-endian. The reader skips damaged bytes to the next valid event and
+/// counts them. Never crashes on a damaged file.
 class LogReader {
  public:
-  /// Throws InputError when the file cannot be read or holds not a single event.
+  /// Throws InputError when the file cannot be read or holds no event.
   explicit LogReader(const std::string& path);
   ~LogReader();
   LogReader(const LogReader&) = delete;
@@ -34,18 +34,19 @@ class LogReader {
   void rewind();
   size_t size() const { return bytes_.size(); }
   size_t position() const { return position_; }
-  /// Bytes left out since the start because they were no event, in how many places.
+  /// Bytes skipped as damaged since the start, and the number of damaged stretches.
   size_t damaged_bytes() const { return damaged_bytes_; }
   size_t damaged_places() const { return damaged_places_; }
 
  private:
   std::optional<LogEvent> event_at(size_t position) const;
   static size_t end_of(size_t position, const LogEvent& event);
-  /// Where the next mark of an event is; the end where there is none.
+  /// Position of the next event's sync mark EDA1DA01; the end of the file when there is none.
   size_t next_mark(size_t from) const;
-  /// Whether another event, or the end of the file, is at `end`.
+  /// Whether a sync mark, or the end of the file, is at `end`.
   bool followed(size_t end) const;
-  /// Whether the length of an event that looks whole is damaged: told by what is where the next one should be.
+  /// Whether the length field of an apparently valid event is damaged, judged by whether the next event starts where
+  /// the length says.
   bool has_wrong_length(size_t position, const LogEvent& event) const;
 
   std::span<const uint8_t> bytes_;
@@ -59,7 +60,7 @@ class LogWriter {
   explicit LogWriter(const std::string& path);
   /// Events are numbered from 0.
   void write(int64_t utime, std::string_view channel, std::span<const uint8_t> data);
-  /// Makes it the file of that name; a log that was begun and not closed leaves none.
+  /// Completes the file under its final name. Without `close`, no file is left.
   void close();
 
  private:

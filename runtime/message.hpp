@@ -8,10 +8,9 @@
 
 namespace multireach {
 
-/// The message in `bytes`, or nothing when they are not exactly one well-formed message of this type: wrong
-/// fingerprint, truncated, trailing bytes, or a length that the bytes cannot hold. Never throws and never allocates
-/// more than the bytes could fill (see lcmtypes/harden.cmake). Bit errors inside a field are not seen: LCM has no
-/// checksum.
+/// Decodes `bytes`, or returns nothing when they are not exactly one well-formed message of this type: wrong
+/// fingerprint, truncated, trailing bytes, or a count that exceeds the bytes. Never throws and never allocates more
+/// than the bytes could fill (see lcmtypes/harden.cmake). Bit errors inside a field go undetected: LCM has no checksum.
 template <class Message>
 std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) return std::nullopt;
@@ -25,7 +24,7 @@ std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
   }
 }
 
-/// The bytes of `message`, or nothing when one of its counts does not agree with its vector.
+/// Encodes `message`, or returns nothing when a count disagrees with the size of its vector.
 template <class Message>
 std::optional<std::vector<uint8_t>> encode(const Message& message) {
   const int size = message.getEncodedSize();

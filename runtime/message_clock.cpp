@@ -8,7 +8,7 @@ namespace multireach {
 namespace {
 
 constexpr int64_t kJump = 1000000;   // us
-constexpr int64_t kDriftPpm = 1000;  // fastest drift that is followed, of the sender's clock against ours
+constexpr int64_t kDriftPpm = 1000;  // largest drift of the sender's clock that is followed
 
 }  // namespace
 

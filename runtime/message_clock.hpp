@@ -4,27 +4,26 @@
 
 namespace multireach {
 
-/// The present, microseconds of the monotonic clock. For waiting and for distances in time: never put into a message as
-/// it is (see camera/devices/capture_clock.hpp).
+/// Current time of the monotonic clock, microseconds. Use it for waiting and for time differences, never directly in a
+/// message (see camera/devices/capture_clock.hpp).
 int64_t monotonic_us();
-/// The present, microseconds since 1970.
+/// Current wall time, microseconds since 1970.
 int64_t wall_us();
 
-/// Relates the time that messages carry to the monotonic clock: the messages' own delay is taken to be the smallest
-/// seen lately, so that jitter in the network does not move the grid of ticks, and a drift between the sender's clock
-/// and ours is followed.
+/// Maps message time to the monotonic clock. The offset follows the smallest recent message delay, so that network
+/// jitter does not shift the tick times, and drift between the sender's clock and the local clock is followed.
 class MessageClock {
  public:
   /// `speed`: seconds of message time per second of monotonic time.
   explicit MessageClock(double speed = 1) : speed_(speed) {}
 
   bool anchored() const { return anchored_; }
-  /// Makes `utime` be now.
+  /// Sets the offset so that message time `utime` corresponds to `now_us`.
   void anchor(int64_t utime, int64_t now_us);
-  /// A message of time `utime` has arrived at `now_us`. A time that does not fit by more than a second (the first
-  /// message, a log that starts again) moves the clock at once.
+  /// A message of time `utime` has arrived at `now_us`. A deviation of more than a second (the first message, a log
+  /// that starts again) resets the offset at once.
   void observe(int64_t utime, int64_t now_us);
-  /// When it is `utime` on the monotonic clock.
+  /// The monotonic time that corresponds to message time `utime`.
   int64_t monotonic_at(int64_t utime) const {
     return static_cast<int64_t>(static_cast<double>(utime) / speed_) + offset_us_;
   }

@@ -14,7 +14,7 @@ namespace {
 using Kind = MessageSchema::Kind;
 using json = nlohmann::ordered_json;
 
-/// Only whether it can be read.
+/// Ignores all values; checks only that the message is well-formed.
 struct NoSink {
   void begin_struct(const MessageSchema::Field*) {}
   void end_struct() {}
@@ -23,7 +23,7 @@ struct NoSink {
   void values(const MessageSchema::Field&, std::span<const uint8_t>, size_t) {}
 };
 
-/// The first integer of the top level called `sequence`.
+/// Finds the first top-level integer `sequence`, or the image metadata of that name.
 struct SequenceSink : NoSink {
   void begin_struct(const MessageSchema::Field*) { ++depth; }
   void end_struct() { --depth; }
@@ -121,7 +121,7 @@ json value_of(Kind kind, std::span<const uint8_t> bytes) {
     case Kind::kStruct:
       break;
   }
-  // JSON holds Unicode; bytes that are none become a replacement character when it is written.
+  // Bytes that are not valid Unicode become replacement characters when the JSON is written.
   return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
@@ -239,7 +239,7 @@ std::string MessageLeaf::text() const {
   if (kind == Kind::kDouble) return fmt::format("{}", std::bit_cast<double>(big_endian<uint64_t>(bytes)));
   if (kind == Kind::kFloat) return fmt::format("{}", std::bit_cast<float>(big_endian<uint32_t>(bytes)));
   const json value = value_of(kind, bytes);
-  // Quoted, and what is no letter escaped.
+  // Quoted, with control and non-ASCII characters escaped.
   return value.dump(-1, ' ', true, json::error_handler_t::replace);
 }
 

@@ -12,46 +12,46 @@
 
 namespace multireach {
 
-/// The definition of an LCM type, as a .lcm file gives it: reads any message of the type without generated code.
+/// The definition of an LCM type, parsed from a .lcm file. With it, messages of the type are read without generated
+/// code.
 struct MessageSchema {
   enum class Kind { kBoolean, kByte, kInt8, kInt16, kInt32, kInt64, kFloat, kDouble, kString, kStruct };
   struct Dimension {
-    size_t size = 0;   ///< where it is fixed
-    int field = -1;    ///< the field of the struct that holds it, where it is not
-    std::string text;  ///< as written
+    size_t size = 0;   ///< for a fixed size
+    int field = -1;    ///< index of the field that holds the size; -1 for a fixed size
+    std::string text;  ///< as in the .lcm file
   };
   struct Field {
     std::string name, type;
     Kind kind = Kind::kStruct;
-    const MessageSchema* schema = nullptr;  ///< of a struct
+    const MessageSchema* schema = nullptr;  ///< definition of a struct field's type
     std::vector<Dimension> dimensions;
   };
   std::string name;  ///< without its package
   std::vector<Field> fields;
-  int64_t fingerprint = 0;  ///< the first eight bytes of its messages
+  int64_t fingerprint = 0;  ///< first eight bytes of each message
 };
 
-/// A value inside a message.
+/// One value in a message.
 struct MessageLeaf {
-  std::string path;  ///< as "images[1].utime"; an array of numbers or bytes is one leaf for each number, or one for all
-                     ///< bytes
+  std::string path;  ///< as "images[1].utime"; each number of an array is a leaf, a byte array is a single leaf
   MessageSchema::Kind kind = MessageSchema::Kind::kByte;
-  std::span<const uint8_t> bytes;  ///< in the message
+  std::span<const uint8_t> bytes;  ///< view into the message
 
-  /// As people read it: shortest digits that give the same number back.
+  /// Human-readable; floating-point numbers with the fewest digits that convert back to the same value.
   std::string text() const;
 };
 
-/// The types that are known, by fingerprint.
+/// The known message types, by fingerprint.
 class MessageSchemas {
  public:
-  /// The project's own, built in.
+  /// The project's own types, compiled in.
   static const MessageSchemas& project();
 
-  /// Adds the structs of .lcm texts. Throws std::invalid_argument with a sentence for what is no definition, or for a
-  /// struct that is not among all that were added.
+  /// Adds the structs defined in .lcm texts. Throws std::invalid_argument with a sentence when a text is not a valid
+  /// definition, or when a struct that a field refers to has not been added.
   void add(const std::vector<std::string_view>& lcm_texts);
-  /// The type of a message; null when it is not known.
+  /// The type of a message; null when unknown.
   const MessageSchema* of(std::span<const uint8_t> message) const;
   std::vector<const MessageSchema*> all() const;
 
@@ -62,18 +62,18 @@ class MessageSchemas {
 
 /// Whether the bytes are exactly one well-formed message of the type.
 bool well_formed(const MessageSchema& schema, std::span<const uint8_t> message);
-/// The publisher's count of its messages: field `sequence`, or for images_t the decimal metadata "sequence" of its
-/// first image that has one. Nothing where there is none, or it is negative.
+/// The message's sequence number: the field `sequence`, or for images_t the decimal metadata "sequence" of the first
+/// image that has one. Nothing when it is absent or negative.
 std::optional<int64_t> sequence_of(const MessageSchema& schema, std::span<const uint8_t> message);
-/// All values in their order; nothing when the message is not well-formed.
+/// All values in order; nothing when the message is not well-formed.
 std::optional<std::vector<MessageLeaf>> leaves_of(const MessageSchema& schema, std::span<const uint8_t> message);
-/// The message as JSON, fields in their order; byte arrays as base64, numbers that are not finite as null. Nothing when
-/// it is not well-formed.
+/// The message as JSON, fields in order; byte arrays as base64, non-finite numbers as null. Nothing when the message is
+/// not well-formed.
 std::optional<nlohmann::ordered_json> json_of(const MessageSchema& schema, std::span<const uint8_t> message);
-/// The JSON Schema of what `json_of` gives.
+/// The JSON Schema of the output of `json_of`.
 nlohmann::ordered_json json_schema_of(const MessageSchema& schema);
 
-/// Base64 (RFC 4648), as byte arrays have it in JSON.
+/// Base64 (RFC 4648), the encoding of byte arrays in JSON.
 std::string base64(std::span<const uint8_t> bytes);
 
 }  // namespace multireach

@@ -11,7 +11,7 @@ Integer big_endian(std::span<const uint8_t> bytes) {
   return static_cast<Integer>(value);
 }
 
-/// An integer of a message, of a kind from kInt8 to kInt64.
+/// Reads a big-endian integer of a kind from kInt8 to kInt64.
 inline int64_t integer_in(MessageSchema::Kind kind, std::span<const uint8_t> bytes) {
   switch (kind) {
     case MessageSchema::Kind::kInt8:
@@ -25,14 +25,14 @@ inline int64_t integer_in(MessageSchema::Kind kind, std::span<const uint8_t> byt
   }
 }
 
-/// Goes through the bytes of a message by its schema, telling a sink what is there. Never reads beyond the bytes, and
-/// never more often than they allow, whatever the counts in them say.
+/// Walks through the bytes of a message by its schema and reports every value to a sink. Never reads beyond the bytes,
+/// and the counts in a damaged message cannot make it loop longer than its size allows.
 template <class Sink>
 class MessageWalk {
  public:
   MessageWalk(std::span<const uint8_t> message, Sink& sink) : bytes_(message), sink_(sink) {}
 
-  /// The fingerprint, the fields, and nothing after them.
+  /// Reads the fingerprint and the fields; false when the message is not well-formed or has trailing bytes.
   bool whole(const MessageSchema& schema) {
     if (bytes_.size() < 8 || big_endian<int64_t>(bytes_) != schema.fingerprint) return false;
     at_ = 8;
@@ -80,7 +80,7 @@ class MessageWalk {
     const MessageSchema::Dimension& dimension = field.dimensions[depth];
     const int64_t count =
         dimension.field < 0 ? static_cast<int64_t>(dimension.size) : counts[static_cast<size_t>(dimension.field)];
-    // Nothing that is on the wire is empty, except what has a dimension of zero.
+    // Every element takes at least one byte, so a count above the message's size is invalid.
     if (count < 0 || static_cast<uint64_t>(count) > bytes_.size()) return false;
     const auto size = static_cast<size_t>(count);
     if (plain && depth + 1 == field.dimensions.size()) return values(field, size);
@@ -114,7 +114,7 @@ class MessageWalk {
     if (bytes_.size() - at_ < 4) return false;
     const auto length = big_endian<int32_t>(bytes_.subspan(at_));
     at_ += 4;
-    // With its terminator.
+    // The length includes the terminating zero.
     if (length < 1 || static_cast<size_t>(length) > bytes_.size() - at_) return false;
     sink_.values(field, bytes_.subspan(at_, static_cast<size_t>(length) - 1), 1);
     at_ += static_cast<size_t>(length);

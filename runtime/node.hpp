@@ -12,37 +12,36 @@
 
 namespace multireach {
 
-/// A message that a node wants published.
+/// A message to be published.
 struct OutMessage {
   std::string_view channel;  // one of runtime/channels.hpp
   std::vector<uint8_t> bytes;
 };
 using Outbox = std::vector<OutMessage>;
 
-/// What NODE_STATUS reports; all count from the node's start.
+/// Counters for NODE_STATUS, since the node's start.
 struct NodeCounters {
-  int64_t received = 0;  ///< messages taken in
-  int64_t dropped = 0;   ///< messages that never came, told by gaps in the sequence numbers
-  int64_t refused = 0;   ///< messages that could not be decoded or were not valid
-  int64_t late = 0;      ///< ticks computed later than one period after their nominal time
-  int64_t limited = 0;   ///< outputs that a guard had to alter
+  int64_t received = 0;  ///< messages decoded
+  int64_t dropped = 0;   ///< messages lost, counted from gaps in the sequence numbers
+  int64_t refused = 0;   ///< messages that could not be decoded or were invalid
+  int64_t late = 0;      ///< ticks computed more than one period after their nominal time
+  int64_t limited = 0;   ///< outputs changed by a limit
   int64_t sent = 0;      ///< messages published
 };
 
-/// What a message was to the node that got it.
+/// How a received message affected the node.
 struct Receipt {
   enum class Effect {
-    kNone,      ///< what the node sends would have been the same without it
+    kNone,      ///< the node's outputs do not depend on it
     kTaken,     ///< the node's state depends on it
-    kReplaces,  ///< the same, and nothing depends any more on the last one of this channel, if it came since the last
-                ///< tick
+    kReplaces,  ///< as kTaken, and an earlier message of this channel since the last tick no longer has any effect
   };
   Effect effect = Effect::kNone;
-  std::optional<int64_t> utime{};  ///< the time that the node's grid of ticks follows, when the message carries it
-  int64_t sequence = -1;           ///< the message's own; -1 where it has none
+  std::optional<int64_t> utime{};  ///< time in the message that the ticks are aligned to, if any
+  int64_t sequence = -1;           ///< the message's sequence number; -1 if it has none
 };
 
-/// A stage bound to its messages: events with their times in, messages out. Knows no LCM and no clock, so the same
+/// A processing stage with its messages: timed events in, messages out. It uses neither LCM nor a clock, so the same
 /// object runs live, in a replay and in a test.
 class Node {
  public:
@@ -50,26 +49,27 @@ class Node {
 
   virtual std::string name() const = 0;
   virtual std::vector<std::string_view> inputs() const = 0;
-  /// Takes a message of one of the inputs. What the node sends is a function of the messages that had an effect, their
-  /// order, and which of them came before which of its ticks; so a record of those is enough to compute it again.
+  /// Handles a message on one of the inputs. The node's outputs are a function of the messages that had an effect,
+  /// their order, and their order relative to its ticks; a record of these is enough to compute the outputs again.
   virtual Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) = 0;
-  /// The nominal time of the next tick, in the time of the messages; nothing while the node does not tick.
+  /// The nominal time of the next tick, in message time; nothing while the node does not tick.
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
   virtual void tick(Outbox&) {}
-  /// Whether there is nothing left to do; a live loop then ends.
+  /// Whether the node has finished; a live loop then ends.
   virtual bool finished() const { return false; }
-  /// Digest of the configuration of a node whose messages shall be computed again from a log: it says on NODE_INPUTS
-  /// what it took in. Nothing for others.
+  /// For a node whose outputs can be computed again from a log: the digest of its configuration. Such a node's inputs
+  /// are published on NODE_INPUTS. Nothing for other nodes.
   virtual std::optional<int64_t> replayable() const { return std::nullopt; }
-  /// How many messages it sends for one that it takes in, of a node whose messages are counted by those it takes in.
+  /// Number of messages sent per input, for a node that sends a fixed number for each input.
   virtual int64_t sent_per_input() const { return 1; }
-  /// So many messages that it had taken in cannot be had again: counts what it sent for them.
+  /// During recomputation, this many consumed inputs are missing from the log: advances the sequence numbers as if
+  /// their outputs had been sent.
   virtual void skip(int64_t) {}
-  /// A message that it had taken in cannot be had again, but this is what it sent for it: remembers what it would then.
-  /// Returns false, and changes nothing, where that is not enough.
-  virtual bool adopt(const std::vector<std::span<const uint8_t>>&) { return false; }
-  /// A few words for NODE_STATUS.
+  /// During recomputation, an input is missing from the log, but the outputs that the node sent for it are there:
+  /// restores the node's state from these outputs. Returns false, and changes nothing, when they are not sufficient.
+  virtual bool deserialize(const std::vector<std::span<const uint8_t>>&) { return false; }
+  /// A short state description for NODE_STATUS.
   virtual std::string state() const = 0;
 
   const NodeCounters& counters() const { return counters_; }
@@ -85,7 +85,7 @@ class Node {
     ++counters_.sent;
   }
 
-  /// The same for a message that ends in a field `check`.
+  /// Like `send`, for a message that ends in a field `check`.
   template <class Message>
   void send_sealed(Outbox& out, std::string_view channel, const Message& message) {
     const size_t before = out.size();
@@ -104,17 +104,17 @@ class Node {
   NodeCounters counters_;
 };
 
-/// Whether a time can be one: from 0 to some 36 000 years after it, so that differences of two such times never
+/// Whether a time is plausible: from 0 to some 36 000 years after it, so that differences of two such times never
 /// overflow.
 constexpr bool plausible_utime(int64_t utime) {
   return utime >= 0 && utime < (int64_t{1} << 60);
 }
 
-/// Watches one publisher's sequence numbers.
+/// Detects lost messages from one publisher's sequence numbers.
 class SequenceWatch {
  public:
-  /// How many messages are missing just before this one. A sequence that starts again at a smaller number (the
-  /// publisher was restarted, a log is played again) is no loss.
+  /// Number of messages missing just before this one. A sequence that restarts at a smaller number (the publisher was
+  /// restarted, a log is played again) is not a loss.
   int64_t missing_before(int64_t sequence) {
     if (sequence < 0) return 0;
     const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;

@@ -4,8 +4,8 @@
 
 namespace multireach {
 
-/// A line on standard error that says how much of a long work is done and how long the rest may take. Silent where that
-/// is no terminal.
+/// A progress line on standard error: the part done and the estimated time left. Silent when standard error is not a
+/// terminal.
 class Progress {
  public:
   Progress();
@@ -13,7 +13,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `part`: 0 to 1. Cheap: it writes a few times per second only.
+  /// `part`: 0 to 1. Cheap to call: the line is updated only a few times per second.
   void show(double part);
   /// Removes the line.
   void end();

@@ -7,8 +7,8 @@
 
 namespace multireach {
 
-/// The file of a robot: section `robot` (which URDF, which chain), what several processes share (`tick_ms`,
-/// `state_hz`), and a section for each process, which that process alone reads: `controller`, `bridge`, `robot_sim`.
+/// A robot.yaml file: the section `robot` (URDF and kinematic chain), values shared by several processes (`tick_ms`,
+/// `state_hz`), and one section for each process: `controller`, `bridge`, `robot_sim`.
 struct RobotConfig {
   Config file;
   std::string urdf_path;
@@ -23,7 +23,8 @@ struct RobotConfig {
   std::optional<Config> section(const std::string& name) const;
 };
 
-/// The posture under `key`, one value per joint of the chain. Throws InputError when it is not inside the limits.
+/// The joint configuration under `key`, one value per joint of the chain. Throws InputError when it is outside the
+/// limits.
 JointVector posture_from(const Config& config, const std::string& key, const Chain& chain);
 
 }  // namespace multireach

@@ -1,4 +1,4 @@
-// Definitions of LCM types: the grammar of .lcm files and the fingerprints that lcm-gen gives them.
+// Parses .lcm files and computes the fingerprints that lcm-gen gives their types.
 #include <array>
 #include <cctype>
 #include <charconv>

@@ -7,7 +7,7 @@
 namespace multireach {
 
 void VirtualLoop::add(Node& node, int64_t first_tick_us) {
-  // Nothing is lost here, so nothing is said twice.
+  // No message is lost in this loop, so NODE_INPUTS repeats no inputs.
   auto member = std::make_unique<Member>(
       Member{&node, node.inputs(), MessageClock(), InputJournal(node.name(), 0, node.replayable().value_or(0), 0)});
   if (const auto tick = node.next_tick()) member->clock.anchor(*tick, first_tick_us);
@@ -70,7 +70,7 @@ void VirtualLoop::send(Member& sender, Outbox& outbox) {
     pass_on(message.channel, message.bytes);
   }
   messages.clear();
-  if (outbox.empty()) outbox.swap(messages);  // keeps its room
+  if (outbox.empty()) outbox.swap(messages);  // keeps the allocated memory
 }
 
 }  // namespace multireach

@@ -11,17 +11,17 @@
 
 namespace multireach {
 
-/// Nodes without processes, network and waiting: the same objects that `run_live` drives, in a time of its own.
-/// Messages arrive when they are sent. What happens at one time happens in this order: inputs from outside, then the
-/// ticks of the nodes in the order in which they were added, every message being delivered at once. So the same inputs
-/// give the same outputs, on any machine and as fast as it can.
+/// Runs nodes in virtual time, without processes, network or waiting: the same objects that `run_live` runs. Messages
+/// arrive when they are sent. Events at the same time are processed in a fixed order: first inputs from outside, then
+/// the nodes' ticks in the order in which the nodes were added, each message being delivered at once. So the same
+/// inputs give the same outputs on any machine, as fast as it can compute.
 class VirtualLoop {
  public:
   struct Observer {
     virtual ~Observer() = default;
     /// A message that a node has sent.
     virtual void sent(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes) = 0;
-    /// The node has taken in a message.
+    /// The node has consumed a message.
     virtual void took(const Node&, const ConsumedInput&) {}
     /// The node has computed a tick.
     virtual void ticked(const Node&) {}
@@ -29,9 +29,9 @@ class VirtualLoop {
 
   explicit VirtualLoop(Observer& observer) : observer_(observer) {}
 
-  /// Adds a node. One that ticks from the start has its first tick at `first_tick_us` of the loop's time.
+  /// Adds a node. If it ticks from the start, its first tick is at `first_tick_us` of the loop's time.
   void add(Node& node, int64_t first_tick_us);
-  /// Computes all ticks before `now_us`, then delivers a message from outside. Times must not go back.
+  /// Computes all ticks before `now_us`, then delivers a message from outside. `now_us` must not decrease.
   void deliver(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes);
   /// Computes all ticks before `now_us`.
   void advance(int64_t now_us);
@@ -44,7 +44,7 @@ class VirtualLoop {
     InputJournal journal;
   };
 
-  /// When the member's next tick is computed, in the loop's time.
+  /// Time of the member's next tick, in the loop's time.
   std::optional<int64_t> due(const Member& member) const;
   void pass_on(std::string_view channel, std::span<const uint8_t> bytes);
   void send(Member& sender, Outbox& outbox);

@@ -33,7 +33,7 @@ while [ $# -gt 0 ]; do
   esac
 done
 [ ${#names[@]} -gt 0 ] || names=("${all[@]}")
-{ command -v gnuplot && [ -x build/release/bin/multireach-figures ]; } >/dev/null || tools/setup.sh --tests
+{ command -v gnuplot && [ -x build/release/bin/multireach-figures ]; } >/dev/null || tools/setup.sh studies
 mkdir -p "$into_guarantees" "$into_results"
 work=$(mktemp -d)
 trap 'wait; rm -rf "$work"' EXIT

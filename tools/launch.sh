@@ -54,7 +54,7 @@ for file in "$record" "$json"; do
 done
 [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
 
-if [ $setup = yes ]; then "$root/tools/setup.sh" || exit 1; fi
+if [ $setup = yes ]; then "$root/tools/setup.sh" loop ${camera:+camera} || exit 1; fi
 if [ -z "$camera" ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
 
 if [ $isolated = yes ] && [ -z "${MULTIREACH_ISOLATED:-}" ]; then

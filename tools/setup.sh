@@ -1,51 +1,93 @@
 #!/usr/bin/env bash
-# Installs what is missing of the Debian packages that multireach needs, then configures and builds.
-#   tools/setup.sh [--preset NAME] [--tests] [--target NAME]     preset: see CMakePresets.json; default release;
-#                                                                target: what to build; default all
+# Installs the Debian packages that are missing for the named parts (with sudo where needed), then configures and builds these parts.
+#   tools/setup.sh [--preset NAME] [PART...]     preset: see CMakePresets.json, default release; default part: loop
+# Parts:
+#   loop       the processes of the loop with the simulated robot, and the programs that launch.sh uses
+#   camera     multireach-camera: real cameras, image files, rendered scenes
+#   calibrate  multireach-calibrate
+#   replay     multireach-replay
+#   studies    multireach-trace, -study, -figures
+#   spy        the message types for lcm-spy (Java)
+#   core       the stages as libraries, without LCM
+#   tests      everything, with tests and benchmarks' dependencies
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
-target=all
-packages=(g++ cmake ninja-build git iproute2 util-linux
-  liblcm-dev liblcm-bin libglib2.0-dev libopencv-dev libeigen3-dev liburdfdom-dev libyaml-cpp-dev libcli11-dev
-  libfmt-dev libspdlog-dev nlohmann-json3-dev libtinyxml2-dev libmujoco-dev libturbojpeg0-dev libjpeg62-turbo-dev libgtest-dev libbenchmark-dev libfcl-dev libhwy-dev
-  libxxhash-dev libmatio-dev liblodepng-dev
-  liborocos-kdl-dev liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless)
+declare -A packages=(
+  [core]="g++ cmake ninja-build libopencv-core-dev libopencv-imgproc-dev libeigen3-dev liburdfdom-dev libtinyxml2-dev
+    libturbojpeg0-dev libjpeg62-turbo-dev libfcl-dev libhwy-dev"
+  [loop]="git iproute2 util-linux liblcm-dev liblcm-bin libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
+    libmujoco-dev libxxhash-dev liblodepng-dev libmatio-dev"
+  [camera]="libopencv-videoio-dev"
+  [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
+  [replay]="" [studies]="gnuplot-nox"
+  [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
+  [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
+    opencv-doc"
+)
+declare -A targets=(
+  [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
+  [loop]="multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-view multireach-log"
+  [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay
+  [studies]="multireach-trace multireach-study multireach-figures"
+  [spy]=multireach_types_jar [tests]=all
+)
+wrong() { echo "setup.sh: $1" >&2; exit 2; }
+parts=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --preset) preset=$2; shift 2 ;;
-    --target) target=$2; shift 2 ;;
-    --tests) packages+=(ccache clang clang-format clang-tidy libclang-rt-14-dev opencv-doc gnuplot-nox)
-      command -v npm >/dev/null || packages+=(nodejs npm)
-      shift ;;
-    *) echo "setup.sh: unknown option '$1'" >&2; exit 2 ;;
+    --help|-h) sed -n '2,12p' "$0" | cut -c3-; exit 0 ;;
+    --preset) [ $# -ge 2 ] || wrong "--preset needs a name"; preset=$2; shift 2 ;;
+    -*) wrong "unknown option '$1'; see --help" ;;
+    *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
   esac
 done
+[ ${#parts[@]} -gt 0 ] || parts=(loop)
+needs=" core "
+[ "${parts[*]}" = core ] || [ "$preset" = core ] || needs+="loop "
+for part in "${parts[@]}"; do needs+="$part "; done
+[[ $needs != *" tests "* ]] || needs+="camera calibrate studies spy "
+wanted=()
+for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"); done; done
+[[ $needs != *" tests "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
+
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+# progress PATTERN: keeps standard input in the log; on a terminal one line shows how far it is, by an awk program for matching lines.
+progress() {
+  if [ ! -t 2 ]; then cat >>"$log"; return; fi
+  tee -a "$log" | awk -v columns="$(tput cols)" "$1"' { printf "\r%s\033[K", substr(text, 1, columns - 1); fflush() } END { printf "\r\033[K" }' >&2
+}
 
 missing=()
-for package in "${packages[@]}"; do
+for package in "${wanted[@]}"; do
   dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
 done
 if [ ${#missing[@]} -gt 0 ]; then
-  echo "Installing Debian packages: ${missing[*]}" >&2
   sudo=()
   [ "$(id -u)" -eq 0 ] || sudo=(sudo)
-  # Standard output belongs to the caller's results.
   "${sudo[@]}" apt-get update -qq >&2
-  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]}" >&2
+  plan=$(apt-get install --no-install-recommends --assume-no "${missing[@]}" 2>/dev/null || true)
+  count=$(sed -n 's/.* \([0-9]*\) newly installed.*/\1/p' <<<"$plan")
+  size=$(sed -n 's/^Need to get \(.*\) of archives.*/\1/p' <<<"$plan")
+  echo "Installing ${count:-some} Debian packages (download: ${size:-unknown}) for: ${missing[*]}" >&2
+  if ! "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o APT::Status-Fd=1 \
+      -o Dpkg::Use-Pty=0 "${missing[@]}" 2>&1 |
+      progress '/^(dl|pm)status:/ { split($0, part, ":"); text = sprintf("%s packages: %d %%", $0 ~ /^dl/ ? "Downloading" : "Installing", part[3]) } !text { next }'; then
+    grep -v '^..status:' "$log" >&2
+    echo "setup.sh: apt-get failed" >&2
+    exit 1
+  fi
 fi
 
 cd "$root"
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
-build() { cmake --preset "$preset" && cmake --build --preset "$preset" --target "$target"; }
-[ -d "build/$preset" ] || echo "Building (preset $preset); the first time this takes some minutes" >&2
-# On a terminal, ninja's own counter shows how far it is.
-watched() {
-  if [ ! -t 2 ]; then cat >"$log"; return; fi
-  tee "$log" | awk -v columns="$(tput cols)" '/^\[[0-9]/ { printf "\r%s\033[K", substr($0, 1, columns - 1); fflush() } END { printf "\r\033[K" }' >&2
-}
-if ! build 2>&1 | watched; then
+build_targets=()
+for part in "${parts[@]}"; do for target in ${targets[$part]}; do build_targets+=("$target"); done; done
+[[ $needs != *" tests "* ]] || build_targets=(all)
+[ -d "build/$preset" ] || echo "Building (preset $preset)" >&2
+: >"$log"
+build() { cmake --preset "$preset" && cmake --build --preset "$preset" --target "${build_targets[@]}"; }
+if ! build 2>&1 | progress '/^\[[0-9]+\// { text = "Building: " $0 } !text { next }'; then
   cat "$log" >&2
   echo "setup.sh: the build failed" >&2
   exit 1

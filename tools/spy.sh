@@ -4,7 +4,7 @@
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 types="$root/build/release/multireach-types.jar"
-[ -r "$types" ] || { echo "spy.sh: $types is not built; run tools/setup.sh" >&2; exit 2; }
+{ [ -r "$types" ] && command -v lcm-spy java >/dev/null; } || "$root/tools/setup.sh" spy || exit 1
 # lcm-spy looks for types in CLASSPATH; its wrapper passes an option that Java 17 no longer knows.
 export CLASSPATH="$types" JDK_JAVA_OPTIONS=-XX:+IgnoreUnrecognizedVMOptions
 trap 'kill "${spies[@]}" 2>/dev/null' EXIT

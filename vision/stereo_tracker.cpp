@@ -7,14 +7,14 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kMostBlobs = 6;          // of one image, that are measured
-constexpr double kFilled = 0.5;        // share of an image's pixels in the class, beyond which the class is too wide
-constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation, of a target that was not tracked
-constexpr int64_t kFarApart = 200000;  // us: an image of such another time than its pair's has none of its own
-constexpr double kWindowSigmas = 2.5;  // of where the target is expected; beyond, the whole image is looked at
-constexpr double kWindowRadii = 2;     // around it, so that its background is seen too
+constexpr int kMostBlobs = 6;          // measured per image
+constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
+constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
+constexpr int64_t kFarApart = 200000;  // us: an image time that differs more than this from the pair's is ignored
+constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
+constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
 constexpr double kWindowMargin = 8;    // pixels
-constexpr double kWorthwhile = 0.5;    // a window of more than this share of the image is no gain
+constexpr double kWorthwhile = 0.5;    // above this share of the image, the whole image is searched instead
 constexpr double kDimmest = 10;        // grey levels: no pixel of a black image is brighter
 
 const TrackerOptions& checked(const TrackerOptions& options) {
@@ -26,18 +26,18 @@ const TrackerOptions& checked(const TrackerOptions& options) {
     require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
   }
   require(options.rig.baseline_m() > 1e-6, "the two cameras are at the same place: there is no baseline");
-  // The right camera's place in the left one's frame.
+  // Position of the right camera in the left camera's frame.
   require(options.rig.X_RL.inverse().translation().x() > 0,
           "the right camera is to the left of the left one: the images are swapped, or the baseline's sign is wrong");
-  const SightingOptions& sighting = options.sighting;
-  require(sighting.radius_m >= 0 && sighting.radius_tolerance_m >= 0 && options.sigma_px >= 0 &&
-              options.min_area_px > 0 && sighting.max_epipolar_px > 0 && sighting.max_size_ratio > 1 &&
-              sighting.max_hidden > 0 && sighting.max_prediction_sigmas > 0,
+  const MatchOptions& match = options.match;
+  require(match.radius_m >= 0 && match.radius_tolerance_m >= 0 && options.sigma_px >= 0 && options.min_area_px > 0 &&
+              match.max_epipolar_px > 0 && match.max_size_ratio > 1 && match.max_occlusion > 0 &&
+              match.max_prediction_sigmas > 0,
           "the tracker's sizes and thresholds must be positive");
   return options;
 }
 
-/// Whether no pixel of every eighth in both directions is brighter than that of a covered or dead camera.
+/// Whether the image is black, as of a covered or dead camera. Samples every eighth pixel in both directions.
 bool is_dark(const cv::Mat& bgr) {
   constexpr int kStep = 8;
   for (int row = kStep / 2; row < bgr.rows; row += kStep) {
@@ -50,7 +50,7 @@ bool is_dark(const cv::Mat& bgr) {
   return true;
 }
 
-/// Time of an image relative to its pair's, s; 0 where the image has no sensible time of its own.
+/// Time of an image relative to its pair's, s; 0 when the image's time is implausible.
 double offset_s(int64_t image, int64_t pair) {
   const int64_t offset = image - pair;
   return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
@@ -63,16 +63,16 @@ StereoTracker::StereoTracker(const TrackerOptions& options)
 
 StereoTracker::Eye StereoTracker::eye(const TrackerOptions& options, Side side) {
   const bool left = side == Side::kLeft;
-  const bool sphere = options.sighting.radius_m > 0;
+  const bool sphere = options.match.radius_m > 0;
   return {left ? options.rig.left : options.rig.right, options.colour[left ? 0 : 1],
-          sphere ? DiscMeasurer::kOfASphere : DiscMeasurer::kOfAnything};
+          sphere ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything};
 }
 
 bool StereoTracker::begin(int64_t utime) {
-  if (!track_.begins_anew(utime)) return false;
+  if (!track_.restarts_at(utime)) return false;
   track_ = TargetTrack(options_.track);
   radius_m_ = 0;
-  for (Eye& eye : eyes_) eye.shift = {};
+  for (Eye& eye : eyes_) eye.gains = {};
   return true;
 }
 
@@ -90,7 +90,7 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const CameraModel& camera = left ? rig.left : rig.right;
   Eigen::Vector3d p = rig.X_WL.inverse() * expected->position;
   if (!left) p = rig.X_RL * p;
-  // At least the standard deviation in any direction: a norm of the covariance.
+  // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
   const double sigma_m = std::sqrt(expected->covariance.cwiseAbs().rowwise().sum().maxCoeff());
   const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
   if (!(near > radius_m_)) return whole;
@@ -112,7 +112,7 @@ View StereoTracker::look(Side side, const cv::Mat& bgr, const cv::Rect& window) 
   if (!view.fits) return view;
   view.window = window;
   view.bgr = bgr;
-  const Found found = eye.finder.find(bgr, window, eye.model.members(eye.shift),
+  const Found found = eye.finder.find(bgr, window, eye.model.members(eye.gains),
                                       {.min_area = options_.min_area_px, .most = kMostBlobs});
   view.filled = found.crowded || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
@@ -120,15 +120,15 @@ View StereoTracker::look(Side side, const cv::Mat& bgr, const cv::Rect& window) 
   const Eigen::Matrix2d besides =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
-    view.discs.push_back(eye.measurer.measure(bgr, blob));
-    view.discs.back().covariance.topLeftCorner<2, 2>() += besides;
+    view.contours.push_back(eye.fitter.fit(bgr, blob));
+    view.contours.back().covariance.topLeftCorner<2, 2>() += besides;
   }
   view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
 }
 
-/// The rig as it is for a target that moves between the two exposures: the right camera sees it where it will be or
-/// was, which is as if the camera were moved the other way.
+/// Compensates the target's motion between the two exposures: shifts the right camera by the opposite motion, so that
+/// both images show the target at the time of the left one.
 StereoRig StereoTracker::rig_at(const PairTimes& times) const {
   StereoRig rig = options_.rig;
   if (track_.status() == TargetTrack::Status::kLost) return rig;
@@ -137,12 +137,12 @@ StereoRig StereoTracker::rig_at(const PairTimes& times) const {
   return rig;
 }
 
-Sighting StereoTracker::sight(const PairTimes& times, const View& left, const View& right) const {
-  using Status = Sighting::Status;
-  Sighting sighting;
-  const auto failed = [&sighting](Status status) {
-    sighting.status = status;
-    return sighting;
+StereoMatch StereoTracker::match(const PairTimes& times, const View& left, const View& right) const {
+  using Status = StereoMatch::Status;
+  StereoMatch match;
+  const auto failed = [&match](Status status) {
+    match.status = status;
+    return match;
   };
   if (!left.fits || !right.fits) return failed(Status::kWrongImageSize);
   if (left.filled || right.filled) return failed(Status::kColourEverywhere);
@@ -150,113 +150,112 @@ Sighting StereoTracker::sight(const PairTimes& times, const View& left, const Vi
   if (right.dark) return failed(Status::kRightDark);
   std::optional<Prediction> prediction;
   if (const auto expected = track_.expected(times.pair)) {
-    // The sighting is of the time of the left image.
+    // rig_at() refers the match to the time of the left image.
     prediction = {expected->position + track_.velocity() * offset_s(times.left, times.pair), expected->covariance};
   }
-  sighting = vision::sight(rig_at(times), left.discs, right.discs, prediction, options_.sighting);
-  const bool apart = sighting.status == Status::kBehindCameras || sighting.status == Status::kNotTheSame ||
-                     sighting.status == Status::kLinesOfSightMissed;
-  if (apart && sighting.fits_exchanged) sighting.status = Status::kExchanged;
-  return sighting;
+  match = vision::match_candidates(rig_at(times), left.contours, right.contours, prediction, options_.match);
+  const bool apart = match.status == Status::kBehindCameras || match.status == Status::kNotTheSame ||
+                     match.status == Status::kEpipolarMismatch;
+  if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
+  return match;
 }
 
-bool StereoTracker::enough(const Sighting& sighting, const View& left, const View& right) const {
-  if (sighting.status != Sighting::Status::kSeen) return false;
-  // Edges are measured in pixels beyond the blob's.
-  constexpr int kRead = 10;
+bool StereoTracker::enough(const StereoMatch& match, const View& left, const View& right) const {
+  if (match.status != StereoMatch::Status::kSeen) return false;
+  constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
     return (box.x - kRead >= window.x || window.x == 0) && (box.y - kRead >= window.y || window.y == 0) &&
            (box.br().x + kRead <= window.br().x || window.br().x == image.width) &&
            (box.br().y + kRead <= window.br().y || window.br().y == image.height);
   };
-  return whole(left.blobs[static_cast<size_t>(sighting.left)].box, left.window, whole_image(Side::kLeft)) &&
-         whole(right.blobs[static_cast<size_t>(sighting.right)].box, right.window, whole_image(Side::kRight));
+  return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, whole_image(Side::kLeft)) &&
+         whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, whole_image(Side::kRight));
 }
 
-/// The track's status after a pair that was not taken for the target: a pair that is not later changes nothing in it.
+/// Status to report when a pair was rejected. The track ignores a pair that is not newer and may still be tracked then.
 TargetTrack::Status StereoTracker::unseen_status() const {
   return track_.status() == TargetTrack::Status::kTracked ? TargetTrack::Status::kCoasting : track_.status();
 }
 
-/// A sighting as a place at the time of the pair, with what is not known of the motion between the exposures.
-PlaceEstimate StereoTracker::place_at_pair(const PairTimes& times, const Sighting& sighting) const {
-  PlaceEstimate place{sighting.point.p_W, sighting.point.covariance};
+/// The matched position, moved to the time of the pair; its covariance includes the unknown motion between exposures.
+PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
+  PositionEstimate estimate{match.point.p_W, match.point.covariance};
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
-  if (!lost) place.position -= track_.velocity() * left;
+  if (!lost) estimate.position -= track_.velocity() * left;
   const Eigen::Matrix3d speed2 =
       lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
-  place.covariance += speed2 * left * left;
-  // A motion e across the line of sight between the exposures is taken for one of e Z / B along it.
-  const Eigen::Vector3d line = options_.rig.X_WL.linear() * (options_.rig.X_WL.inverse() * sighting.point.p_W);
+  estimate.covariance += speed2 * left * left;
+  // A motion e across the line of sight between the exposures looks like an error e Z / B along it.
+  const Eigen::Vector3d line = options_.rig.X_WL.linear() * (options_.rig.X_WL.inverse() * match.point.p_W);
   const double ratio = line.norm() / options_.rig.baseline_m();
   const Eigen::Vector3d along = line.normalized();
-  place.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
-  return place;
+  estimate.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
+  return estimate;
 }
 
 TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
   return {.status = status,
-          .place = track_.place(),
+          .estimate = track_.estimate(),
           .velocity = track_.velocity(),
           .velocity_covariance = track_.velocity_covariance(),
-          .seen_utime = track_.seen_utime(),
+          .last_seen_utime = track_.last_seen_utime(),
           .reason = reason};
 }
 
 TargetReport StereoTracker::take_unseen(int64_t utime, const char* reason) {
   track_.take(utime, std::nullopt);
-  for (Eye& eye : eyes_) eye.shift = relaxed(eye.shift);
+  for (Eye& eye : eyes_) eye.gains = relaxed(eye.gains);
   return report(unseen_status(), reason);
 }
 
-TargetReport StereoTracker::take(const PairTimes& times, const Sighting& sighting, const View& left,
+TargetReport StereoTracker::take(const PairTimes& times, const StereoMatch& match, const View& left,
                                  const View& right) {
-  using Status = Sighting::Status;
-  // One that is elsewhere may have jumped there: the track believes it when it stays.
-  const bool seen = sighting.status == Status::kSeen || sighting.status == Status::kNotWhereExpected;
-  // What is seen of it tells a little; enough to follow it, not to find it.
-  const bool partly = (sighting.status == Status::kHiddenTooMuch || sighting.status == Status::kCutOff) &&
-                      sighting.left >= 0 && sighting.right >= 0 && track_.status() != TargetTrack::Status::kLost;
-  if (!seen && !partly) return take_unseen(times.pair, description(sighting.status));
+  using Status = StereoMatch::Status;
+  // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
+  const bool seen = match.status == Status::kSeen || match.status == Status::kNotWhereExpected;
+  // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
+  const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
+                      match.left >= 0 && match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
+  if (!seen && !partly) return take_unseen(times.pair, description(match.status));
   const int64_t before = track_.utime();
-  const PlaceEstimate place = place_at_pair(times, sighting);
-  if (!track_.take(times.pair, place, seen)) {
+  const PositionEstimate estimate = estimate_at_pair(times, match);
+  if (!track_.take(times.pair, estimate, seen)) {
     const bool past = track_.utime() == before && times.pair <= before;
     return report(unseen_status(), past ? "seen, but of a time that is past" : description(Status::kNotWhereExpected));
   }
-  if (partly) return report(TargetTrack::Status::kCoasting, description(sighting.status));
-  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * sighting.point.p_W;
-  radius_m_ = options_.sighting.radius_m > 0 ? options_.sighting.radius_m
-                                             : left.discs[static_cast<size_t>(sighting.left)].value.z() * p_L.norm();
+  if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
+  radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
+                                          : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();
   if (options_.adapt_colour) {
-    // What is no sphere is less surely all of it the object.
-    const double quality = sighting.both_by_edges ? 1 - sighting.hidden : 0.5;
-    adapt(Side::kLeft, left, sighting.left, quality);
-    adapt(Side::kRight, right, sighting.right, quality);
+    // Without a sphere contour the blob may include other things: adapt more slowly.
+    const double quality = match.both_by_contour ? 1 - match.occlusion : 0.5;
+    adapt(Side::kLeft, left, match.left, quality);
+    adapt(Side::kRight, right, match.right, quality);
   }
   TargetReport said = report(TargetTrack::Status::kTracked, description(Status::kSeen));
-  said.place = place;
+  said.estimate = estimate;
   return said;
 }
 
 void StereoTracker::adapt(Side side, const View& view, int chosen, double quality) {
   Eye& eye = eyes_[static_cast<size_t>(index(side))];
-  const LightSample sample = eye.model.sample(eye.shift, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
-  eye.shift = adapted(eye.shift, sample, quality);
+  const IlluminationSample sample = eye.model.sample(eye.gains, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
+  eye.gains = adapted(eye.gains, sample, quality);
 }
 
-std::vector<double> StereoTracker::memory(int64_t utime) const {
-  std::vector<double> memory = track_.memory();
+std::vector<double> StereoTracker::serialize(int64_t utime) const {
+  std::vector<double> memory = track_.serialize();
   memory.push_back(static_cast<double>(track_.utime() - utime));
   memory.push_back(radius_m_);
-  for (const Eye& eye : eyes_) memory.insert(memory.end(), {eye.shift.red, eye.shift.blue});
+  for (const Eye& eye : eyes_) memory.insert(memory.end(), {eye.gains.red, eye.gains.blue});
   return memory;
 }
 
-bool StereoTracker::restore(int64_t utime, std::span<const double> memory) {
+bool StereoTracker::deserialize(int64_t utime, std::span<const double> memory) {
   constexpr size_t kOwn = 6;
-  constexpr double kLongest = 9e15;  // us, as exact as a double is
+  constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
   if (memory.size() < kOwn) return false;
   const auto own = memory.last(kOwn);
   if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
@@ -264,17 +263,17 @@ bool StereoTracker::restore(int64_t utime, std::span<const double> memory) {
   for (const double gain : own.last(4)) {
     if (!(gain >= kSmallestGain && gain <= kLargestGain)) return false;
   }
-  if (!track_.restore(utime + static_cast<int64_t>(own[0]), memory.first(memory.size() - kOwn))) return false;
+  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), memory.first(memory.size() - kOwn))) return false;
   radius_m_ = own[1];
-  eyes_[0].shift = {own[2], own[3]};
-  eyes_[1].shift = {own[4], own[5]};
+  eyes_[0].gains = {own[2], own[3]};
+  eyes_[1].gains = {own[4], own[5]};
   return true;
 }
 
-Sighting StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
+StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
   const View left = look(Side::kLeft, left_bgr, whole_image(Side::kLeft));
   const View right = look(Side::kRight, right_bgr, whole_image(Side::kRight));
-  return sight({}, left, right);
+  return match({}, left, right);
 }
 
 }  // namespace multireach::vision

@@ -4,8 +4,8 @@
 
 #include "imaging/side.hpp"
 #include "vision/colour/find.hpp"
-#include "vision/colour/light.hpp"
-#include "vision/stereo/stereo_sighting.hpp"
+#include "vision/colour/illumination.hpp"
+#include "vision/stereo/stereo_match.hpp"
 #include "vision/track/target_track.hpp"
 
 namespace multireach::vision {
@@ -13,88 +13,89 @@ namespace multireach::vision {
 struct TrackerOptions {
   StereoRig rig;
   std::array<ColourModel, 2> colour;  ///< of the left and the right camera
-  SightingOptions sighting;
+  MatchOptions match;
   TargetTrack::Options track;
-  double sigma_px = 0;       ///< standard deviation of every image point beyond what measuring it explains: calibration
-  double min_area_px = 30;   ///< smaller blobs are not the object
-  bool adapt_colour = true;  ///< follows slow changes of the light
+  double sigma_px = 0;       ///< standard deviation of additional error of every image point, e.g. calibration error
+  double min_area_px = 30;   ///< smaller blobs are ignored
+  bool adapt_colour = true;  ///< follow slow changes of white balance
 };
 
-/// When the images of a pair were taken, microseconds.
+/// Capture times of a stereo pair, microseconds.
 struct PairTimes {
-  int64_t pair = 0;  ///< the time that the pair is said to be of
+  int64_t pair = 0;  ///< nominal time of the pair
   int64_t left = 0, right = 0;
 };
 
-/// What one image of a pair shows of one target.
+/// What was found of one target in one image of a pair.
 struct View {
-  bool fits = false;    ///< the image is of the size and kind that the calibration is for
-  bool dark = false;    ///< nothing was found, and the image is black all over
-  bool filled = false;  ///< most of the image is of the target's colour
-  cv::Rect window;      ///< where it was looked for
+  bool fits = false;    ///< the image is 8-bit BGR and has the size of the calibration
+  bool dark = false;    ///< nothing was found in the whole image, and it is black
+  bool filled = false;  ///< most of the image has the target's colour
+  cv::Rect window;      ///< search window
   cv::Mat bgr;          ///< the image; shares its pixels
   std::vector<Blob> blobs;
-  std::vector<DiscMeasurement> discs;  ///< of each blob
+  std::vector<SphereContour> contours;  ///< one per blob
 };
 
-/// What is said of a target after a pair.
+/// Tracking result after a pair.
 struct TargetReport {
   TargetTrack::Status status = TargetTrack::Status::kLost;
-  PlaceEstimate place;  ///< in W; when tracked, what this pair shows; when coasting, what is expected
+  PositionEstimate estimate;  ///< in W; measured from this pair when tracked, predicted when coasting
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();             ///< m/s, in W
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< m^2/s^2
-  std::optional<int64_t> seen_utime;                              ///< of the last sighting, microseconds
-  const char* reason = "";                                        ///< in words
+  std::optional<int64_t> last_seen_utime;                         ///< time of the last accepted match, microseconds
+  const char* reason = "";                                        ///< why the target has this status, as text
 };
 
-/// Follows one coloured object through stereo pairs. The same pairs give the same answers; memory() is all that it
-/// carries from one pair to the next.
+/// Tracks one coloured object through stereo pairs. Deterministic: its whole state between pairs is what serialize()
+/// returns. For each pair: begin(), look() at both images, match(), then take() or take_unseen().
 class StereoTracker {
  public:
-  /// Throws std::invalid_argument for options that make no sense: no colour, cameras without size or focal length, no
-  /// baseline, a right camera that is not to the right of the left one.
+  /// Throws std::invalid_argument for invalid options: no colour, cameras without size or focal length, no baseline, a
+  /// right camera that is not to the right of the left one.
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
-  /// To be called before a pair is looked at. Forgets everything when the pair is more than a second before the last
-  /// one, as when a log is played again, and then returns true.
+  /// Call first for each pair. When the pair is more than a second older than the last one, as when a log is played
+  /// again, resets the tracker and returns true.
   bool begin(int64_t utime);
   cv::Rect whole_image(Side side) const;
-  /// Where the object is to be looked for in a pair of time `utime`: where it is expected, or in the whole image.
+  /// Search window for a pair at time `utime`: around the predicted position, or the whole image.
   cv::Rect window(Side side, int64_t utime) const;
-  /// What the part `window` of an 8-bit BGR image shows. The image must be valid there and live until the pair is
-  /// taken. Both sides may be looked at at the same time.
+  /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
+  /// and must live until take(). The two sides may be processed concurrently.
   View look(Side side, const cv::Mat& bgr, const cv::Rect& window);
-  /// Where in space that is. Changes nothing.
-  Sighting sight(const PairTimes& times, const View& left, const View& right) const;
-  /// Whether nothing is to be gained by looking at the whole images: it is seen, and whole.
-  bool enough(const Sighting& sighting, const View& left, const View& right) const;
-  /// Concludes a pair. `sighting` is that of these views.
-  TargetReport take(const PairTimes& times, const Sighting& sighting, const View& left, const View& right);
-  /// Concludes a pair that could not be looked at. `reason` is a literal.
+  /// Matches and triangulates the two views. Does not change the tracker.
+  StereoMatch match(const PairTimes& times, const View& left, const View& right) const;
+  /// Whether the windows sufficed, so that the whole images need not be searched: the object was matched and lies
+  /// completely inside both windows.
+  bool enough(const StereoMatch& match, const View& left, const View& right) const;
+  /// Updates the track and the white balance with a pair. `match` is the match of these views.
+  TargetReport take(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  /// Updates the track with a pair that has no usable match. `reason` must be a string literal: it is not copied.
   TargetReport take_unseen(int64_t utime, const char* reason);
 
-  /// What a single pair shows, whatever came before.
-  Sighting find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
+  /// Matches a single pair by searching the whole images; the pair does not update the track.
+  StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
 
-  /// After a pair of time `utime`, which need not have been later than those before.
-  std::vector<double> memory(int64_t utime) const;
-  /// Goes on from a memory() after the pair of time `utime`. Returns false, and changes nothing, when `memory` is none.
-  bool restore(int64_t utime, std::span<const double> memory);
+  /// The state after a pair at time `utime`, which may be older than the pairs before.
+  std::vector<double> serialize(int64_t utime) const;
+  /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `memory` is not valid.
+  bool deserialize(int64_t utime, std::span<const double> memory);
 
  private:
   struct Eye {
     Eye(const CameraModel& camera, const ColourModel& colour, double least_seen)
-        : model(colour), measurer(camera, least_seen) {}
-    LitModel model;
-    ColourShift shift;
+        : model(colour), fitter(camera, least_seen) {}
+    AdaptedColourModel model;
+    WhiteBalanceGains gains;
     Finder finder;
-    DiscMeasurer measurer;
+    SphereContourFitter fitter;
   };
 
   static Eye eye(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
-  PlaceEstimate place_at_pair(const PairTimes& times, const Sighting& sighting) const;
+  PositionEstimate estimate_at_pair(const PairTimes& times, const StereoMatch& match) const;
   TargetTrack::Status unseen_status() const;
   TargetReport report(TargetTrack::Status status, const char* reason) const;
   void adapt(Side side, const View& view, int chosen, double quality);
@@ -102,7 +103,7 @@ class StereoTracker {
   TrackerOptions options_;
   std::array<Eye, 2> eyes_;
   TargetTrack track_;
-  double radius_m_ = 0;  // as last seen
+  double radius_m_ = 0;  // of the object, from the last match
 };
 
 }  // namespace multireach::vision

@@ -4,8 +4,9 @@
 
 namespace multireach {
 
-/// The clock that captures are stamped with: the monotonic clock, laid once on the wall's. So frames keep their true
-/// distances in time when somebody sets the wall clock, which would otherwise look to a tracker like a lost second.
+/// Time stamps for captured images: the monotonic clock, offset to wall time once, at start-up. Intervals between
+/// frames therefore stay correct when the wall clock is set, which a tracker would otherwise see as a gap or jump in
+/// time.
 class CaptureClock {
  public:
   CaptureClock() : offset_us_(wall_us() - monotonic_us()) {}

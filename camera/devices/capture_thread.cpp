@@ -7,9 +7,9 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kGrabTimeout = 100000;        // us; how soon it notices that it shall stop
+constexpr int64_t kGrabTimeout = 100000;        // us; bounds the time until a stop request is noticed
 constexpr int64_t kReopenPeriod = 500000;       // us
-constexpr int64_t kLongWithoutImage = 1000000;  // us, and two periods
+constexpr int64_t kLongWithoutImage = 1000000;  // us; plus two frame periods
 constexpr int64_t kComplaintPeriod = 5000000;   // us
 
 }  // namespace
@@ -37,7 +37,8 @@ std::string CaptureThread::who() const {
   return std::string(side) + "camera " + camera_.name;
 }
 
-/// One image is lost: the log hears of it now and then, NODE_STATUS when none comes for long.
+/// Handles a lost image: logs it at most every kComplaintPeriod; NODE_STATUS shows the fault once no image has arrived
+/// for long.
 void CaptureThread::lose_image(const std::string& damage) {
   damage_ = damage;
   const int64_t now = monotonic_us();

@@ -9,19 +9,20 @@
 
 namespace multireach {
 
-/// One camera and its thread: grabs images, stamps and forms them, and puts them into the buffer. A device that is gone
-/// is opened again, every half second, until it is there.
+/// One camera and its thread: grabs images, stamps and converts them, and puts them into the buffer. A device that
+/// disappears is reopened, with an attempt every half second.
 class CaptureThread {
  public:
   struct Camera {
-    std::string name{};  ///< of the device
+    std::string name{};  ///< device name
     Side side = Side::kLeft;
-    bool both = false;  ///< it gives both sides
+    bool both = false;  ///< the device gives both images
     DeviceRequest request{};
     FrameForm form{};
   };
 
-  /// Opens the device and starts. Throws InputError when it cannot be opened now. `buffer` must outlive it.
+  /// Opens the device and starts the thread. Throws InputError when the device cannot be opened. `buffer` must outlive
+  /// this object.
   CaptureThread(const Camera& camera, const CaptureClock& clock, StereoBuffer& buffer);
 
  private:
@@ -42,11 +43,11 @@ class CaptureThread {
   std::unique_ptr<CameraDevice> device_;
   int64_t opened_us_;
   bool locked_ = false, ended_ = false;
-  int64_t image_us_;           // when the last good image came
-  int64_t complained_us_ = 0;  // when the log last heard of a lost image
-  std::string damage_;         // what was wrong with the newest images, if they were not good
-  std::string trouble_;        // what NODE_STATUS says is wrong
-  std::jthread thread_;        // last: it uses all the others
+  int64_t image_us_;           // time of the last good image
+  int64_t complained_us_ = 0;  // time of the last log entry about a lost image
+  std::string damage_;         // fault of the newest images, if any
+  std::string trouble_;        // fault shown in NODE_STATUS
+  std::jthread thread_;        // last member: the thread uses all the others
 };
 
 }  // namespace multireach

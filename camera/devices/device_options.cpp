@@ -9,7 +9,7 @@
 namespace multireach {
 namespace {
 
-/// A number names a device; a path without a slash at its beginning is seen from the file that holds it.
+/// A number is a device number; a relative path is resolved against the folder of the configuration file.
 std::string device_name(const Config& config, const std::string& key) {
   const std::string name = config.text(key, "");
   if (config.has(key) && name.empty()) config.fail(key, "a device number, a device, a FIFO or a video file");

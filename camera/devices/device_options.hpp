@@ -7,27 +7,26 @@
 
 namespace multireach {
 
-/// Which cameras, and what they are asked for.
+/// Which cameras to use, and their settings.
 struct DeviceOptions {
   enum class Turn { kNone, kLeft, kRight, kBoth };
 
-  std::string left{}, right{};  ///< as `open_device` takes them
-  std::string side_by_side{};   ///< one device whose image holds left and right beside each other
-  int width = 0, height = 0;    ///< of one image, pixels; 0: 640 x 480 from a device, any from a file or a FIFO
+  std::string left{}, right{};  ///< device names, see `open_device`
+  std::string side_by_side{};   ///< one device whose image contains left and right, side by side
+  int width = 0, height = 0;    ///< of one image, pixels; 0: 640 x 480 for a device, any for a file or FIFO
   int64_t rate_hz = 30;
   DeviceRequest::Format format = DeviceRequest::Format::kAuto;
   std::optional<double> exposure_ms{}, white_balance_k{}, gain{};
-  std::optional<double> lock_after_s{};  ///< what of these is not given is locked then; never when not given either
-  int jpeg_quality = 90;                 ///< of images that do not come as JPEG; 0 sends them raw
-  std::optional<double> max_skew_ms{};   ///< between the two images of a pair; half a period when not given
-  Turn rotate_180 = Turn::kNone;         ///< images of cameras that are mounted upside down
+  std::optional<double> lock_after_s{};  ///< time when those left automatic are locked; never if not given
+  int jpeg_quality = 90;                 ///< for images that are not JPEG; 0 sends them raw
+  std::optional<double> max_skew_ms{};   ///< largest time difference in a pair; default: half a frame period
+  Turn rotate_180 = Turn::kNone;         ///< which cameras are mounted upside down
 
-  /// Throws InputError when the cameras are not two different ones, or one side by side, or what is asked of them does
-  /// not fit together.
+  /// Throws InputError unless there are two different cameras, or one side by side, with compatible settings.
   void check(const std::string& where) const;
 };
 
-/// Reads a device file, see docs/cameras.md. Throws InputError that names file, line and key.
+/// Reads a device file (docs/cameras.md). Throws InputError that names file, line and key.
 DeviceOptions load_device_options(const std::string& path);
 
 }  // namespace multireach

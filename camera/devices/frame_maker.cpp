@@ -65,7 +65,7 @@ std::vector<Frame> FrameMaker::transformed(const RawImage& jpeg, int64_t utime) 
   for (int part = 0; part < parts; ++part) {
     tjtransform& transform = transforms[static_cast<size_t>(part)];
     transform.op = form_.rotate_180 ? TJXOP_ROT180 : TJXOP_NONE;
-    transform.options = TJXOPT_PERFECT;  // refused where blocks would be cut
+    transform.options = TJXOPT_PERFECT;  // fails where JPEG blocks would be cut
     if (parts == 1) continue;
     transform.options |= TJXOPT_CROP;
     transform.r = {part * width, 0, width, jpeg.height};
@@ -91,7 +91,7 @@ std::variant<std::vector<Frame>, std::string> FrameMaker::redone(const RawImage&
   if (!handles_->codec.decode({image.width, image.height, image.row_stride, image.format, image.data}, bgr)) {
     return "gave an image that cannot be decoded";
   }
-  // A half turn of a packed image is its pixels in reverse.
+  // Rotating a packed image by 180 degrees reverses its pixels.
   if (form_.rotate_180) std::reverse(bgr.begin<cv::Vec3b>(), bgr.end<cv::Vec3b>());
   std::vector<Frame> frames;
   const int parts = form_.side_by_side ? 2 : 1, width = bgr.cols / parts;

@@ -9,16 +9,16 @@
 
 namespace multireach {
 
-/// How images of a device become frames.
+/// How a device's images are converted to frames.
 struct FrameForm {
-  int width = 0, height = 0;  ///< of the whole image, pixels; 0: those of the first one
-  int jpeg_quality = 90;      ///< of images that are not JPEG; 0 sends them raw
-  bool side_by_side = false;  ///< the image holds left and right beside each other
-  bool rotate_180 = false;    ///< before it is divided
+  int width = 0, height = 0;  ///< of the whole image, pixels; 0: as the first image
+  int jpeg_quality = 90;      ///< for images that are not JPEG; 0 sends them raw
+  bool side_by_side = false;  ///< the image contains left and right, side by side
+  bool rotate_180 = false;    ///< applied before the image is split
 };
 
-/// The frame, or the left and the right one, of an image. JPEG images are not decoded where that can be avoided: they
-/// are sent as they came, or turned and divided on their blocks without loss (tjTransform).
+/// Converts an image to a frame, or to a left and a right one. JPEG images are not decoded where possible: they are
+/// passed on unchanged, or rotated and split losslessly on their blocks (tjTransform).
 class FrameMaker {
  public:
   explicit FrameMaker(const FrameForm& form);
@@ -26,7 +26,8 @@ class FrameMaker {
   FrameMaker(const FrameMaker&) = delete;
   FrameMaker& operator=(const FrameMaker&) = delete;
 
-  /// The frames, two when side by side; or why there are none, to go on from "it".
+  /// The frames, two when side by side; or the reason why there are none, as a predicate for a subject that the caller
+  /// names ("gave an image that ...").
   std::variant<std::vector<Frame>, std::string> make(RawImage image, int64_t utime);
 
  private:
@@ -39,7 +40,7 @@ class FrameMaker {
   std::unique_ptr<Handles> handles_;
 };
 
-/// An 8-bit BGR image as a frame: a JPEG of this quality, or as it is for 0.
+/// Converts an 8-bit BGR image to a frame: JPEG of this quality, or raw for 0.
 Frame frame_of(ImageCodec& codec, const cv::Mat& bgr, int64_t utime, int jpeg_quality);
 
 }  // namespace multireach

@@ -8,7 +8,7 @@ namespace multireach {
 namespace {
 
 constexpr uint8_t kPrefix = 0xff, kStartOfImage = 0xd8, kEndOfImage = 0xd9, kStartOfScan = 0xda;
-constexpr size_t kLargestImage = size_t{64} << 20;  // bytes; what is longer is no image of a camera
+constexpr size_t kLargestImage = size_t{64} << 20;  // bytes; no camera image is larger
 
 bool is_frame_header(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
@@ -17,7 +17,7 @@ bool stands_alone(uint8_t marker) {
   return marker == 0x01 || (marker >= 0xd0 && marker <= 0xd7);
 }
 
-/// Where the next marker after entropy-coded data begins: 0xff, but not a stuffed one, a restart, or filling.
+/// Position of the next marker after entropy-coded data: 0xff, except byte stuffing, restart markers and fill bytes.
 size_t end_of_scan(std::span<const uint8_t> bytes, size_t at) {
   while (at + 1 < bytes.size()) {
     const void* found = std::memchr(&bytes[at], kPrefix, bytes.size() - at - 1);
@@ -90,7 +90,7 @@ std::optional<JpegStream::Image> JpegStream::next() {
   while (true) {
     begin = std::search(begin, bytes_.end(), kBeginning.begin(), kBeginning.end());
     if (begin == bytes_.end()) {
-      // Two bytes may be the start of the mark.
+      // The last two bytes may be the beginning of the next image's marker.
       bytes_.erase(bytes_.begin(), bytes_.end() - static_cast<std::ptrdiff_t>(std::min<size_t>(bytes_.size(), 2)));
       return std::nullopt;
     }

@@ -14,10 +14,10 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kManyBytes = 8192;  // more than the headers of an AVI file between images
+constexpr int64_t kManyBytes = 8192;  // more than an AVI file has between images
 
 int open_fifo(const std::string& path) {
-  // Not blocking, or the opening would wait for a writer.
+  // Non-blocking: a blocking open would wait for a writer.
   return open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
 }
 
@@ -69,8 +69,8 @@ class StreamDevice : public CameraDevice {
     return Grab::Kind::kNothing;
   }
 
-  /// A FIFO without writers is at its end until it is opened anew; the old end is closed after that, because the next
-  /// writer may already be there, and must not find that nobody reads.
+  /// A FIFO whose writers have closed reports end of file until it is reopened. The new end is opened before the old
+  /// one is closed, because the next writer may already be there and must never find the FIFO without a reader.
   bool wait_for_writer() {
     const int anew = open_fifo(path_);
     if (anew < 0) return false;

@@ -4,8 +4,8 @@
 
 namespace multireach {
 
-/// JPEG images that another program writes into a FIFO, one after the other or inside of AVI or multipart; stamped when
-/// they have arrived. A writer that closes its end is a camera that was unplugged.
+/// Reads JPEG images that another program writes into a FIFO, one after the other or inside AVI or multipart; they are
+/// stamped on arrival. When the writer closes its end, that is handled like an unplugged camera.
 OpenedDevice open_stream(const std::string& path);
 
 }  // namespace multireach

@@ -10,9 +10,9 @@
 namespace multireach {
 namespace {
 
-constexpr uint32_t kBuffers = 4;           // so that a late reader loses no image; each carries its own time
-constexpr int64_t kSilence = 2000000;      // us; a device that is silent for so long and two periods is opened again
-constexpr int64_t kOldestStamp = 1000000;  // us; a stamp that is older is on another clock
+constexpr uint32_t kBuffers = 4;           // so that a late reader loses no image; each image has its own time stamp
+constexpr int64_t kSilence = 2000000;      // us; the device is reopened after this plus two periods without an image
+constexpr int64_t kOldestStamp = 1000000;  // us; an older time stamp is from another clock
 
 PixelFormat pixel_format_of(uint32_t code) {
   switch (code) {
@@ -41,7 +41,7 @@ class V4l2Device : public CameraDevice {
   V4l2Device(const V4l2Device&) = delete;
   V4l2Device& operator=(const V4l2Device&) = delete;
 
-  /// Returns a sentence where it fails, and leaves remarks.
+  /// Returns a sentence on failure, "" on success; appends to `remarks`.
   std::string configure(const DeviceRequest& request, std::vector<std::string>& remarks) {
     v4l2_capability capability = {};
     if (!device_.ask(VIDIOC_QUERYCAP, &capability)) return "'" + device_.name + "': is not a camera device (V4L2)";
@@ -136,7 +136,7 @@ class V4l2Device : public CameraDevice {
     if (image.format == PixelFormat::kMjpeg) {
       const JpegExtent extent = jpeg_extent({bytes, size});
       if (extent.kind != JpegExtent::Kind::kWhole) return damaged("gave a JPEG image that is damaged");
-      size = extent.bytes;  // some cameras pad
+      size = extent.bytes;  // some cameras append padding
       image.width = extent.width;
       image.height = extent.height;
     } else {

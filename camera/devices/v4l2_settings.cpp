@@ -61,7 +61,7 @@ struct Setting {
   int32_t value;
 };
 
-/// Sets a control and reads it back. Returns why it is not as asked, or nothing.
+/// Sets a control and reads it back. Returns "" on success, else what went wrong.
 std::string set_control(const V4l2File& device, const Setting& setting) {
   v4l2_queryctrl range = {};
   range.id = setting.control;
@@ -72,18 +72,18 @@ std::string set_control(const V4l2File& device, const Setting& setting) {
   }
   v4l2_control control{setting.control, setting.value};
   if (!device.ask(VIDIOC_S_CTRL, &control)) return std::strerror(errno);
-  // Drivers round to their steps.
+  // Drivers round values to the control's step.
   if (device.ask(VIDIOC_G_CTRL, &control) && std::abs(control.value - setting.value) > std::max(range.step, 1)) {
     return fmt::format("the device made {} of {}", control.value, setting.value);
   }
   return "";
 }
 
-/// A value that a camera can also choose by itself.
+/// A setting that the camera can also control automatically.
 struct Automatic {
-  const char* name;  ///< as configured
+  const char* name;  ///< configuration key
   std::optional<double> wanted;
-  double scale;  ///< of the control's unit
+  double scale;  ///< control units per configured unit
   Setting off;
   uint32_t control;
 };
@@ -116,12 +116,12 @@ std::string set_format(const V4l2File& device, const DeviceRequest& request, v4l
     format.fmt.pix.pixelformat = code;
     format.fmt.pix.field = V4L2_FIELD_ANY;
     if (!device.ask(VIDIOC_S_FMT, &format)) {
-      if (errno == EINVAL) continue;  // the format is not known to it
+      if (errno == EINVAL) continue;  // unknown pixel format
       if (errno == EBUSY) return fmt::format("'{}': is in use by another program", device.name);
       return fmt::format("'{}': does not take a format ({})", device.name, std::strerror(errno));
     }
     given = format.fmt.pix;
-    if (given.pixelformat != code) continue;  // a driver answers with what it has instead
+    if (given.pixelformat != code) continue;  // drivers substitute a format that they have
     if (given.width == width && given.height == height) return "";
     if (fault.empty()) {
       fault = fmt::format("'{}': gives images of {} x {} pixels, not {} x {} as asked{}", device.name, given.width,
@@ -150,12 +150,12 @@ std::vector<std::string> set_rate(const V4l2File& device, int64_t rate_hz) {
 }
 
 std::vector<std::string> set_controls(const V4l2File& device, const DeviceRequest& request) {
-  // Otherwise the camera may lower its rate in the dark.
+  // Otherwise the camera may lower its frame rate in the dark.
   set_control(device, {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0});
   std::vector<std::string> remarks;
   for (const Automatic& automatic : automatics(request)) {
     if (!automatic.wanted) continue;
-    set_control(device, automatic.off);  // some devices have no automatic
+    set_control(device, automatic.off);  // fails on devices without automatic control, which is harmless
     const double value = *automatic.wanted;
     const std::string fault =
         set_control(device, {automatic.control, static_cast<int32_t>(std::lround(value * automatic.scale))});
@@ -172,7 +172,7 @@ std::vector<std::string> lock_controls(const V4l2File& device, const DeviceReque
     v4l2_control now{automatic.control, 0};
     std::string fault = "the device does not tell it";
     if (device.ask(VIDIOC_G_CTRL, &now)) fault = set_control(device, automatic.off);
-    // A device may have kept another value for when its automatic is off.
+    // Some devices return to an older manual value when the automatic control is switched off.
     if (fault.empty()) fault = set_control(device, {automatic.control, now.value});
     remarks.push_back(fault.empty() ? fmt::format("'{}': {} is locked at {:g}", device.name, automatic.name,
                                                   now.value / automatic.scale)

@@ -6,22 +6,22 @@
 
 namespace multireach {
 
-/// An open V4L2 device while it is asked for what the user wants. `name` stands in the sentences.
+/// An open V4L2 device during configuration; `name` appears in messages.
 struct V4l2File {
   DeviceCalls& calls;
   int file;
   std::string name;
 
-  /// Whether the device did it; errno says why not.
+  /// Performs an ioctl; returns whether it succeeded, else errno says why not.
   bool ask(unsigned long request, void* argument) const { return calls.ioctl(file, request, argument) == 0; }
 };
 
-/// Sets size and format. Returns a sentence when the device does not give what was asked for, which names what it has.
+/// Sets size and format. Returns "" on success, else a sentence that names the sizes that the device has.
 std::string set_format(const V4l2File& device, const DeviceRequest& request, v4l2_pix_format& given);
-/// Sets the rate and the controls. Returns a sentence for each that the device did not accept.
+/// Set the frame rate and the controls. Return a sentence for each setting that the device did not accept.
 std::vector<std::string> set_rate(const V4l2File& device, int64_t rate_hz);
 std::vector<std::string> set_controls(const V4l2File& device, const DeviceRequest& request);
-/// Switches off what the camera still chooses by itself, at the values that it has now. Returns a sentence for each.
+/// Switches remaining automatic controls to manual at their current values. Returns a sentence for each.
 std::vector<std::string> lock_controls(const V4l2File& device, const DeviceRequest& request);
 
 }  // namespace multireach

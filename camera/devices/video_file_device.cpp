@@ -46,7 +46,7 @@ class VideoFileDevice : public CameraDevice {
 }  // namespace
 
 OpenedDevice open_video_file(const std::string& path, const DeviceRequest& request) {
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // what goes wrong is said once, below
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // errors are reported once, below
   cv::VideoCapture capture(path);
   if (!capture.isOpened()) {
     return {.device = nullptr, .fault = "'" + path + "': is neither a camera device nor a video that can be opened"};

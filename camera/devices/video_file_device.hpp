@@ -4,8 +4,8 @@
 
 namespace multireach {
 
-/// A video file, played at the rate asked for from `request.start_us`: image k counts as captured k periods later,
-/// however late it is read. So two files of the same rate give the same pairs every time.
+/// Plays a video file at the requested rate from `request.start_us`: image k is stamped k periods later, however late
+/// it is read. So two files of the same rate always give the same pairs.
 OpenedDevice open_video_file(const std::string& path, const DeviceRequest& request);
 
 }  // namespace multireach

@@ -13,26 +13,26 @@ namespace multireach {
 struct StereoPair {
   int64_t utime = 0;
   Frame left, right;
-  std::optional<target_t> truth;  ///< where the object really is, from a source that knows
+  std::optional<target_t> truth;  ///< true position of the object, from a rendered scene
 };
 
-/// Where pairs come from.
+/// A source of stereo pairs.
 class CameraSource {
  public:
   virtual ~CameraSource() = default;
-  /// The next pair; nothing at the end, or when none has come yet and `waiting` says so.
+  /// The next pair. Nothing at the end, or while no pair has arrived yet; `waiting` distinguishes the two.
   virtual std::optional<StereoPair> next() = 0;
-  /// Whether pairs may come although there was none.
+  /// Whether more pairs may come after `next` returned nothing.
   virtual bool waiting() const { return false; }
-  /// When the next pair is due, microseconds.
+  /// Time at which the next pair is due, microseconds.
   virtual int64_t next_utime() const = 0;
   virtual int64_t period_us() const = 0;
   /// For NODE_STATUS.
   virtual std::string state() const { return "running"; }
 };
 
-/// A source as a node: STEREO_IMAGES out, with the number of the pair as metadata "sequence", and TARGET_TRUTH where
-/// known.
+/// Publishes the pairs of a source as STEREO_IMAGES, with the pair's number as metadata "sequence", and TARGET_TRUTH
+/// where known.
 class CameraNode : public Node {
  public:
   explicit CameraNode(std::unique_ptr<CameraSource> source) : source_(std::move(source)) {}

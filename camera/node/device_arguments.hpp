@@ -6,7 +6,7 @@
 
 namespace multireach {
 
-/// What the command line says about cameras; it goes before what the file says.
+/// Camera options of the command line; they override the device file.
 struct DeviceArguments {
   std::string file;
   std::optional<std::string> left, right, side_by_side;
@@ -14,11 +14,11 @@ struct DeviceArguments {
   std::optional<int64_t> rate_hz;
   std::optional<double> max_skew_ms;
 
-  /// File and command line together. Throws InputError.
+  /// The options of the device file, overridden by the command line. Throws InputError.
   DeviceOptions options() const;
 };
 
-/// Adds the subcommand `device` with its options, which fill `arguments`.
+/// Adds the subcommand `device`, whose options fill `arguments`.
 CLI::App* add_device_command(CLI::App& cli, DeviceArguments& arguments);
 
 }  // namespace multireach

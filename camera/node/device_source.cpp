@@ -7,8 +7,8 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kLongestWait = 50000;  // us; the node must also speak and listen while no images come
-constexpr int64_t kFilesBegin = 100000;  // us after the start, when both are open
+constexpr int64_t kLongestWait = 50000;  // us; the node must also handle messages while no images arrive
+constexpr int64_t kFilesBegin = 100000;  // us after the start; both are open by then
 
 FramePairing pairing_for(const DeviceOptions& options) {
   const int64_t period = 1000000 / options.rate_hz;
@@ -59,7 +59,7 @@ class DeviceSource : public CameraSource {
     return pair;
   }
   bool waiting() const override { return !buffer_.ended(); }
-  /// Always now: what paces it is `next`, which waits for the cameras.
+  /// Always now: `next` waits for the cameras and so sets the pace.
   int64_t next_utime() const override { return clock_.now(); }
   int64_t period_us() const override { return period_us_; }
   std::string state() const override { return buffer_.state(clock_.now()); }
@@ -68,7 +68,7 @@ class DeviceSource : public CameraSource {
   int64_t period_us_;
   CaptureClock clock_;
   StereoBuffer buffer_;
-  std::vector<std::unique_ptr<CaptureThread>> threads_;  // last: they use the buffer
+  std::vector<std::unique_ptr<CaptureThread>> threads_;  // destroyed first: the threads use the buffer
 };
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 namespace multireach {
 
-/// Two cameras, or one that gives both images, each grabbed by a thread of its own; their frames paired by the time of
-/// capture. A video file that ends is the end; any other device that is gone is waited for. Throws InputError when a
-/// device cannot be opened at the start, or does not give the size or format asked for.
+/// Reads two cameras, or one that gives both images, each in its own thread, and pairs their frames by time of capture.
+/// The source ends when a video file ends; it waits for any other device that disappears. Throws InputError when a
+/// device cannot be opened at the start, or does not give the requested size or format.
 std::unique_ptr<CameraSource> make_device_source(const DeviceOptions& options);
 
 }  // namespace multireach

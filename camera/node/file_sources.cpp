@@ -38,7 +38,7 @@ class ImagesSource : public CameraSource {
  private:
   Frame load(const std::string& path, int64_t utime) {
     std::vector<uint8_t> bytes = read_binary_file(path);
-    const cv::Mat image = decode_image(bytes, path, cv::IMREAD_COLOR);
+    const cv::Mat image = decode_image(bytes, path);
     const bool jpeg = bytes.size() > 2 && bytes[0] == 0xff && bytes[1] == 0xd8;
     if (!jpeg) return frame_of(codec_, image, utime, options_.jpeg_quality);
     return {.utime = utime,

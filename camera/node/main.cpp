@@ -1,4 +1,4 @@
-// multireach-camera: stereo images from a rendered scene, from files, or from devices.
+// multireach-camera: publishes stereo images from a rendered scene, image files or devices.
 #include "camera/node/device_arguments.hpp"
 #include "camera/node/device_source.hpp"
 #include "camera/node/file_sources.hpp"

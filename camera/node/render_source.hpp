@@ -10,11 +10,11 @@
 
 namespace multireach {
 
-/// A rendered ball on a scripted path, seen by the cameras of a vision file. Everything is seeded: the same scene file
-/// gives the same bytes.
+/// Renders a ball on a scripted path, seen by the cameras of a vision file. All randomness is seeded: the same scene
+/// file gives the same bytes.
 class RenderSource : public CameraSource {
  public:
-  /// `scene_path`: see logs/reach.yaml. Throws InputError.
+  /// `scene_path`: a scene file, e.g. logs/reach.yaml. Throws InputError.
   explicit RenderSource(const std::string& scene_path);
 
   std::optional<StereoPair> next() override;

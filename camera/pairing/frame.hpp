@@ -5,9 +5,9 @@
 
 namespace multireach {
 
-/// One image as it goes on the wire.
+/// One image, encoded as in the message.
 struct Frame {
-  int64_t utime = 0;  ///< of capture, microseconds
+  int64_t utime = 0;  ///< time of capture, microseconds
   int width = 0, height = 0;
   int row_stride = 0;
   int32_t pixelformat = 0;

@@ -26,8 +26,8 @@ void FramePairing::drop_front(Side side) {
 
 void FramePairing::learn_period(Side side, int64_t interval_us) {
   int64_t& period = period_us_[static_cast<size_t>(side)];
-  // Frames that are missing lengthen an interval and nothing much shortens one, so the period follows short ones at
-  // once and long ones slowly.
+  // Missing frames lengthen an interval and hardly anything shortens one, so the estimate follows short intervals
+  // quickly and long ones slowly.
   period += (interval_us - period) / (interval_us < period ? 2 : 8);
   period = std::clamp(period, nominal_period_us_ / 8, 8 * nominal_period_us_);
 }
@@ -72,7 +72,7 @@ std::optional<FramePairing::Pair> FramePairing::next_pair() {
         continue;
       }
     } else if (2 * skew > period && after.back().utime < before.front().utime + 2 * period) {
-      return std::nullopt;  // until the next one of this side comes, or is overdue
+      return std::nullopt;  // wait until the next frame of this side arrives or is overdue
     }
     Pair pair{std::move(left.front()), std::move(right.front())};
     left.pop_front();

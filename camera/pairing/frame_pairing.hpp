@@ -11,27 +11,27 @@ namespace multireach {
 
 enum class Side { kLeft = 0, kRight = 1 };
 
-/// Left and right frames of two cameras that run freely, made into pairs by their times of capture.
+/// Pairs the left and right frames of two unsynchronised cameras by time of capture.
 ///
-/// A frame is paired with the one nearest in time of the other side, when they are at most `max_skew_us` apart. Where
-/// the other side's next frame may still be nearer, judged by that side's own period lately, it is waited for. A frame
-/// that can no longer get a partner is dropped and counted.
+/// A frame is paired with the frame of the other camera that is nearest in time, if they are at most `max_skew_us`
+/// apart. If that camera's next frame could be nearer still, judged by its recent frame period, the pairing waits for
+/// it. Frames that can no longer be paired are dropped and counted.
 class FramePairing {
  public:
   struct Pair {
     Frame left, right;
   };
-  /// Frames of a side that wait for the other side; when there are more, the oldest is dropped.
+  /// Most frames of one side that wait for the other; beyond that, the oldest is dropped.
   static constexpr size_t kDeepest = 8;
 
-  /// `period_us`: of both cameras, as configured. Throws std::invalid_argument when it is not positive, or when
-  /// `max_skew_us` is negative.
+  /// `period_us`: the configured frame period of both cameras. Throws std::invalid_argument when it is not positive, or
+  /// when `max_skew_us` is negative.
   FramePairing(int64_t period_us, int64_t max_skew_us);
 
-  /// The pairs that this frame completes, oldest first. A frame whose time is not later than that of the last of its
-  /// side is dropped.
+  /// The pairs that this frame completes, oldest first. A frame that is not later than the last one of its side is
+  /// dropped.
   std::vector<Pair> add(Side side, Frame frame);
-  /// A side has stopped, for the time being: what waits for it is dropped, and its period is to be learnt anew.
+  /// Call when a camera has stopped: drops its waiting frames and resets its estimated period.
   void forget(Side side);
 
   size_t waiting(Side side) const { return queue(side).size(); }

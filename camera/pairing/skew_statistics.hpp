@@ -6,18 +6,18 @@
 
 namespace multireach {
 
-/// How far apart in time the two images of the pairs of the last second were.
+/// Time differences between left and right images, over the pairs of the last second.
 class SkewStatistics {
  public:
   struct Summary {
-    int64_t median_us = 0;  ///< right - left
-    int64_t max_us = 0;     ///< without sign
+    int64_t median_us = 0;  ///< signed: right - left
+    int64_t max_us = 0;     ///< largest absolute value
     int64_t pairs = 0;
   };
 
-  /// `utime`: of the pair, not decreasing; `skew_us`: capture time of right - left.
+  /// `utime`: time of the pair, must not decrease; `skew_us`: capture time of right - left.
   void add(int64_t utime, int64_t skew_us);
-  /// Of the second that ends with the newest pair; nothing before the first.
+  /// Statistics of the second that ends with the newest pair; nothing before the first pair.
   std::optional<Summary> last_second() const;
 
  private:

@@ -7,8 +7,8 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kLongWithoutPair = 1000000;  // us, and two periods
-constexpr size_t kDeepest = 8;                 // pairs that wait to be sent; when there are more, the oldest is dropped
+constexpr int64_t kLongWithoutPair = 1000000;  // us; plus two frame periods
+constexpr size_t kDeepest = 8;                 // pairs waiting to be sent; beyond that, the oldest is dropped
 
 }  // namespace
 

@@ -11,27 +11,27 @@
 
 namespace multireach {
 
-/// Where the threads of the cameras put their frames, and the node takes its pairs. Safe to use from several threads.
+/// Passes frames from the camera threads to the node, as pairs. Thread-safe.
 class StereoBuffer {
  public:
   explicit StereoBuffer(FramePairing pairing) : pairing_(std::move(pairing)) {}
 
-  /// A camera works again from here on.
+  /// Adds a frame of one side.
   void put(Side side, Frame frame);
-  /// Returns when the side has room for a frame, at the latest after `timeout_us`; true when it has.
+  /// Waits up to `timeout_us` until the side has room for a frame; returns whether it has.
   bool wait_for_room(Side side, int64_t timeout_us);
-  /// What is wrong with a side, as NODE_STATUS shall say it; "" when nothing is.
+  /// Sets the side's fault for NODE_STATUS; "" for none.
   void set_trouble(Side side, std::string trouble);
-  /// A side was closed and may come again.
+  /// The side's device was closed and may be reopened.
   void forget(Side side);
-  /// A side will never give a frame again.
+  /// The side will deliver no more frames.
   void end(Side side);
 
   /// Waits at most `timeout_us` for the next pair.
   std::optional<FramePairing::Pair> take(int64_t timeout_us);
   /// Whether there will be no more pairs.
   bool ended() const;
-  /// For NODE_STATUS, at the time `utime` of the capture clock.
+  /// State text for NODE_STATUS at time `utime` of the capture clock.
   std::string state(int64_t utime) const;
 
  private:
@@ -45,7 +45,7 @@ class StereoBuffer {
   std::deque<FramePairing::Pair> pairs_;
   std::array<std::string, 2> trouble_;
   std::array<bool, 2> ended_{};
-  int64_t unsent_ = 0;  // pairs that nobody took in time
+  int64_t unsent_ = 0;  // pairs dropped because they were not taken in time
   std::optional<int64_t> newest_pair_, first_frame_;
 };
 

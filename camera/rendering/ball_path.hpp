@@ -8,11 +8,11 @@
 
 namespace multireach {
 
-/// Where a ball is at any time: it stays, moves smoothly, jumps and hides as a script says.
+/// The scripted motion of a ball: it rests, moves smoothly, jumps or is invisible.
 class BallPath {
  public:
-  /// Reads the list `path`: each entry has `at_s` (not before the one above) and one of `position_m` (be there at
-  /// once), `move_to_m` with `over_s` (a minimum-jerk motion) or `hidden_for_s`. The first has `position_m` at 0.
+  /// Reads the list `path`. Each entry has `at_s` (not before the previous entry) and one of `position_m` (jump there),
+  /// `move_to_m` with `over_s` (a minimum-jerk motion) or `hidden_for_s`. The first entry has `position_m` at 0.
   explicit BallPath(const Config& scene);
 
   /// Position (m, in W) at a time (s from the start).

@@ -25,7 +25,7 @@ double value_noise(const CounterRandom& random, double x, double y) {
   return top * (1 - sv) + bottom * sv;
 }
 
-/// A number of about normal distribution with unit variance: the sum of four uniform 16-bit numbers.
+/// An approximately normal number with unit variance: the sum of four uniform 16-bit numbers.
 float normal(uint64_t bits) {
   const auto sum = static_cast<float>((bits & 0xffff) + (bits >> 16 & 0xffff) + (bits >> 32 & 0xffff) + (bits >> 48));
   return (sum / 65536.0F - 2.0F) * 1.7320508F;  // variance of the sum is 4/12
@@ -35,7 +35,7 @@ cv::Vec3f bgr(const Rgb& c) {
   return {static_cast<float>(c.b), static_cast<float>(c.g), static_cast<float>(c.r)};
 }
 
-/// The distance of a chord from the centre of a unit disc that cuts off this share of its area.
+/// Distance from the centre of a unit disc to the chord that cuts off this share of its area.
 double chord_distance(double share) {
   double low = -1, high = 1;
   constexpr int kHalvings = 60;
@@ -47,16 +47,17 @@ double chord_distance(double share) {
   return low;
 }
 
-/// The flat things about the ball, in the camera's frame: what a ray meets before and behind the ball.
+/// The occluder and the neighbour around the ball, in the camera's frame: what a ray hits in front of and behind the
+/// ball.
 class Surroundings {
  public:
   Surroundings(const Look& look, const Eigen::Vector3d& p_CB, double radius_m) : look_(look), p_CB_(p_CB) {
     if (look.occluder) {
-      // The ball's outline as seen from the camera, in the card's plane.
+      // The ball's contour as seen from the camera, in the card's plane.
       card_z_ = p_CB.z() - 1.05 * radius_m;
       card_ball_ = p_CB.head<2>() * (card_z_ / p_CB.z());
       card_radius_ = radius_m * card_z_ / p_CB.z();
-      card_from_ = card_radius_ * chord_distance(look.occluder->hidden);
+      card_from_ = card_radius_ * chord_distance(look.occluder->occlusion);
       sine_and_cosine_of(look.occluder->angle_rad, card_way_.y(), card_way_.x());
     }
     if (look.neighbour) {
@@ -79,7 +80,7 @@ class Surroundings {
     const bool on_disc = p.norm() < look_.neighbour->radius_m;
     return on_disc ? std::optional(bgr(look_.neighbour->colour)) : std::nullopt;
   }
-  /// How far they reach from the ball's centre, m.
+  /// How far the occluder and the neighbour extend from the ball's centre, m.
   double reach_m(double radius_m) const {
     const double card = look_.occluder ? 2.8 * radius_m : 0;
     const double disc = look_.neighbour ? radius_m + look_.neighbour->gap_m + 2 * look_.neighbour->radius_m : 0;
@@ -100,7 +101,7 @@ BallRenderer::BallRenderer(const SceneOptions& scene, const CameraModel& camera,
     : scene_(scene), camera_(camera), X_CW_(X_WC.inverse()) {
   light_C_ = X_CW_.linear() * Eigen::Vector3d(0.3, 0.4, 1.0).normalized();
   const CounterRandom random(scene.seed, kDiscStream);
-  // Hues that a pink or red ball may be confused with only by a careless colour class.
+  // Hues that only a badly chosen colour class confuses with a pink or red ball.
   const std::vector<cv::Vec3f> colours{{40, 140, 230}, {60, 200, 220}, {190, 110, 50},
                                        {70, 150, 60},  {150, 60, 110}, {200, 180, 160}};
   for (int i = 0; i < scene.distractors; ++i) {
@@ -187,7 +188,7 @@ void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::
   }
 }
 
-/// The image before noise: the mean over the time that the shutter is open.
+/// The image before noise, averaged over the exposure time.
 cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const Look& look) const {
   constexpr int kInstants = 24;
   const int instants = look.motion_W.isZero(0) ? 1 : kInstants;

@@ -11,25 +11,25 @@
 
 namespace multireach {
 
-/// The scene apart from the ball's place.
+/// The scene, apart from the ball's position.
 struct SceneOptions {
   uint64_t seed = 1;
   double ball_radius_m = 0.02;
   Rgb ball_colour{220, 40, 110};
-  double wall_distance_m = 0.9;  ///< of the textured wall behind, from the left camera along its axis
+  double wall_distance_m = 0.9;  ///< of the textured wall behind the ball, along the left camera's axis
   int distractors = 12;          ///< coloured discs on the wall
-  double noise_grey_levels = 2;  ///< standard deviation of the sensor's noise, per channel
-  double wall_grey = 95;         ///< darkest of the wall
-  double wall_contrast = 1;      ///< of its texture
-  double wall_fineness = 1;      ///< of its texture: 2 for patches of half the size
-  int rays_per_side = 4;         ///< of a pixel, at the ball's border
+  double noise_grey_levels = 2;  ///< standard deviation of the sensor noise, per channel
+  double wall_grey = 95;         ///< darkest grey level of the wall
+  double wall_contrast = 1;      ///< contrast of the wall's texture
+  double wall_fineness = 1;      ///< fineness of the wall's texture: 2 halves the size of its patches
+  int rays_per_side = 4;         ///< subpixel rays per side of a pixel on the ball's contour (antialiasing)
 };
 
-/// A card that hides a part of the ball. It is parallel to the image, just before the ball; one straight side crosses
-/// it.
+/// A card that occludes a part of the ball: parallel to the image, just in front of the ball, with one straight edge
+/// across it.
 struct Occluder {
-  double hidden = 0.1;   ///< share of the ball's disc
-  double angle_rad = 0;  ///< direction from the ball's centre to the hidden part, from the image's x axis to its y axis
+  double occlusion = 0.1;  ///< occluded share of the ball's area in the image
+  double angle_rad = 0;    ///< direction from the ball's centre to the occluded part, from the image's x to its y axis
   Rgb colour{90, 100, 80};
 };
 
@@ -37,30 +37,30 @@ struct Occluder {
 struct Neighbour {
   double angle_rad = 0;  ///< direction from the ball's centre, as above
   double radius_m = 0.02;
-  double gap_m = 0;  ///< between both outlines; negative: the ball hides a part of the neighbour
+  double gap_m = 0;  ///< between both contours; negative: the ball occludes a part of the neighbour
   Rgb colour{200, 90, 60};
 };
 
-/// What may differ from image to image.
+/// What may vary from image to image.
 struct Look {
-  double exposure = 1;                       ///< factor of all light, before noise and clipping
-  std::array<double, 3> gains_rgb{1, 1, 1};  ///< white balance, likewise
+  double exposure = 1;                       ///< factor on all intensities, before noise and clipping
+  std::array<double, 3> gains_rgb{1, 1, 1};  ///< white-balance gains, likewise
   std::optional<Occluder> occluder;
   std::optional<Neighbour> neighbour;
-  Eigen::Vector3d motion_W{0, 0, 0};  ///< of the ball while the shutter is open, m; it is where told half-way
+  Eigen::Vector3d motion_W{0, 0, 0};  ///< motion of the ball during the exposure, m; half-way it is at `p_WB`
 };
 
-/// Renders what one camera of a rig sees: a lit ball before a wall with texture and coloured discs. The ball's outline
-/// is the exact image of a sphere through the lens model; border pixels are averaged over a square of rays. The same
-/// seed and frame give the same pixels.
+/// Renders the image of one camera of a rig: a lit ball in front of a textured wall with coloured discs. The ball's
+/// contour is the exact projection of a sphere through the lens model; pixels on it are averaged over a square of rays.
+/// The same seed and stream give the same pixels.
 class BallRenderer {
  public:
   /// `X_WC`: the camera's pose; `X_WL`: the pose of the rig's left camera, to which the wall is parallel.
   BallRenderer(const SceneOptions& scene, const CameraModel& camera, const Eigen::Isometry3d& X_WC,
                const Eigen::Isometry3d& X_WL);
 
-  /// An 8-bit BGR image with the ball's centre at `p_WB` (m), or without a ball. `stream` tells the noise of one image
-  /// from that of another. What `look` adds is drawn only with a ball.
+  /// An 8-bit BGR image with the ball's centre at `p_WB` (m), or without a ball. `stream` selects the noise of the
+  /// image. Occluder, neighbour and motion of `look` are drawn only with a ball.
   cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const Look& look = {}) const;
 
  private:
@@ -80,7 +80,7 @@ class BallRenderer {
   Eigen::Isometry3d X_CW_;
   Eigen::Vector3d light_C_;
   std::vector<Disc> discs_;
-  std::vector<Eigen::Vector2d> corner_rays_;  // (width + 1) x (height + 1), at the pixels' corners
+  std::vector<Eigen::Vector2d> corner_rays_;  // rays through the pixels' corners, (width + 1) x (height + 1)
   cv::Mat wall_;                              // CV_32FC3
 };
 

@@ -10,10 +10,9 @@
 
 namespace multireach::controller {
 
-/// Many arms of one kind under one law, side by side in the lanes of the processor's registers (AVX-512, AVX2, SSE4,
-/// NEON: the widest that it has, found at run time). Each goes to a position that rests, alone in the world. What an
-/// arm does depends neither on the others nor on the processor, to the last bit. For studies, and for learning from
-/// millions of reaches.
+/// Many arms of one kind under one law, computed in SIMD lanes (AVX-512, AVX2, SSE4, NEON: the widest available,
+/// selected at run time). Each arm goes to a fixed position target, without obstacles. Results are bit-identical for
+/// any number of arms and any processor. For studies, and for learning from millions of reaches.
 class ArmBatch {
  public:
   virtual ~ArmBatch() = default;
@@ -26,49 +25,50 @@ class ArmBatch {
   JointVector theta(int arm) const;
   Eigen::Vector3d x(int arm) const;  ///< m, in W
 
-  /// Puts an arm (0 to size() - 1) at rest at `theta`, which may be outside the limits, and gives it a target (m, in
-  /// W), a target posture inside the limits that should meet it, and its own gamma (rad^2/m^2; default: that of the
-  /// law's parameters). Returns false, and changes nothing, for an arm that there is not, for what is not finite or of
-  /// another size, for angles beyond 1e5 rad, and for a target posture outside the limits.
+  /// Puts an arm (0 to size() - 1) at rest at `theta`, which may be outside the limits, and sets its target (m, in W),
+  /// its theta_T, which should be an IK solution of the target, and its gamma (rad^2/m^2; default: that of the law's
+  /// parameters). Returns false, and changes nothing, for an invalid arm number, for values that are not finite or have
+  /// another size, for angles beyond 1e5 rad, for a theta_T outside the limits, and for a gamma outside [0, 1e12].
   virtual bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
                      std::optional<double> gamma = {}) = 0;
-  /// From now on nothing is computed for this arm, until it is started again; as at first.
+  /// Stops computing this arm until start() is called again. Initially all arms are stopped.
   void stop(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << arm % kRowLanes); }
-  /// One integration step of every arm that runs. What the others' numbers are then is not said.
+  /// One integration step of every running arm. The numbers of stopped arms are undefined afterwards.
   virtual void step() = 0;
-  /// Of each block, a mask: bit a is set where the arm of lane a runs.
+  /// A mask for each block: bit a is set while the arm of lane a runs.
   const std::vector<uint32_t>& running() const { return running_; }
-  /// How often theta_T was chosen anew, of all arms.
-  int64_t posture_choices() const { return posture_choices_; }
+  /// Number of searches for theta_T, of all arms.
+  int64_t ik_searches() const { return ik_searches_; }
 
  protected:
   /// Throws std::invalid_argument when `arms` is not positive.
   ArmBatch(const Chain& chain, int arms);
-  /// Puts every arm at rest, at the zero posture or the nearest to it inside the limits, and stops it.
+  /// Puts every arm at rest at the zero configuration, clamped to the limits, and stops it.
   void rest();
   void run(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] |= 1U << arm % kRowLanes; }
-  /// Whether start() may take these.
+  /// Whether these arguments of start() are valid.
   bool acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
                   std::optional<double> gamma) const;
-  /// What every law begins with in a lane of a block: the posture, no velocity, the target.
+  /// Initialises a lane of a block for any law: joint positions, zero velocity, target.
   void begin(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const;
   static Eigen::Vector3d target_of(const ArmBlock& block, int lane) {
     return {block.target[0][lane], block.target[1][lane], block.target[2][lane]};
   }
 
-  int64_t posture_choices_ = 0;
+  int64_t ik_searches_ = 0;
 
  private:
   Chain chain_;
   std::vector<uint32_t> running_;
 };
 
-/// The instruction set that batches use here, as "AVX3" (Highway's names), and all that were compiled in and that this
-/// processor has, the widest first; not while others run.
+/// instruction_set(): the instruction set that batches use on this processor, e.g. "AVX3" (Highway's names).
+/// instruction_sets(): all that are compiled in and available on this processor, the widest first. Do not call these
+/// while batches run in other threads.
 std::string instruction_set();
 std::vector<std::string> instruction_sets();
-/// Makes batches use that one; for tests. Returns false for one that is not in instruction_sets(). Not while others
-/// run.
+/// Selects an instruction set, for tests. Returns false when it is not in instruction_sets(). Do not call this while
+/// batches run in other threads.
 bool use_instruction_set(const std::string& name);
 
 }  // namespace multireach::controller

@@ -1,5 +1,5 @@
-// The arms of a block, as many as a register has lanes: their numbers as Lanes, their kinematics, and what every law's
-// step over them shares.
+// Computation on the arms of a block, as many at once as a register has lanes: load and store as Lanes, kinematics, and
+// the step loop common to all laws.
 #if defined(MULTIREACH_CONTROLLER_BLOCK_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MULTIREACH_CONTROLLER_BLOCK_LANES_INL_HPP
 #undef MULTIREACH_CONTROLLER_BLOCK_LANES_INL_HPP
@@ -25,8 +25,8 @@ using multireach::HWY_NAMESPACE::store;
 
 #include "numeric/small_solve.inl.hpp"
 
-/// Writes K and J at the joint positions of a block: of theta, or of theta_T. Angles of any size. N: the number of
-/// joints, or 0 for any.
+/// Computes K and J of a block at theta or, with kTarget, at theta_T, for angles of any size. N: the number of joints,
+/// or 0 for any.
 template <int N, bool kTarget>
 HWY_INLINE void update_kinematics(const FastLinks<0, double>& arm, ArmBlock& block, int first) {
   constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
@@ -47,7 +47,7 @@ HWY_INLINE void update_kinematics(const FastLinks<0, double>& arm, ArmBlock& blo
   }
 }
 
-/// K and J of a whole block, whose theta or theta_T was changed from outside.
+/// Computes K and J of a whole block at theta and theta_T. Call it after changing either outside a step.
 inline void update_block(const FastLinks<0, double>& arm, ArmBlock& block) {
   for (int first = 0; first < kRowLanes; first += kWidth) {
     update_kinematics<0, false>(arm, block, first);
@@ -55,8 +55,8 @@ inline void update_block(const FastLinks<0, double>& arm, ArmBlock& block) {
   }
 }
 
-/// One step of a whole block. Returns a mask: bit a is set for the arm of lane a that `step(first)`, the step of the
-/// arms from `first` on, returns.
+/// One step of a whole block. `step(first)` computes kWidth arms from lane `first` on and returns a mask of them.
+/// Returns these masks as bits: bit a belongs to lane a.
 template <class Step>
 uint32_t step_block(Step&& step) {
   uint32_t arms = 0;

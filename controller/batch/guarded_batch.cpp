@@ -22,16 +22,16 @@ namespace HWY_NAMESPACE {
 
 #include "controller/law/guarded_step.inl.hpp"
 
-/// Arms `first` to first + kWidth - 1 of a block, with N joints (0: any number), for GuardedStep: their targets are
-/// positions at rest, and they have no bodies.
+/// Accessor of the arms `first` to first + kWidth - 1 of a block for GuardedStep, with N joints (0: any number). Their
+/// targets are fixed positions; there is no collision avoidance.
 template <int N>
 class BlockArms {
  public:
   using Scalar = Lanes;
   using Mask = LanesMask;
   using Register = Lanes;
-  static constexpr int kRows = 3, kRegisters = 2;  // theta and theta_T each have registers of their own
-  static constexpr bool kDisturbed = false;        // neither pushed nor after a target that moves
+  static constexpr int kRows = 3, kRegisters = 2;  // theta and theta_T have one register each
+  static constexpr bool kDisturbed = false;        // no disturbance compensation, no moving target
   static constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
   using Joints = std::array<Lanes, kCapacity>;
   using Task = std::array<Lanes, 3>;
@@ -119,8 +119,8 @@ uint32_t step_arms(const GuardedPlan& plan, GuardedBlock& block) {
   });
 }
 
-// Unrolled for the Hoap2's four joints. With seven the code would be larger than the processor's instruction cache, and
-// no faster than loops.
+// Unrolled for the Hoap2's four joints. For seven joints, unrolled code exceeds the processor's instruction cache and
+// is no faster than loops.
 uint32_t step_guarded(const GuardedPlan& plan, GuardedBlock& block) {
   return plan.arm.size == 4 ? step_arms<4>(plan, block) : step_arms<0>(plan, block);
 }
@@ -142,7 +142,7 @@ HWY_EXPORT(refresh_guarded);
 GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
     : ArmBatch(chain, arms),
       plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
-      search_(chain, parameters.posture_search, parameters.tool) {
+      search_(chain, parameters.ik, parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
   blocks_.resize(running().size());
   rest();
@@ -154,7 +154,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
   const double infinity = std::numeric_limits<double>::infinity();
-  begin(block, lane, theta, brought_near(chain(), {.position = target}).position);
+  begin(block, lane, theta, within_ten_reaches(chain(), {.position = target}).position);
   GuardedProgress<Row>& progress = block.progress;
   progress.gamma_max[lane] = progress.gamma_ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
   progress.best_distance[lane] = progress.stalled_distance[lane] = progress.residual[lane] = infinity;
@@ -185,8 +185,8 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
 void GuardedBatch::choose_posture(int arm) {
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
-  const FoundPosture found = search_.best({.position = target_of(block, lane)}, theta(arm));
-  ++posture_choices_;
+  const IkSolution found = search_.best({.position = target_of(block, lane)}, theta(arm));
+  ++ik_searches_;
   block.progress.unreachable[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
   set_theta_target(block, lane, found.theta);
 }

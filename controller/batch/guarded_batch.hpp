@@ -4,23 +4,23 @@
 
 #include "controller/batch/arm_batch.hpp"
 #include "controller/batch/arm_block.hpp"
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_law.hpp"
 
 namespace multireach::controller {
 
-/// What is the same for all arms of a batch under the law `guarded`.
+/// The constants common to all arms of a batch under the law `guarded`.
 struct GuardedPlan {
   FastLinks<0, double> arm;
   GuardedSettings settings;
 };
 
-/// Many arms under the law `guarded`. Each gets bit for bit the motion that GuardedLaw would give it, as long as no
-/// angle is beyond 1e5 rad.
+/// Many arms under the law `guarded`. The motion of each is bit-identical to that of GuardedLaw, as long as no angle is
+/// beyond 1e5 rad.
 class GuardedBatch final : public ArmBatch {
  public:
-  /// At least `arms` arms, in whole blocks of kRowLanes, at rest. Throws std::invalid_argument as GuardedLaw does, and
-  /// for parameters with a body.
+  /// Creates at least `arms` arms, in whole blocks of kRowLanes, at rest. Throws std::invalid_argument as GuardedLaw
+  /// does, and for parameters with a body.
   GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms);
 
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
@@ -33,7 +33,7 @@ class GuardedBatch final : public ArmBatch {
   void set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target);
 
   GuardedPlan plan_;
-  PostureSearch search_;
+  MultiStartIk search_;
   std::vector<GuardedBlock> blocks_;
 };
 

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "controller/batch/nearest_postures.hpp"
+#include "controller/batch/closed_form_batch.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "controller/batch/paper_batch.cpp"
@@ -23,8 +23,8 @@ using multireach::HWY_NAMESPACE::sine_and_cosine;
 
 #include "controller/law/paper_equations.inl.hpp"
 
-/// One step of the arms `first` to first + kWidth - 1 of a block: paper_step of paper_law.cpp. Returns the arms whose
-/// theta_T has drifted from the target. N: the number of joints, or 0 for any.
+/// One step of the arms `first` to first + kWidth - 1 of a block, like paper_step in law/paper_law.cpp. Returns a mask
+/// of the arms whose theta_T has drifted from the target. N: the number of joints, or 0 for any.
 template <int N>
 LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
   constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
@@ -66,7 +66,7 @@ LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
     const Lanes drift = target[m] - get(block.x_target[m]);
     drift2 += drift * drift;
   }
-  return !(square_root(drift2) <= plan.rechoose_m);  // drifted, too, where it is not a number
+  return !(square_root(drift2) <= plan.rechoose_m);  // NaN counts as drifted
 }
 
 uint32_t step_paper(const PaperPlan& plan, ArmBlock& block) {
@@ -143,18 +143,18 @@ void PaperBatch::choose_postures() {
   const bool closed_form = search_.closed_form();
   for (size_t from = 0; from < drifted_.size(); from += kRowLanes) {
     const int count = static_cast<int>(std::min<size_t>(kRowLanes, drifted_.size() - from));
-    PostureQueries queries;
+    IkQueries queries;
     for (int q = 0; q < count && closed_form; ++q) {
       const ArmBlock& block = blocks_[static_cast<size_t>(drifted_[from + q] / kRowLanes)];
       const int lane = drifted_[from + q] % kRowLanes;
       for (size_t k = 0; k < 3; ++k) queries.x_T[k][q] = block.target[k][lane];
       for (size_t i = 0; i < 4; ++i) queries.theta[i][q] = block.joints[i].theta[lane];
     }
-    const uint32_t found = closed_form ? nearest_postures(search_.shoulder_elbow(), queries) : 0;
+    const uint32_t found = closed_form ? closed_form_batch(search_.closed_form_ik(), queries) : 0;
     for (int q = 0; q < count; ++q) {
       const int arm = drifted_[from + q], lane = arm % kRowLanes;
       const ArmBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
-      ++posture_choices_;
+      ++ik_searches_;
       if (found >> q & 1) {
         JointVector posture(4);
         for (size_t i = 0; i < 4; ++i) posture[static_cast<Eigen::Index>(i)] = queries.posture[i][q];

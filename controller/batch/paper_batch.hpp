@@ -3,13 +3,13 @@
 #include <vector>
 
 #include "controller/batch/arm_batch.hpp"
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/paper_law.hpp"
 #include "kinematics/fast_chain.hpp"
 
 namespace multireach::controller {
 
-/// What is the same for all arms of a batch under the law `paper`.
+/// The constants common to all arms of a batch under the law `paper`.
 struct PaperPlan {
   FastLinks<0, double> arm;
   ViteGains gains;
@@ -18,12 +18,12 @@ struct PaperPlan {
   std::array<double, kMaxJoints> lower, upper;
 };
 
-/// Many arms under the law `paper`, Eqs. (19)-(28): paper_step, agreeing with it to the rounding of one step (where a
-/// full step of (27) is chaotic, two programs part after some hundred steps). As Sect. 3.4 says, theta_T is chosen anew
-/// when K(theta_T) is further than `rechoose_m` from the target, or not finite; never when that is infinite.
+/// Many arms under the law `paper`, Eqs. (19)-(28). A step agrees with paper_step to rounding; where Eq. (27) is
+/// chaotic, the two diverge after some hundred steps. As in Sect. 3.4, theta_T is searched again when K(theta_T) is
+/// further than `rechoose_m` from the target, or not finite; never when `rechoose_m` is infinite.
 class PaperBatch final : public ArmBatch {
  public:
-  /// At least `arms` arms, in whole blocks of kRowLanes, at rest. `rechoose_m` may be infinite. Throws
+  /// Creates at least `arms` arms, in whole blocks of kRowLanes, at rest. `rechoose_m` may be infinite. Throws
   /// std::invalid_argument when it is negative or `arms` is not positive.
   PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms);
 
@@ -38,9 +38,9 @@ class PaperBatch final : public ArmBatch {
 
   PaperPlan plan_;
   double gamma_;
-  PostureSearch search_;
+  MultiStartIk search_;
   std::vector<ArmBlock> blocks_;
-  std::vector<int> drifted_;  // arms whose theta_T is to be chosen anew
+  std::vector<int> drifted_;  // arms whose theta_T must be searched again
 };
 
 }  // namespace multireach::controller

@@ -6,7 +6,8 @@
 namespace multireach::controller {
 namespace {
 
-/// The signed distance from a ball about `centre`, all in one frame.
+/// The signed distance of `p` from a ball about `centre`, all in one frame; writes the unit vector `away` from the
+/// ball.
 double from_ball(const Eigen::Vector3d& p, const Eigen::Vector3d& centre, double radius, Eigen::Vector3d& away) {
   const Eigen::Vector3d r = p - centre;
   const double distance = r.norm();

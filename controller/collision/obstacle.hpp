@@ -4,11 +4,11 @@
 
 namespace multireach::controller {
 
-/// Something to keep away from, in the robot's base frame W.
+/// An obstacle, in the robot's base frame W.
 struct Obstacle {
   enum class Shape {
     kSphere,   ///< size: radius
-    kCapsule,  ///< size: radius, length of the axis (along z, without the round ends)
+    kCapsule,  ///< size: radius, length of the axis (along z, without the hemispheres)
     kBox,      ///< size: full lengths along x, y, z
   };
   Shape shape = Shape::kSphere;
@@ -16,12 +16,12 @@ struct Obstacle {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< m
 };
 
-/// Whether all numbers are finite, the sizes that count are positive (a capsule's axis may have no length) and below
-/// 1 km, and the pose is one.
+/// Whether all numbers are finite, the rotation matrix is orthonormal, and the sizes that the shape uses are positive
+/// and below 1 km. A capsule's axis may have length zero.
 bool acceptable(const Obstacle& obstacle);
 
-/// How far `p` (m, in W) is outside the obstacle's surface, negative inside, and the unit vector in W that leads away
-/// from it there.
+/// The distance of `p` (m, in W) from the obstacle's surface, negative inside. Writes the unit vector in W that leads
+/// away from the surface at `p`.
 double signed_distance(const Obstacle& obstacle, const Eigen::Vector3d& p, Eigen::Vector3d& away);
 
 }  // namespace multireach::controller

@@ -18,8 +18,8 @@ namespace {
 using Solver = fcl::detail::GJKSolver_libccd<double>;
 using Shape = std::variant<fcl::Sphered, fcl::Capsuled>;
 
-/// Distance of two shapes and the points where they are nearest; for shapes that overlap the depth, negative, and the
-/// deepest points.
+/// Distance between two shapes and their nearest points. For shapes that overlap: the penetration depth (negative) and
+/// the deepest points.
 struct Gap {
   double distance;
   Eigen::Vector3d on_first, on_second;
@@ -39,22 +39,23 @@ Gap gap_of_balls(const Eigen::Vector3d& first, double first_radius, const Eigen:
 
 struct Proximity::Shapes {
   struct Link {
-    bool exists = false;     // a link between two joints at one place has none
+    bool exists = false;     // false for a link of length zero, which has no capsule
     double half_length = 0;  // of the capsule's axis
     Eigen::Isometry3d X_LK;  // the capsule in the link's frame
     fcl::Capsuled capsule{1, 1};
-    Eigen::Isometry3d X_WK;  // now
-    double bound = 0;        // radius of a ball around it
+    Eigen::Isometry3d X_WK;  // at the current joint positions
+    double bound = 0;        // radius of the bounding sphere
   };
-  std::array<Link, kMaxJoints> links;  // what moves with joint i
+  std::array<Link, kMaxJoints> links;  // link i moves with joint i
   std::array<Eigen::Vector3d, kMaxJoints> axis, origin;
   std::vector<Shape> obstacles;
   std::vector<double> obstacle_bounds;
   std::array<std::array<bool, kMaxJoints>, kMaxJoints> watched{};
   Solver solver;
 
-  /// FCL tells no depth cheaply, so the axis of the capsule, which has no thickness, is measured against the shape; the
-  /// radius is taken off afterwards. Only where the axis itself is inside an obstacle is there no gap to measure.
+  /// Distance between a link and an obstacle. FCL has no cheap penetration depth, so this measures from the capsule's
+  /// axis (a very thin capsule) and subtracts the radius afterwards. That fails only when the axis itself is inside the
+  /// obstacle.
   Gap gap(const Link& link, double radius, const Shape& shape, const Obstacle& obstacle) const {
     Gap found{};
     const fcl::Capsuled thin(kThin, 2 * link.half_length);
@@ -73,7 +74,7 @@ struct Proximity::Shapes {
       found.distance -= radius - kThin;
       return found;
     }
-    // The end of the link nearest to the way out.
+    // The axis penetrates the obstacle: take the deepest of five points on it.
     double shallowest = -std::numeric_limits<double>::infinity();
     for (const double along : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
       const Eigen::Vector3d p = link.X_WK * Eigen::Vector3d(0, 0, along * link.half_length);
@@ -86,8 +87,8 @@ struct Proximity::Shapes {
     return found;
   }
 
-  /// The same for a box, where FCL's general algorithm would allocate memory: the distance from a box is convex along
-  /// the axis, so its least value is found by golden section.
+  /// The distance between a link's axis and a box. FCL's general algorithm would allocate memory. The distance from a
+  /// box is convex along the axis, so a golden-section search finds the minimum.
   static bool box_gap(const Link& link, const Obstacle& box, Gap& found) {
     const Eigen::Vector3d half = 0.5 * box.size, middle = box.X_WO.inverse(Eigen::Isometry) * link.X_WK.translation(),
                           along = box.X_WO.linear().transpose() * link.X_WK.linear().col(2);
@@ -123,14 +124,15 @@ struct Proximity::Shapes {
     return true;
   }
 
-  static constexpr double kThin = 1e-4;  // m: the radius that FCL's capsule is given for an axis
+  static constexpr double kThin = 1e-4;  // m: radius of the thin capsule that stands for an axis in FCL
 };
 
 Proximity::Proximity(const Chain& chain, const Body& body)
     : chain_(chain), body_(body), shapes_(std::make_unique<Shapes>()) {
   const auto sensible = [](double value) { return std::isfinite(value) && value >= 0; };
-  if (!sensible(body.link_radius_m) || !sensible(body.margin_m) || !sensible(body.sight_m)) {
-    throw std::invalid_argument("the body's link_radius_m, margin_m and sight_m must be finite and not negative");
+  if (!sensible(body.link_radius_m) || !sensible(body.margin_m) || !sensible(body.query_distance_m)) {
+    throw std::invalid_argument(
+        "the body's link_radius_m, margin_m and query_distance_m must be finite and not negative");
   }
   obstacles_.reserve(kMostObstacles);
   shapes_->obstacles.reserve(kMostObstacles);
@@ -149,7 +151,8 @@ Proximity::Proximity(const Chain& chain, const Body& body)
     link.bound = link.half_length + body.link_radius_m;
   }
   if (!body.self_collision || body.link_radius_m <= 0) return;
-  // Neighbours touch always; links between which there is only one short link nearly always.
+  // Exclude neighbouring links, which always touch, and pairs that overlap in most sampled configurations, e.g. links
+  // separated by one short link.
   const CounterRandom random(1);
   constexpr int kSamples = 200;
   std::array<std::array<int, kMaxJoints>, kMaxJoints> overlaps{};
@@ -214,7 +217,7 @@ int Proximity::set_obstacles(std::span<const Obstacle> obstacles) {
         shapes_->obstacle_bounds.push_back(size[0] + 0.5 * size[1]);
         break;
       case Obstacle::Shape::kBox:
-        shapes_->obstacles.emplace_back(fcl::Sphered(0.5 * size.norm()));  // only to keep the places in step
+        shapes_->obstacles.emplace_back(fcl::Sphered(0.5 * size.norm()));  // unused; keeps the indices aligned
         shapes_->obstacle_bounds.push_back(0.5 * size.norm());
         break;
     }
@@ -243,24 +246,25 @@ void Proximity::place_links(const Eigen::Ref<const Eigen::VectorXd>& theta) {
   }
 }
 
-/// Calls visit(i, -1, gap) for link i and an obstacle, visit(i, j, gap) for two links.
+/// Calls visit(i, -1, gap) for link i and an obstacle, visit(i, j, gap) for links i and j, of all pairs within
+/// query_distance_m plus the margin.
 template <class Visit>
 void Proximity::visit_pairs(Visit&& visit) {
-  const double radius = body_.link_radius_m, sight = body_.sight_m + body_.margin_m;
+  const double radius = body_.link_radius_m, range = body_.query_distance_m + body_.margin_m;
   for (int i = 0; i < chain_.size(); ++i) {
     const Shapes::Link& link = shapes_->links[i];
     if (!link.exists) continue;
     const Eigen::Vector3d centre = link.X_WK.translation();
     for (size_t k = 0; k < obstacles_.size(); ++k) {
-      const double limit = sight + link.bound + shapes_->obstacle_bounds[k];
+      const double limit = range + link.bound + shapes_->obstacle_bounds[k];
       if ((obstacles_[k].X_WO.translation() - centre).squaredNorm() > limit * limit) continue;
       const Gap gap = shapes_->gap(link, radius, shapes_->obstacles[k], obstacles_[k]);
-      if (gap.distance < sight) visit(i, -1, gap);
+      if (gap.distance < range) visit(i, -1, gap);
     }
     for (int j = i + 1; j < chain_.size(); ++j) {
       if (!shapes_->watched[i][j]) continue;
       const Shapes::Link& other = shapes_->links[j];
-      const double limit = sight + link.bound + other.bound;
+      const double limit = range + link.bound + other.bound;
       if ((other.X_WK.translation() - centre).squaredNorm() > limit * limit) continue;
       double apart = 0;
       Eigen::Vector3d on_first, on_second;
@@ -270,19 +274,19 @@ void Proximity::visit_pairs(Visit&& visit) {
         on_second = other.X_WK.translation();
       }
       const Gap gap = gap_of_balls(on_first, radius, on_second, radius);
-      if (gap.distance < sight) visit(i, j, gap);
+      if (gap.distance < range) visit(i, j, gap);
     }
   }
 }
 
-std::span<const NearPair> Proximity::near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta) {
+std::span<const ProximityPair> Proximity::near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta) {
   pairs_.clear();
   place_links(theta);
   visit_pairs([&](int i, int j, const Gap& gap) {
-    NearPair pair;
+    ProximityPair pair;
     pair.clearance = gap.distance - body_.margin_m;
     if (pairs_.size() == kMostPairs) {
-      const auto farthest = std::ranges::max_element(pairs_, {}, &NearPair::clearance);
+      const auto farthest = std::ranges::max_element(pairs_, {}, &ProximityPair::clearance);
       if (farthest->clearance <= pair.clearance) return;
       *farthest = pairs_.back();
       pairs_.pop_back();
@@ -303,7 +307,7 @@ std::span<const NearPair> Proximity::near_pairs(const Eigen::Ref<const Eigen::Ve
 }
 
 double Proximity::clearance(const Eigen::Ref<const Eigen::VectorXd>& theta) {
-  double least = body_.sight_m;
+  double least = body_.query_distance_m;
   place_links(theta);
   visit_pairs([&](int, int, const Gap& gap) { least = std::min(least, gap.distance - body_.margin_m); });
   return least;
@@ -312,7 +316,7 @@ double Proximity::clearance(const Eigen::Ref<const Eigen::VectorXd>& theta) {
 Eigen::Vector3d Proximity::outside_obstacles(Eigen::Vector3d p) const {
   if (body_.link_radius_m <= 0) return p;
   const double wanted = body_.link_radius_m + body_.margin_m + 1e-6;
-  // From the very middle of an obstacle, where no way out is shorter, towards the arm.
+  // At the centre of an obstacle the direction out is ambiguous: a tiny shift selects the one towards the arm.
   const Eigen::Vector3d home = 1e-7 * (chain_.fixed(0).translation() - p).stableNormalized();
   for (int round = 0; round < 8; ++round) {
     bool moved = false;

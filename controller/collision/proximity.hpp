@@ -11,20 +11,21 @@
 
 namespace multireach::controller {
 
-/// One pair of surfaces that must not come nearer than the margin.
-struct NearPair {
+/// Two surfaces that must not come nearer to each other than the margin.
+struct ProximityPair {
   std::array<double, kMaxJoints> gradient;  ///< d distance / d theta_i, m/rad
-  double clearance;                         ///< distance less the margin, m; negative when too near
+  double clearance;                         ///< distance minus the margin, m; negative when too near
 };
 
-/// The distances between an arm's links, as capsules, and obstacles, and among the links. Distances by FCL.
+/// Distances between an arm's links (capsules) and obstacles, and among the links. FCL computes all but
+/// those to boxes.
 class Proximity {
  public:
   static constexpr int kMostObstacles = 64;
   static constexpr int kMostPairs = 64;
 
-  /// Throws std::invalid_argument for a body that makes no sense. Pairs of links that overlap in most postures (their
-  /// capsules are too thick for the arm) are not looked at.
+  /// Throws std::invalid_argument for an invalid body. Ignores pairs of links that overlap in most joint
+  /// configurations, because their capsules are too thick for the arm.
   Proximity(const Chain& chain, const Body& body);
   Proximity(const Proximity& other);
   Proximity& operator=(const Proximity& other) { return *this = Proximity(other); }
@@ -35,14 +36,15 @@ class Proximity {
   const Body& body() const { return body_; }
   /// Replaces all obstacles. Returns how many were refused: not acceptable(), or beyond kMostObstacles.
   int set_obstacles(std::span<const Obstacle> obstacles);
-  /// Nothing to keep away from: queries would find no pair.
+  /// Whether there is nothing to avoid: no body, or neither obstacles nor self-collision.
   bool idle() const;
 
-  /// The nearest pairs in sight at `theta`, at most kMostPairs. Valid until the next call.
-  std::span<const NearPair> near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta);
-  /// The smallest clearance of all pairs at `theta`, at most sight_m.
+  /// The nearest pairs within query_distance_m plus the margin at `theta`, at most kMostPairs. Valid until the next
+  /// call.
+  std::span<const ProximityPair> near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta);
+  /// The smallest clearance of all pairs at `theta`; query_distance_m when all are further apart.
   double clearance(const Eigen::Ref<const Eigen::VectorXd>& theta);
-  /// `p` moved out of all obstacles, so far that the hand's capsule can be there.
+  /// Moves `p` out of all obstacles, far enough that the end effector's capsule fits there.
   Eigen::Vector3d outside_obstacles(Eigen::Vector3d p) const;
 
  private:
@@ -55,7 +57,7 @@ class Proximity {
   Body body_;
   std::unique_ptr<Shapes> shapes_;
   std::vector<Obstacle> obstacles_;
-  std::vector<NearPair> pairs_;
+  std::vector<ProximityPair> pairs_;
 };
 
 }  // namespace multireach::controller

@@ -8,9 +8,9 @@
 namespace multireach::controller {
 namespace {
 
-constexpr int kMostNodes = 500, kMostSamples = 400;  // some 10 ms; who finds no way asks again with another seed
-constexpr double kStep = 0.25;                       // rad (m) of the longest edge of a tree
-constexpr double kResolution = 0.05;                 // rad (m) between two postures of an edge that are looked at
+constexpr int kMostNodes = 500, kMostSamples = 400;  // some 10 ms; after a failure the caller tries another seed
+constexpr double kStep = 0.25;                       // rad (m): length of the longest edge of a tree
+constexpr double kResolution = 0.05;                 // rad (m): spacing of collision checks along an edge
 
 }  // namespace
 
@@ -38,7 +38,7 @@ int RrtPlanner::nearest(const Tree& tree, const JointVector& theta) const {
   return static_cast<int>(found - tree.begin());
 }
 
-/// Adds a node one step towards a posture; returns its index, or -1 where something is in the way.
+/// Adds a node one step towards a configuration. Returns its index, or -1 when the edge collides or the tree is full.
 int RrtPlanner::extend(Tree& tree, const JointVector& towards, Proximity& proximity) const {
   const int parent = nearest(tree, towards);
   const JointVector from = tree[static_cast<size_t>(parent)].theta, difference = towards - from;
@@ -50,7 +50,7 @@ int RrtPlanner::extend(Tree& tree, const JointVector& towards, Proximity& proxim
 }
 
 void RrtPlanner::shorten(Proximity& proximity) {
-  // From each posture to the last one that can be seen from it.
+  // Connect each configuration directly to the furthest later one with a collision-free straight line.
   for (size_t from = 0; from + 2 < way_.size(); ++from) {
     for (size_t to = way_.size() - 1; to > from + 1; --to) {
       if (!clear_between(way_[from], way_[to], proximity)) continue;

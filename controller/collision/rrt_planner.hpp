@@ -8,7 +8,7 @@
 
 namespace multireach::controller {
 
-/// The joint configurations of a path, at most kCapacity; takes no memory of its own.
+/// The joint configurations of a path, at most kCapacity; allocates no memory.
 class Path {
  public:
   static constexpr size_t kCapacity = 64;
@@ -18,7 +18,7 @@ class Path {
   const JointVector& operator[](size_t k) const { return points_[k]; }
   const JointVector& back() const { return points_[size_ - 1]; }
   void clear() { size_ = 0; }
-  /// There must be room.
+  /// Requires size() < kCapacity.
   void push_back(const JointVector& theta) { points_[size_++] = theta; }
 
  private:
@@ -26,18 +26,18 @@ class Path {
   size_t size_ = 0;
 };
 
-/// Plans a way for the joints around what they would bump into: RRT-Connect (Kuffner & LaValle, ICRA 2000) with seeded
-/// samples, then shortened. All memory is taken at construction.
+/// Plans a collision-free path in joint space: RRT-Connect (Kuffner & LaValle, ICRA 2000) with seeded samples, then
+/// shortened. Allocates all memory at construction.
 class RrtPlanner {
  public:
   explicit RrtPlanner(const Chain& chain);
-  /// A copy has memory of its own, and no plan.
+  /// A copy has its own memory and no path.
   RrtPlanner(const RrtPlanner& other) : RrtPlanner(other.chain_) {}
   RrtPlanner& operator=(const RrtPlanner&) = default;
 
-  /// Postures from after `start` to `goal` between which the joints can go straight with a positive clearance (or that
-  /// of the start or goal, where that is less). Empty when none was found within a bounded number of samples. Valid
-  /// until the next call.
+  /// Joint configurations from `start` (not included) to `goal`, joined by straight lines in joint space. The clearance
+  /// along the lines is not negative; where the start or the goal has less, it is at least the lesser of theirs. Empty
+  /// when a bounded number of samples finds no path. Valid until the next call.
   std::span<const JointVector> plan(const JointVector& start, const JointVector& goal, Proximity& proximity,
                                     uint64_t seed);
 

@@ -11,25 +11,25 @@ namespace {
 
 using Tuning = GuardedTuning;
 
-/// A target that was found out of reach is searched for again when it has moved this far, m.
+/// An unreachable target is searched for again when it has moved this far, m.
 constexpr double kSameTarget = 1e-3;
-/// Steps that the arm may stand before an obstacle until a way around is looked for.
+/// Steps for which an obstacle may stop the arm before a path is planned; doubled after every failure ...
 constexpr int kPatience = 35;
-/// And at most, after several times without success.
+/// ... up to this many.
 constexpr int kMostPatience = 1400;
-/// Of a push, no more than this is taken up at once, rad (m).
-constexpr double kMostPush = 3;
-/// How near a posture of a path must be passed, rad (m).
+/// Largest displacement that is compensated, rad (m).
+constexpr double kMaxDisturbance = 3;
+/// Distance at which a configuration of a path counts as passed, rad (m).
 constexpr double kPassed = 0.15;
-/// Random postures tried for one that meets the target without touching anything.
+/// Random starts tried to find a collision-free IK solution.
 constexpr int kClearTries = 60;
 
-bool acceptable(const HandTarget& target) {
+bool acceptable(const TaskTarget& target) {
   if (!target.position.allFinite() || !target.velocity.allFinite()) return false;
-  if (target.aim == Aim::kPointing) {
+  if (target.task == TaskKind::kPointing) {
     return target.direction.allFinite() && std::abs(target.direction.norm() - 1) < 1e-6;
   }
-  if (target.aim == Aim::kPose) {
+  if (target.task == TaskKind::kPose) {
     const Eigen::Matrix3d& R = target.orientation;
     return R.allFinite() && (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
            R.determinant() > 0;
@@ -44,7 +44,7 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
       parameters_(parameters),
       arm_{FastLinks<0, Double2>(chain, tool_frame(parameters.tool)), tool_frame(parameters.tool),
            guarded_settings(chain, parameters)},
-      search_(chain, parameters.posture_search, parameters.tool),
+      search_(chain, parameters.ik, parameters.tool),
       solver_(chain, parameters.tool),
       proximity_(chain, parameters.body),
       planner_(chain) {
@@ -84,7 +84,7 @@ void GuardedLaw::begin_reach(bool posture_only) {
 int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
   if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
   const int refused = proximity_.set_obstacles(obstacles);
-  if (on_detour()) end_path();
+  if (following_path()) end_path();
   if (target_ && !posture_only_) target_->position = proximity_.outside_obstacles(asked_.position);
   return refused;
 }
@@ -117,8 +117,8 @@ void GuardedLaw::end_path() {
 }
 
 void GuardedLaw::follow_path() {
-  while (on_detour() && (path_[path_next_] - theta()).norm() < kPassed) ++path_next_;
-  if (!on_detour()) {
+  while (following_path() && (path_[path_next_] - theta()).norm() < kPassed) ++path_next_;
+  if (!following_path()) {
     end_path();
     return;
   }
@@ -131,24 +131,24 @@ void GuardedLaw::plan_around_obstruction() {
   obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
   if (obstructed_steps_ < patience_) return;
   obstructed_steps_ = 0;
-  // To the posture that was chosen, and when no way is found, in turns to others that meet the target.
-  JointVector goal = on_detour() ? path_.back() : JointVector(theta_target());
+  // Plan to theta_T; at every second attempt, to another collision-free IK solution of the target.
+  JointVector goal = following_path() ? path_.back() : JointVector(theta_target());
   const uint64_t seed = search_.options().seed + plans_;
   if (plans_++ % 2 == 1 && !posture_only_) goal = clear_posture(seed, false).value_or(goal);
-  // A goal deeper in something than the arm is now cannot be gone to.
+  // The planner cannot reach a goal that penetrates obstacles more deeply than the arm does now.
   const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
   const auto way = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
   if (way.empty() || way.size() > Path::kCapacity) {
     patience_ = std::min(2 * patience_, kMostPatience);
-    if (on_detour()) end_path();
+    if (following_path()) end_path();
     return;
   }
-  // An arm that is outside its limits has a way that begins there.
+  // When the arm starts outside its limits, so does the planned path: clamp it.
   path_.clear();
   for (const JointVector& posture : way) path_.push_back(chain_.clamped(posture));
   path_next_ = 0;
   state_.target_fixed = true;
-  state_.gamma = 0;  // along the planned joint angles, not straight with the hand
+  state_.gamma = 0;  // follow the planned joint path: no straight hand path
   follow_path();
 }
 
@@ -164,65 +164,65 @@ void GuardedLaw::set_theta_target(const JointVector& theta_target) {
 }
 
 void GuardedLaw::choose_posture() {
-  FoundPosture found = search_.best(*target_, theta());
-  ++posture_choices_;
+  IkSolution found = search_.best(*target_, theta());
+  ++ik_searches_;
   state_.progress.unreachable = found.error_m > Tuning::kReached ? 1 : 0;
-  if (!out_of_reach() && !proximity_.idle() && proximity_.clearance(found.theta) < 0) {
+  if (!unreachable() && !proximity_.idle() && proximity_.clearance(found.theta) < 0) {
     found.theta = clear_posture(search_.options().seed, true).value_or(found.theta);
   }
   set_theta_target(found.theta);
 }
 
-void GuardedLaw::assign_target(const HandTarget& target) {
-  if (!target_ || target_->aim != target.aim)
+void GuardedLaw::assign_target(const TaskTarget& target) {
+  if (!target_ || target_->task != target.task)
     std::fill(state_.hand_velocity.begin() + 3, state_.hand_velocity.end(), 0);
   const bool first = !target_;
-  asked_ = brought_near(chain_, target);
+  asked_ = within_ten_reaches(chain_, target);
   target_ = asked_;
   target_->position = proximity_.outside_obstacles(asked_.position);
   if (!first) return;
   for (int k = 0; k < 3; ++k) state_.awaited[k] = state_.checked_target[k] = target_->position[k];
 }
 
-Aimed GuardedLaw::aim(const HandTarget& target) {
-  if (!acceptable(target)) return Aimed::kRefused;
+TargetResult GuardedLaw::set_target(const TaskTarget& target) {
+  if (!acceptable(target)) return TargetResult::kRefused;
   assign_target(target);
   begin_reach(false);
   choose_posture();
-  return out_of_reach() ? Aimed::kOutOfReach : Aimed::kWithinReach;
+  return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
-Aimed GuardedLaw::aim(const HandTarget& target, const JointVector& theta_target) {
+TargetResult GuardedLaw::set_target(const TaskTarget& target, const JointVector& theta_target) {
   const bool posture = theta_target.size() == chain_.size() && theta_target.allFinite() &&
                        chain_.limit_excess(theta_target) <= 0 && theta_target.cwiseAbs().maxCoeff() <= kLargestAngle;
-  if (!acceptable(target) || !posture) return Aimed::kRefused;
+  if (!acceptable(target) || !posture) return TargetResult::kRefused;
   assign_target(target);
   begin_reach(false);
   set_theta_target(theta_target);
-  return Aimed::kWithinReach;
+  return TargetResult::kReachable;
 }
 
-Aimed GuardedLaw::follow(const HandTarget& target) {
-  if (!target_ || posture_only_ || target.aim != target_->aim) return aim(target);
-  if (!acceptable(target)) return Aimed::kRefused;
+TargetResult GuardedLaw::update_target(const TaskTarget& target) {
+  if (!target_ || posture_only_ || target.task != target_->task) return set_target(target);
+  if (!acceptable(target)) return TargetResult::kRefused;
   assign_target(target);
-  return out_of_reach() ? Aimed::kOutOfReach : Aimed::kWithinReach;
+  return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
-bool GuardedLaw::aim_at_posture(const JointVector& theta) {
+bool GuardedLaw::set_joint_target(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
   if (theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
-  target_ = HandTarget{.position = chain_.position(theta)};
+  target_ = TaskTarget{.position = chain_.position(theta)};
   begin_reach(true);
   set_theta_target(theta);
   return true;
 }
 
-void GuardedLaw::take_up(const JointVector& displacement) {
+void GuardedLaw::compensate(const JointVector& displacement) {
   if (displacement.size() != chain_.size() || !displacement.allFinite()) return;
-  // As strong as the joints' own attractor would be at five times that distance.
+  // As strong as the joints' attractor at five times this distance.
   for (int i = 0; i < chain_.size(); ++i) {
-    state_.disturbance[i] = 5 * parameters_.gains.beta * std::clamp(displacement[i], -kMostPush, kMostPush);
+    state_.disturbance[i] = 5 * parameters_.gains.beta * std::clamp(displacement[i], -kMaxDisturbance, kMaxDisturbance);
   }
 }
 
@@ -242,10 +242,10 @@ void GuardedLaw::search_if_needed() {
 }
 
 void GuardedLaw::step() {
-  const std::span<const NearPair> pairs =
-      proximity_.idle() ? std::span<const NearPair>{} : proximity_.near_pairs(theta());
+  const std::span<const ProximityPair> pairs =
+      proximity_.idle() ? std::span<const ProximityPair>{} : proximity_.near_pairs(theta());
   if (!target_) {
-    HandTarget stay{.position = x()};
+    TaskTarget stay{.position = x()};
     state_.target_fixed = true;
     bounded_solves_ += guarded_step(arm_, stay, pairs, state_);
     return;
@@ -254,7 +254,7 @@ void GuardedLaw::step() {
   target_->position += target_->velocity;
   asked_.position += target_->velocity;
   if (!pairs.empty()) plan_around_obstruction();
-  if (on_detour()) {
+  if (following_path()) {
     follow_path();
   } else {
     search_if_needed();

@@ -19,7 +19,8 @@ double distance_between(const std::array<double, 3>& a, const std::array<double,
   return std::sqrt(sum);
 }
 
-/// One arm with N joints (0: any number) and a task of M rows, for GuardedStep: theta and theta_T share a register.
+/// Accessor of one arm for GuardedStep, with N joints (0: any number) and a task of M rows. The values at theta and at
+/// theta_T share one register.
 template <int N, int M>
 class OneArm {
  public:
@@ -33,7 +34,7 @@ class OneArm {
   using Task = std::array<double, M>;
   using Rows = std::array<std::array<std::array<Double2, kCapacity>, M>, 1>;
 
-  OneArm(const GuardedArm& arm, const HandTarget& target, std::span<const NearPair> pairs, GuardedState& state)
+  OneArm(const GuardedArm& arm, const TaskTarget& target, std::span<const ProximityPair> pairs, GuardedState& state)
       : arm_(arm), target_(target), pairs_(pairs), state_(state), moves_(!target.velocity.isZero(0)) {}
 
   const GuardedSettings& settings() const { return arm_.settings; }
@@ -47,7 +48,7 @@ class OneArm {
   static Double2 in_register(double now, double goal) {
     return Double2{now, goal};
   }
-  /// gamma times the part of theta; the part of theta_T as it is.
+  /// Multiplies the element of theta by gamma and leaves that of theta_T unchanged.
   template <int>
   static Double2 weighted(double gamma, Double2 both) {
     return Double2{gamma, 1} * both;
@@ -82,7 +83,7 @@ class OneArm {
     state_.theta_target[i] = theta_target;
   }
 
-  /// Whether the target is where it was in the step before. Once a step.
+  /// Whether the target is where it was in the step before. Updates last_target: call it once per step.
   bool target_rests() {
     bool rests = true;
     for (int k = 0; k < 3; ++k) {
@@ -107,7 +108,7 @@ class OneArm {
     return moved;
   }
 
-  /// The rows of the task's Jacobian, and the errors theta -> theta_T and theta_T -> target in the same rows.
+  /// Computes the task's Jacobian at theta and theta_T, and the task errors theta -> theta_T and theta_T -> target.
   void task(Rows& J, Task& error, Task& residual) {
     if (M > 3 && !state_.has_rotation) multireach::controller::update_kinematics(arm_, state_);
     const auto& hand = state_.hand;
@@ -137,10 +138,10 @@ class OneArm {
   }
 
   bool obstructed() const { return state_.obstructed; }
-  /// Whether a distance would shrink faster than it may.
+  /// Whether this joint velocity would shrink a clearance faster than allowed.
   bool obstructs(const Joints& velocity) {
     state_.obstructed = false;
-    for (const NearPair& pair : pairs_) {
+    for (const ProximityPair& pair : pairs_) {
       double sum = settings().barrier_rate.slope * pair.clearance;
       for (int i = 0; i < size(); ++i) sum += pair.gradient[i] * velocity[i];
       if (sum < 0) state_.obstructed = true;
@@ -171,15 +172,16 @@ class OneArm {
   }
 
   const GuardedArm& arm_;
-  const HandTarget& target_;
-  std::span<const NearPair> pairs_;
+  const TaskTarget& target_;
+  std::span<const ProximityPair> pairs_;
   GuardedState& state_;
   bool moves_;
 };
 
 template <int N>
-int step_of(const GuardedArm& arm, const HandTarget& target, std::span<const NearPair> pairs, GuardedState& state) {
-  return with_rows(target.aim, [&]<int M>() {
+int step_of(const GuardedArm& arm, const TaskTarget& target, std::span<const ProximityPair> pairs,
+            GuardedState& state) {
+  return with_rows(target.task, [&]<int M>() {
     OneArm<N, M> one(arm, target, pairs, state);
     return GuardedStep<OneArm<N, M>>(one).step();
   });
@@ -201,7 +203,7 @@ void restart_schedule(const GuardedArm& arm, GuardedState& state) {
   state.gamma = progress.gamma_max = progress.gamma_ceiling = arm.settings.gamma;
 }
 
-int guarded_step(const GuardedArm& arm, const HandTarget& target, std::span<const NearPair> pairs,
+int guarded_step(const GuardedArm& arm, const TaskTarget& target, std::span<const ProximityPair> pairs,
                  GuardedState& state) {
   switch (arm.links.size) {
     case 2:
@@ -225,7 +227,7 @@ int guarded_step(const GuardedArm& arm, const HandTarget& target, std::span<cons
   }
 }
 
-bool needs_search(const GuardedArm& arm, const HandTarget& target, bool target_unchanged, GuardedState& state) {
+bool needs_search(const GuardedArm& arm, const TaskTarget& target, bool target_unchanged, GuardedState& state) {
   OneArm<0, 3> one(arm, target, {}, state);
   return GuardedStep<OneArm<0, 3>>(one).needs_search(target_unchanged);
 }

@@ -1,13 +1,13 @@
-// Text for the inside of a namespace; see numeric/sine_cosine.inl.hpp. The guarded law's integration step, once for one
-// arm and for many side by side: the same operations in the same order, so that every arm of a batch gets the bits that
-// it would get alone. docs/guarantees.md says what each part is for.
+// Included inside a namespace; see numeric/sine_cosine.inl.hpp. The guarded law's integration step, written once for a
+// single arm and for batches: the same operations in the same order, so that results are bit-identical.
+// docs/guarantees.md explains the purpose of each part.
 
-/// The step of what `Arms` gives access to: one arm (law/guarded_step.cpp) or the lanes of a block
+/// The integration step of the arms that `Arms` gives access to: one arm (law/guarded_step.cpp) or the lanes of a block
 /// (batch/guarded_batch.cpp).
 ///
-/// Numbers of an arm are `Scalar`s (double, or Lanes), truth values `Mask`s. What is computed at both configurations,
-/// theta and theta_T, is kept in `kRegisters` registers of type `Register`: for one arm both share one register; for
-/// several arms each has one of its own. now() and goal() take the part of theta, and of theta_T, out of them.
+/// Numbers of an arm are `Scalar`s (double, or Lanes), booleans are `Mask`s. Values needed at both theta and theta_T
+/// are in `kRegisters` registers of type `Register`: for one arm, both share one register; for several arms, theta and
+/// theta_T have one register each. now() extracts the value at theta, goal() the value at theta_T.
 template <class Arms>
 class GuardedStep {
   using Tuning = GuardedTuning;
@@ -15,11 +15,11 @@ class GuardedStep {
   using Mask = typename Arms::Mask;
   using Register = typename Arms::Register;
   static constexpr int kRows = Arms::kRows, kRegisters = Arms::kRegisters;
-  static constexpr int kGoal = kRegisters - 1;  // the register of theta_T
+  static constexpr int kGoal = kRegisters - 1;  // index of theta_T's register
   static constexpr size_t kCapacity = Arms::kCapacity;
   using Task = std::array<Scalar, kRows>;
   using Joints = std::array<Scalar, kCapacity>;
-  /// For each register the rows of the task's Jacobian.
+  /// The rows of the task's Jacobian, for each register.
   using Rows = typename Arms::Rows;
   using RegisterJoints = std::array<std::array<Register, kCapacity>, kRegisters>;
   using RegisterTasks = std::array<std::array<Register, kRows>, kRegisters>;
@@ -28,7 +28,7 @@ class GuardedStep {
  public:
   explicit GuardedStep(const Arms& arms) : arms_(arms), settings_(arms.settings()) {}
 
-  /// One integration step. Returns how many linear systems were solved for the joints' bounds.
+  /// One integration step. Returns the number of linear systems solved for the joint bounds.
   [[gnu::always_inline]] int step() {
     auto& progress = arms_.progress();
     Rows J;
@@ -36,8 +36,8 @@ class GuardedStep {
     arms_.task(J, error, residual);
     const Scalar residual2 = dot(residual, residual), gamma = arms_.gamma();
     const Scalar damping = target_damping(residual2);
-    // Of theta - theta_T, the part that theta_T makes up in a step where that does not move its hand. None while
-    // something is in the arm's way: the two would drive each other along it.
+    // In a step, theta_T moves by this fraction of theta - theta_T along its self-motion, i.e. without moving its hand.
+    // Zero next to an obstacle, where theta and theta_T would otherwise drive each other along the obstacle.
     const Scalar self_motion =
         arms_.obstructed() ? Scalar(0) : Scalar(Tuning::kSelfMotion / get(progress.damping_factor));
     const Wanted wanted = attractors(J, error, self_motion);
@@ -68,9 +68,9 @@ class GuardedStep {
     return systems;
   }
 
-  /// Which arms need another theta_T: those that have strayed from it, and those whose theta_T is stuck short of the
-  /// target, unless it is known that nothing reaches that (`target_unchanged` since the last search). To be called
-  /// after step().
+  /// Which arms need another theta_T: those that have moved away from theta_T, and those whose theta_T is stuck short
+  /// of the target. The latter are excluded when the last search found the target unreachable and the target has not
+  /// changed since (`target_unchanged`). Call this after step().
   Mask needs_search(Mask target_unchanged) {
     auto& progress = arms_.progress();
     const Scalar steps = get(progress.steps);
@@ -96,21 +96,21 @@ class GuardedStep {
   }
 
  private:
-  /// What the attractors want, before coherence.
+  /// The velocities that the attractors request, before coherence.
   struct Wanted {
-    RegisterJoints
-        joints;        ///< velocity of the joints, by their attractor, Eqs. (19), (20); step of theta_T towards theta
-    Task hand;         ///< velocity of the hand, by its own attractor, Eqs. (21), (22)
+    /// Joint velocity from the joints' attractor, Eqs. (19), (20); step of theta_T towards theta.
+    RegisterJoints joints;
+    Task hand;         ///< hand velocity from the hand's attractor, Eqs. (21), (22)
     Scalar distance2;  ///< |theta_T - theta|^2
   };
 
-  /// The coherent step before the bounds are looked at, and the bounds.
+  /// The coherent step without bounds, and the bounds.
   struct Unbounded {
-    Joints velocity, target_step;  ///< of theta and of theta_T
-    Joints lower, upper;           ///< of the velocity
-    Mask bounded, blocked;  ///< whether the velocity is outside its bounds; whether theta_T would leave the limits
-    Scalar largest;         ///< element of target_step
-    Scalar pull2;           ///< squared speed that the joints' attractor alone would have at rest
+    Joints velocity, target_step;  ///< velocity of theta; step of theta_T
+    Joints lower, upper;           ///< bounds of the velocity
+    Mask bounded, blocked;  ///< whether the velocity violates its bounds; whether theta_T would leave the joint limits
+    Scalar largest;         ///< largest absolute element of target_step
+    Scalar pull2;           ///< squared equilibrium speed of the joints' attractor alone, within the bounds
   };
 
   int n() const { return arms_.size(); }
@@ -139,9 +139,9 @@ class GuardedStep {
     return sum;
   }
 
-  /// Damping of theta_T's step, m^2: large against small singular values while the target is far, and vanishing with
-  /// the square of the error, so that stretched configurations are reached exactly. It grows while the error does not
-  /// fall, as Levenberg and Marquardt's does, so that theta_T comes to rest before an unreachable target.
+  /// Levenberg-Marquardt damping of theta_T's step, m^2. It is large compared with small singular values while the
+  /// target is far, and decreases with the square of the error, so that stretched configurations are reached exactly.
+  /// It grows while the error does not decrease, so that theta_T converges for an unreachable target.
   [[gnu::always_inline]] Scalar target_damping(Scalar residual2) {
     auto& progress = arms_.progress();
     const double reach2 = settings_.reach * settings_.reach;
@@ -184,7 +184,7 @@ class GuardedStep {
     return wanted;
   }
 
-  /// The joint velocity that carries theta_T along with a moving target, damped where the arm is singular.
+  /// Feed-forward: the joint velocity with which theta_T follows a moving target, damped at singularities.
   [[gnu::noinline]] static void feed_forward(Arms arms, const Rows& J, Joints& drift) {
     const int n = arms.size();
     const double reach = arms.settings().reach;
@@ -210,8 +210,8 @@ class GuardedStep {
     }
   }
 
-  /// The M unknowns of both systems: at theta the coherence of both attractors, Eq. (23) with W_x = I; at theta_T its
-  /// step towards the target, Eq. (27) with damping.
+  /// Solves both M x M systems: at theta, the coherence of both attractors, Eq. (23) with W_x = I; at theta_T, its step
+  /// towards the target, Eq. (27) with damping.
   [[gnu::always_inline]] RegisterTasks multipliers(const Rows& J, const Wanted& wanted, const Task& residual,
                                                    Scalar gamma, Scalar damping) const {
     RegisterTasks y;
@@ -243,7 +243,7 @@ class GuardedStep {
     return SmallSolve<kRows, Register>(A).solve(b);
   }
 
-  /// The solution of one register's system, for joint i.
+  /// The coherent velocity or step of joint i, from the solution of one register's system.
   template <int c>
   [[gnu::always_inline]] Register coherent(const Rows& J, const Wanted& wanted, const RegisterTasks& y, Scalar gamma,
                                            int i) const {
@@ -278,8 +278,8 @@ class GuardedStep {
     return free;
   }
 
-  /// Writes the step of theta_T, of the arms in `blocked`, with the joints left out that would leave their limits; and
-  /// its largest element.
+  /// Computes the step of theta_T again, for the arms in `blocked`, without the joints that would leave their limits.
+  /// Writes the step and its largest element.
   [[gnu::noinline]] static void unblock(Arms arms, Mask blocked, const Rows& J, const Task& residual, Scalar damping,
                                         Scalar self_motion, Joints& step, Scalar& largest) {
     const int n = arms.size();
@@ -321,7 +321,7 @@ class GuardedStep {
     for (int i = 0; i < n; ++i) largest = greater(largest, absolute(step[i]));
   }
 
-  /// Eqs. (24), (25), and theta_T's step, at most kLargestTargetStep. Returns the squared speed of the joints.
+  /// Eqs. (24), (25), and the step of theta_T, at most kLargestTargetStep. Returns the squared joint speed.
   [[gnu::always_inline]] Scalar integrate(const Rows& J, const Unbounded& free) {
     const Scalar shrink =
         where(free.largest > Tuning::kLargestTargetStep, Tuning::kLargestTargetStep / free.largest, 1);
@@ -335,7 +335,7 @@ class GuardedStep {
       const Scalar lower = settings_.lower[i], upper = settings_.upper[i], theta = arms_.theta(i);
       speed2 += free.velocity[i] * free.velocity[i];
       const Scalar next = theta + free.velocity[i];
-      // Only rounding can be beyond the limit here, unless the arm was there already.
+      // The bounds exclude positions beyond the limit, except by rounding or when the arm was outside already.
       const Mask inside = (theta >= lower) & (theta <= upper);
       arms_.set_joint(i, free.velocity[i], where(inside, clamped(next, lower, upper), next),
                       clamped(arms_.theta_target(i) + shrink * free.target_step[i], lower, upper));
@@ -343,14 +343,14 @@ class GuardedStep {
     return speed2;
   }
 
-  /// Lets gamma fall while the arm stalls, or has not come nearer to theta_T for long; it may rise again only when the
-  /// arm is clearly nearer than where it stalled, and when the target has been waiting for long, less and less. So
-  /// gamma goes to 0 unless the arm arrives before, and the joints' attractor alone brings it to theta_T.
+  /// Decreases gamma while the arm stalls or has not approached theta_T for long. gamma increases again only when the
+  /// arm is clearly nearer to theta_T than where it stalled, up to a ceiling that decreases when the reach takes long.
+  /// So either the arm arrives, or gamma goes to 0 and the joints' attractor alone brings the arm to theta_T.
   [[gnu::always_inline]] void schedule_gamma(Mask slow, Scalar distance, Scalar hand_error, Scalar gamma) {
     auto& progress = arms_.progress();
     const Scalar never = std::numeric_limits<double>::infinity(), most = get(progress.gamma_max);
     const Mask there = hand_error < Tuning::kAtTarget * settings_.reach;
-    const Mask moved = arms_.target_moved_away();  // it is another one to wait for
+    const Mask moved = arms_.target_moved_away();  // counts as a new target: restart the waiting time
     Scalar best = where(there, never, get(progress.best_distance));
     Scalar stalled = where(there, never, get(progress.stalled_distance));
     Scalar idle = where(there, 0, get(progress.idle_steps));
@@ -376,8 +376,8 @@ class GuardedStep {
     put(ceiling, progress.gamma_ceiling);
   }
 
-  /// Every kCheckEvery steps: theta_T is stuck when what it lacks does not fall, and is more than it may lag behind a
-  /// target that moves.
+  /// Every kCheckEvery steps: theta_T is stuck when its distance to the target does not decrease, and exceeds the lag
+  /// that a moving target explains.
   [[gnu::always_inline]] void check_target_progress(Scalar residual) {
     auto& progress = arms_.progress();
     put(get(progress.steps) + 1, progress.steps);
@@ -393,6 +393,6 @@ class GuardedStep {
     put(where(due, residual, checked), progress.checked_residual);
   }
 
-  Arms arms_;  // gives access to an arm's numbers; they are elsewhere
+  Arms arms_;  // an accessor; it does not own the state
   const GuardedSettings& settings_;
 };

@@ -1,5 +1,5 @@
-// Text for the inside of a namespace; see numeric/sine_cosine.inl.hpp. Equations of the paper for one arm (`Scalar` is
-// double) or for several side by side (Lanes). Vectors of joints have room for C and use the first n.
+// Included inside a namespace; see numeric/sine_cosine.inl.hpp. Equations of the paper for one arm (`Scalar` is double)
+// or for several in parallel (Lanes). Joint vectors have capacity C and use the first n elements.
 
 /// The weight of one joint, Eq. (28), in the unit of `gamma`: see limit_weights in law/paper_equations.hpp.
 template <class Scalar>
@@ -26,7 +26,7 @@ inline Scalar column_product(const std::array<std::array<Scalar, C>, 3>& J, int 
   return sum;
 }
 
-/// Eq. (23) with W_x = I: `velocity` is the joints' wanted velocity, and the coherent one on return.
+/// Eq. (23) with W_x = I. `velocity`: the joint velocity of the attractor; the coherent one on return.
 template <size_t C, class Scalar>
 inline void make_coherent(int n, const std::array<std::array<Scalar, C>, 3>& J, const std::array<Scalar, C>& weights,
                           const std::array<Scalar, 3>& hand_velocity, std::array<Scalar, C>& velocity) {
@@ -43,7 +43,8 @@ inline void make_coherent(int n, const std::array<std::array<Scalar, C>, 3>& J, 
   for (int i = 0; i < n; ++i) velocity[i] += weights[i] * column_product(J, i, lambda);
 }
 
-/// Eq. (27) with tau = 1, for J at theta_T: what it adds to theta_T. `missing` is tau x_T' + x_T - K(theta_T).
+/// Eq. (27) with tau = 1: writes the increment of theta_T to `update`. J is the Jacobian at theta_T; `missing` is
+/// tau x_T' + x_T - K(theta_T).
 template <size_t C, class Scalar>
 inline void target_update(int n, const std::array<std::array<Scalar, C>, 3>& J, const std::array<Scalar, C>& theta_T,
                           const std::array<Scalar, C>& theta, std::array<Scalar, 3> missing,

@@ -4,39 +4,39 @@
 #include <span>
 
 #include "controller/collision/obstacle.hpp"
-#include "controller/task/hand_target.hpp"
+#include "controller/task/task_target.hpp"
 #include "kinematics/chain.hpp"
 
 namespace multireach::controller {
 
-/// What became of a target.
-enum class Aimed {
-  kWithinReach,  ///< a posture inside the limits reaches it
-  kOutOfReach,   ///< none was found; what the arm does then is the law's affair
-  kRefused,      ///< not finite, or the direction or orientation is none; nothing has changed
+/// Whether a target was accepted and is reachable.
+enum class TargetResult {
+  kReachable,    ///< an IK solution inside the limits exists
+  kUnreachable,  ///< no IK solution was found; the reaction of the arm depends on the law
+  kRefused,      ///< not finite, or an invalid direction or orientation; nothing has changed
 };
 
-/// A control law with the arm that it moves: a target in, joint angles out, one integration step at a time. Vectors
-/// have one element per joint; velocities are per step.
+/// Interface of a control law, with the state of the arm that it moves: takes a target and computes joint positions,
+/// one integration step at a time. Vectors have one element per joint; velocities are per step.
 class ReachingLaw {
  public:
   virtual ~ReachingLaw() = default;
   virtual const Chain& chain() const = 0;
 
-  /// Puts the arm at rest at `theta`. Returns false, and changes nothing, when it cannot be a posture of the arm: of
-  /// another size, not finite, or beyond 1e5 rad. It may be outside the limits.
+  /// Puts the arm at rest at `theta`, which may be outside the limits. Returns false, and changes nothing, when `theta`
+  /// has another size, is not finite, or is beyond 1e5 rad.
   virtual bool start(const JointVector& theta) = 0;
-  /// Takes a new target and chooses the target posture for it.
-  virtual Aimed aim(const HandTarget& target) = 0;
-  /// Takes a target that has moved a little; the target posture follows it by itself.
-  virtual Aimed follow(const HandTarget& target) = 0;
-  /// Goes to a posture instead of a hand target. Returns false for one outside the limits.
-  virtual bool aim_at_posture(const JointVector& theta) = 0;
-  /// One integration step; without a target none.
+  /// Sets a new target and searches theta_T, an IK solution of it.
+  virtual TargetResult set_target(const TaskTarget& target) = 0;
+  /// Updates a target that has moved a little; theta_T follows without a search.
+  virtual TargetResult update_target(const TaskTarget& target) = 0;
+  /// Goes to a joint configuration instead of a hand target. Returns false when it is outside the limits.
+  virtual bool set_joint_target(const JointVector& theta) = 0;
+  /// One integration step. Without a target the arm brakes, or does not move.
   virtual void step() = 0;
-  /// How far the arm is measured to be from where the law has it (rad or m per joint), to be taken up at a bounded
-  /// rate; zero for none.
-  virtual void take_up(const JointVector& displacement) = 0;
+  /// Sets the measured displacement of the arm from theta() (rad or m per joint), to be compensated at a bounded rate;
+  /// zero for none.
+  virtual void compensate(const JointVector& displacement) = 0;
   /// Replaces all obstacles. Returns how many were refused.
   virtual int set_obstacles(std::span<const Obstacle> obstacles) = 0;
 
@@ -44,12 +44,12 @@ class ReachingLaw {
   virtual Eigen::Map<const Eigen::VectorXd> velocity() const = 0;
   virtual Eigen::Map<const Eigen::VectorXd> theta_target() const = 0;
   virtual Eigen::Vector3d x() const = 0;         ///< K(theta), m, in W
-  virtual Eigen::Vector3d x_target() const = 0;  ///< where the hand is going, m, in W
+  virtual Eigen::Vector3d x_target() const = 0;  ///< position to which the hand goes, m, in W
   virtual JointVector weights() const = 0;       ///< w_x / w_theta of each joint, rad^2/m^2
   virtual double gamma() const = 0;              ///< rad^2/m^2
   virtual double residual_m() const = 0;         ///< |target - K(theta_T)|
-  virtual bool out_of_reach() const = 0;
-  virtual int64_t posture_choices() const = 0;  ///< how often theta_T was chosen by a search
+  virtual bool unreachable() const = 0;
+  virtual int64_t ik_searches() const = 0;  ///< number of IK searches for theta_T
 };
 
 }  // namespace multireach::controller

@@ -1,8 +1,7 @@
-// Text for the inside of a namespace; see numeric/sine_cosine.inl.hpp. A `Vector` is an Eigen vector, a double, or
-// Lanes.
+// Included inside a namespace; see numeric/sine_cosine.inl.hpp. `Vector` is an Eigen vector, a double, or Lanes.
 
-/// The velocity that the attractor of Eq. (3) wants for the next step: Eqs. (19), (20) on joint angles and (21), (22)
-/// on the hand, by Euler's rule with a step of 1. Arguments are vectors of one size; velocities are per step.
+/// The velocity of the attractor of Eq. (3) in the next step, by Euler integration with step 1: Eqs. (19), (20) for
+/// joint angles and (21), (22) for the hand. All vectors have the same size; velocities are per step.
 template <class Vector>
 inline Vector vite_velocity(double alpha, double beta, const Vector& position, const Vector& velocity,
                             const Vector& target) {

@@ -16,9 +16,9 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kOtherClock = 1000000;  // us: a target this far from the next tick is on another time line
+constexpr int64_t kOtherClock = 1000000;  // us: a target further than this from the next tick has another clock
 
-/// The part of the section that only the law `guarded` knows.
+/// Reads the keys that only the law `guarded` has.
 controller::GuardedParameters guarded_parameters_from(const Config& config, const Chain& chain,
                                                       controller::ReachOptions& options) {
   controller::GuardedParameters law;
@@ -35,8 +35,8 @@ controller::GuardedParameters guarded_parameters_from(const Config& config, cons
   law.body.link_radius_m = config.number("link_radius_m", 0, 10, law.body.link_radius_m);
   law.body.margin_m = config.number("margin_m", 0, 1, law.body.margin_m);
   law.body.self_collision = config.flag("self_collision", law.body.self_collision);
-  const std::string aim = config.choice("aim", {"position", "pointing", "pose"}, "position");
-  if (aim == "position") return law;
+  const std::string task = config.choice("task", {"position", "pointing", "pose"}, "position");
+  if (task == "position") return law;
   law.tool.orientation_length_m = config.number("orientation_length_m", 1e-6, 1e3, law.tool.orientation_length_m);
   const auto unit = [&](const char* key, int size) {
     const std::vector<double> values = config.numbers(key, size);
@@ -44,12 +44,12 @@ controller::GuardedParameters guarded_parameters_from(const Config& config, cons
     if (!(vector.norm() > 1e-3 && vector.norm() < 1e3)) config.fail(key, "a vector that is not zero");
     return Eigen::VectorXd(vector.normalized());
   };
-  if (aim == "pointing") {
-    options.aim = controller::Aim::kPointing;
+  if (task == "pointing") {
+    options.task = controller::TaskKind::kPointing;
     options.direction = unit("pointing_direction", 3);
     if (config.has("tool_axis")) law.tool.axis = unit("tool_axis", 3);
   } else {
-    options.aim = controller::Aim::kPose;
+    options.task = controller::TaskKind::kPose;
     const Eigen::VectorXd wxyz = unit("orientation_wxyz", 4);
     options.orientation = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).toRotationMatrix();
   }
@@ -79,15 +79,16 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
   options.target.wander_m_per_root_s = config.number("wander_m_per_root_s", 0, 1e3, options.target.wander_m_per_root_s);
   options.lost_after_us =
       static_cast<int64_t>(config.number("lost_after_s", 0, 1e6, options.lost_after_us * 1e-6) * 1e6);
-  const std::string without_target = config.choice("without_target", {"hold", "rest", "stay"}, "hold");
-  if (without_target == "rest") options.without_target = controller::WithoutTarget::kGoToRest;
-  if (without_target == "stay") options.without_target = controller::WithoutTarget::kStay;
+  const std::string on_target_lost =
+      config.choice("on_target_lost", {"keep_target", "go_to_rest", "stop"}, "keep_target");
+  if (on_target_lost == "go_to_rest") options.on_target_lost = controller::OnTargetLost::kGoToRest;
+  if (on_target_lost == "stop") options.on_target_lost = controller::OnTargetLost::kStop;
   if (config.choice("feedback", {"open", "measured"}, "open") == "measured") {
     options.feedback = controller::Feedback::kMeasured;
   }
-  options.push_from = config.number("push_from_rad", 0, 10, options.push_from);
+  options.disturbance_threshold = config.number("disturbance_threshold_rad", 0, 10, options.disturbance_threshold);
   if (config.has("rest_rad")) options.rest = posture_from(config, "rest_rad", robot.chain);
-  options.posture_search.seed = static_cast<uint64_t>(config.integer("seed", 0, INT64_MAX, 1));
+  options.ik.seed = static_cast<uint64_t>(config.integer("seed", 0, INT64_MAX, 1));
   config.finish({"target_name"});
   return options;
 }
@@ -134,7 +135,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   }
   if (!controller_.started()) return {};
   const auto next = controller_.next_tick();
-  if (!next && !seen) return {};  // the grid begins with the first target that is seen
+  if (!next && !seen) return {};  // the first target that is seen starts the ticks
   if (!target_name_) target_name_ = message->name;
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
   const bool taken =
@@ -145,7 +146,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
                            .covariance = Eigen::Map<const Eigen::Matrix3d>(&message->covariance_m2[0][0])});
   if (!taken) {
     ++counters_.refused;
-    return {Receipt::Effect::kTaken, std::nullopt, message->sequence};  // it may have started the grid again
+    return {Receipt::Effect::kTaken, std::nullopt, message->sequence};  // it may have restarted the ticks
   }
   target_sequence_ = message->sequence;
   return {Receipt::Effect::kTaken, message->utime, message->sequence};
@@ -162,7 +163,7 @@ Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
     const double* wxyz = sent.orientation_wxyz;
     const Eigen::Quaterniond q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
     const bool known = sent.shape >= obstacle_t::SPHERE && sent.shape <= obstacle_t::BOX;
-    // A quaternion that is none gives a pose that the controller refuses.
+    // A quaternion that is not of unit length becomes NaN, which the controller refuses.
     obstacle.shape = sent.shape == obstacle_t::BOX       ? Shape::kBox
                      : sent.shape == obstacle_t::CAPSULE ? Shape::kCapsule
                                                          : Shape::kSphere;
@@ -183,10 +184,10 @@ Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
   counters_.dropped += robot_states_.missing_before(message->sequence);
   const bool running = controller_.next_tick().has_value();
   if (running && controller_.options().feedback == controller::Feedback::kOpen) return {};
-  const auto theta = from_fields(controller_.chain(), message->joint_name, message->angle_rad);
+  const auto theta = from_fields(controller_.chain(), message->joint_name, message->joint_position);
   if (theta && (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
     robot_state_sequence_ = message->sequence;
-    // The first one that is measured must not take the place of the one that the arm started from.
+    // The first measurement during the run must not replace the robot state from which the arm started.
     const bool first = running && !measured_;
     measured_ = running;
     return {first ? Receipt::Effect::kTaken : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
@@ -210,8 +211,8 @@ void ControllerNode::tick(Outbox& out) {
   setpoint.obstacles_sequence = obstacles_sequence_;
   setpoint.num_joints = controller_.chain().size();
   setpoint.joint_name = joint_names_;
-  setpoint.angle_rad = to_field(last_.theta);
-  setpoint.velocity_rad_s = to_field(last_.velocity);
+  setpoint.joint_position = to_field(last_.theta);
+  setpoint.joint_velocity = to_field(last_.velocity);
   send(out, channel::kJointSetpoint, setpoint);
 
   controller_state_t state;
@@ -220,17 +221,17 @@ void ControllerNode::tick(Outbox& out) {
   state.tick = last_.tick;
   state.mode = static_cast<int8_t>(last_.mode);
   state.target_lost = last_.target_lost;
-  state.target_out_of_reach = last_.target_out_of_reach;
+  state.target_unreachable = last_.target_unreachable;
   Eigen::Map<Eigen::Vector3d>(state.hand_position_m) = last_.x;
   Eigen::Map<Eigen::Vector3d>(state.hand_target_m) = last_.x_T;
   state.gamma_rad2_m2 = last_.gamma;
   state.condition_number = last_.condition_number;
   state.attractor_residual_m = last_.attractor_residual_m;
-  state.posture_choices = last_.posture_choices;
+  state.ik_searches = last_.ik_searches;
   state.num_joints = setpoint.num_joints;
   state.joint_name = joint_names_;
-  state.angle_rad = setpoint.angle_rad;
-  state.target_angle_rad = to_field(last_.theta_target);
+  state.joint_position = setpoint.joint_position;
+  state.target_joint_position = to_field(last_.theta_target);
   state.weight_rad2_m2 = to_field(last_.weights);
   send(out, channel::kControllerState, state);
 }
@@ -254,7 +255,7 @@ std::string ControllerNode::state() const {
       break;
   }
   if (last_.target_lost) text += ", target lost";
-  if (last_.target_out_of_reach) text += ", target out of reach";
+  if (last_.target_unreachable) text += ", target out of reach";
   return text;
 }
 

@@ -6,12 +6,12 @@
 
 namespace multireach {
 
-/// The options of section `controller`; all keys have defaults. Throws InputError.
+/// Reads the section `controller`; all keys have defaults. Throws InputError.
 controller::ReachOptions reach_options_from(const RobotConfig& robot);
 
-/// TARGET, OBSTACLES and ROBOT_STATE in; JOINT_SETPOINT and CONTROLLER_STATE out, once a tick. The arm's posture is
-/// taken from the newest ROBOT_STATE when the first target comes after it; from then on the controller integrates its
-/// own, drawn after the measured one where the configuration says so.
+/// Receives TARGET, OBSTACLES and ROBOT_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick. When the first
+/// target arrives, the controller starts from the joint positions of the newest ROBOT_STATE. From then on it integrates
+/// its own joint positions; with `feedback: measured` these follow the measured ones when the arm is pushed.
 class ControllerNode : public Node {
  public:
   explicit ControllerNode(const RobotConfig& robot);
@@ -32,10 +32,10 @@ class ControllerNode : public Node {
 
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
-  std::optional<std::string> target_name_;  // of the one to reach for; the first that is seen where none is configured
+  std::optional<std::string> target_name_;  // target to reach for; if none is configured, the first that is seen
   int64_t config_digest_;
-  std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // since the last tick
-  bool measured_ = false;                                           // whether a state was taken since the grid began
+  std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // received since the last tick
+  bool measured_ = false;  // whether a robot state was taken since the first tick
   SequenceWatch targets_, obstacles_, robot_states_;
   int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;

@@ -1,22 +1,22 @@
-// Text for the inside of a namespace; see numeric/sine_cosine.inl.hpp. `Scalar` is double for one program, or Lanes for
-// several side by side, which then each get the bits that they would get alone.
+// Included inside a namespace; see numeric/sine_cosine.inl.hpp. `Scalar` is double for one program, or Lanes for
+// several in parallel; results are bit-identical either way.
 
-/// Coherence under bounds, the box-constrained quadratic program
+/// Coherence under joint velocity bounds: the box-constrained quadratic program
 ///
 ///   minimise |v - wanted|^2 + gamma |J v - hand|^2   over  lower_i <= v_i <= upper_i,
 ///
-/// Eq. (6) with W_x = I and W_theta^-1 = gamma I. With lambda = gamma (hand - J v) its solution is
-/// v = clamp(wanted + J^T lambda), so the M unknowns lambda satisfy a piecewise linear, strongly monotone equation: the
-/// stationarity of the convex dual cost. It is solved by Newton's method from the unbounded solution; where a full
-/// stride would overshoot, the stride is cut where the dual stops falling. It ends when no joint comes to or leaves a
-/// bound any more, which is then the solution; whatever lambda it ends with, v is inside the bounds.
+/// Eq. (6) with W_x = I and W_theta^-1 = gamma I. With lambda = gamma (hand - J v) its solution is v = clamp(wanted +
+/// J^T lambda), so the M unknowns lambda satisfy a piecewise linear, strongly monotone equation: the stationarity
+/// condition of the convex dual cost. Newton's method solves it, starting from the unbounded solution; a line search
+/// shortens steps that would overshoot the minimum of the dual. The solution is found when the active set no longer
+/// changes. If the iteration limit is reached first, v still is inside the bounds.
 template <int M, size_t kCapacity, class Scalar>
 struct BoxQp {
   using Task = std::array<Scalar, M>;
   using Joints = std::array<Scalar, kCapacity>;
   using Mask = decltype(Scalar{} < Scalar{});
-  static constexpr int kMaxSystems = 60;   // linear systems
-  static constexpr int kMaxHalvings = 50;  // of one stride
+  static constexpr int kMaxSystems = 60;   // linear systems solved
+  static constexpr int kMaxHalvings = 50;  // bisections of one Newton step
 
   int n;
   Scalar gamma;
@@ -25,8 +25,9 @@ struct BoxQp {
   const Task& hand;
   const Joints &lower, &upper;
 
-  /// Writes the solutions of the programs in `programs` to `result`; the others keep theirs. `multiplier` is
-  /// lambda / gamma of the unbounded program. Returns how many linear systems were solved, of the longest program.
+  /// Writes the solutions of the programs in the mask `programs` to `result`; the other lanes of `result` do not
+  /// change. `multiplier` is lambda / gamma of the unbounded program. Returns the number of linear systems solved, the
+  /// largest over all programs.
   [[gnu::noinline]] int solve(Task multiplier, Mask programs, Joints& result) const {
     Task residual;
     Joints held, v, next_held, next_v;
@@ -74,7 +75,7 @@ struct BoxQp {
     return !same;
   }
 
-  /// Halves the stride of the programs in `cut` towards where the dual is flat, from below.
+  /// Line search by bisection, for the programs in `cut`: shortens the step to just before the minimum of the dual.
   [[gnu::noinline]] void shorten(Mask cut, const Task& multiplier, const Task& stride, Scalar slope, Task& next,
                                  Task& next_residual, Joints& next_held, Joints& next_v) const {
     Scalar below = 0, above = 1;
@@ -98,8 +99,8 @@ struct BoxQp {
     }
   }
 
-  /// v for a multiplier, what the multiplier lacks of hand - J v (the dual's descent, over gamma), and which joints are
-  /// held: -1 at the lower bound (or without freedom), 1 at the upper one, 0 between.
+  /// Computes for a multiplier: v; the residual hand - J v - multiplier (the descent direction of the dual, divided by
+  /// gamma); and the active bound of each joint in `held`: -1 lower (also when both bounds are equal), 1 upper, 0 none.
   void velocity(const Task& multiplier, Task& residual, Joints& held, Joints& v) const {
     for (int m = 0; m < M; ++m) residual[m] = hand[m] - multiplier[m];
     for (int i = 0; i < n; ++i) {
@@ -112,7 +113,7 @@ struct BoxQp {
     }
   }
 
-  /// The multiplier that solves the program if these joints stay at their bounds and no others.
+  /// The multiplier that solves the program for this active set.
   Task newton(const Joints& held) const {
     typename SmallSolve<M, Scalar>::Matrix A;
     Task b = hand;

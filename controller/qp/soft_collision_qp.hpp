@@ -10,15 +10,15 @@
 
 namespace multireach::controller {
 
-/// Coherence under bounds and with distances to keep,
+/// Coherence under joint velocity bounds, with collision avoidance as a soft constraint:
 ///
 ///   minimise |v - wanted|^2 + gamma |J v - hand|^2 + weight * sum_r max(0, floor_r - gradient_r v)^2
 ///   over     lower_i <= v_i <= upper_i:
 ///
-/// the program of BoxQp with a stiff spring for every distance that would shrink faster than it may. The bounds of
-/// the joints are hard; distances give way to them. A convex piecewise quadratic; solved by Newton's method projected
-/// on the bounds (Bertsekas, SIAM J. Control and Optimization 20, 1982), and where the projected stride does not pay,
-/// by an active-set stride: along the same direction to the first bound.
+/// the program of BoxQp with a stiff penalty on every clearance that would shrink faster than allowed. Joint bounds are
+/// hard and take precedence over clearances. The cost is convex and piecewise quadratic. The solver is Newton's method
+/// projected on the bounds (Bertsekas, SIAM J. Control and Optimization 20, 1982). Where the projected step does not
+/// reduce the cost enough, it takes an active-set step instead: along the same direction to the first bound.
 template <int M, int kCapacity>
 struct SoftCollisionQp {
   using Joints = std::array<double, kCapacity>;
@@ -29,10 +29,10 @@ struct SoftCollisionQp {
   Joints wanted;
   std::array<double, M> hand;
   Joints lower, upper;
-  std::span<const NearPair> pairs;
-  double rate;  ///< a clearance may shrink by this part of itself per step
+  std::span<const ProximityPair> pairs;
+  double rate;  ///< largest relative decrease of a clearance per step
 
-  /// `v` is where to start, and the solution on return. Returns the number of linear systems solved.
+  /// `v`: the start value; the solution on return. Returns the number of linear systems solved.
   int solve(Joints& v) const {
     for (int i = 0; i < n; ++i) v[i] = std::clamp(v[i], lower[i], upper[i]);
     int iterations = 0;
@@ -41,7 +41,7 @@ struct SoftCollisionQp {
       Joints gradient;
       differentiate(v, gradient, H);
       Joints stride = newton(v, gradient, H, iterations);
-      double slope = 0;  // half of the cost's, along the stride
+      double slope = 0;  // half the directional derivative of the cost along the step
       for (int i = 0; i < n; ++i) slope += gradient[i] * stride[i];
       if (!(slope < 0)) break;
       Joints projected = v;
@@ -51,7 +51,7 @@ struct SoftCollisionQp {
         promised += gradient[i] * (v[i] - projected[i]);
       }
       const double cost = cost_of(v);
-      const bool last = -slope < 1e-13 * cost;  // what is left is within the rounding of the cost
+      const bool last = -slope < 1e-13 * cost;  // the remaining decrease is below the rounding of the cost
       if (last || (promised > 0 && cost_of(projected) < cost - 1e-4 * promised)) {
         v = projected;
       } else {
@@ -65,9 +65,9 @@ struct SoftCollisionQp {
  private:
   static constexpr int kMost = 60;
   static constexpr int kHalvings = 40;
-  static constexpr double kWeight = 1e6;  // rad^2/m^2: against gamma of some 100
+  static constexpr double kWeight = 1e6;  // rad^2/m^2: stiff compared with gamma, some 100
 
-  /// Newton's stride over the joints that are not at a bound that the gradient, or the stride itself, would pass.
+  /// The Newton step, without the joints at a bound that the descent direction or the step itself would cross.
   Joints newton(const Joints& v, const Joints& gradient, const std::array<Joints, kCapacity>& H,
                 int& iterations) const {
     std::array<bool, kCapacity> held{};
@@ -83,7 +83,7 @@ struct SoftCollisionQp {
         solution[i] = held[i] ? 0 : -gradient[i];
         for (int k = 0; k < n; ++k) free(i, k) = held[i] || held[k] ? (i == k ? 1 : 0) : H[i][k];
       }
-      free.llt().solveInPlace(solution);  // at least the identity
+      free.llt().solveInPlace(solution);  // positive definite: H is at least the identity
       Joints stride{};
       for (int i = 0; i < n; ++i) stride[i] = solution[i];
       ++iterations;
@@ -96,7 +96,7 @@ struct SoftCollisionQp {
     }
   }
 
-  /// Along the stride to the first bound, or to about where the cost is least if that is earlier.
+  /// Line search along the step up to the first bound; stops earlier near the minimum of the cost.
   Joints along(const Joints& v, const Joints& stride, double slope) const {
     double above = 1;
     for (int i = 0; i < n; ++i) {
@@ -126,11 +126,11 @@ struct SoftCollisionQp {
     double slope = 0;
     for (int i = 0; i < n; ++i) slope += (v[i] - wanted[i]) * stride[i];
     for (int m = 0; m < M; ++m) slope += gamma * hand_error(m, v) * product(jacobian[m]);
-    for (const NearPair& pair : pairs) slope -= kWeight * shortfall(pair, v) * product(pair.gradient);
+    for (const ProximityPair& pair : pairs) slope -= kWeight * shortfall(pair, v) * product(pair.gradient);
     return slope;
   }
 
-  double shortfall(const NearPair& pair, const Joints& v) const {
+  double shortfall(const ProximityPair& pair, const Joints& v) const {
     double sum = -rate * pair.clearance;
     for (int i = 0; i < n; ++i) sum -= pair.gradient[i] * v[i];
     return std::max(0.0, sum);
@@ -149,14 +149,14 @@ struct SoftCollisionQp {
       const double error = hand_error(m, v);
       cost += gamma * error * error;
     }
-    for (const NearPair& pair : pairs) {
+    for (const ProximityPair& pair : pairs) {
       const double missing = shortfall(pair, v);
       cost += kWeight * missing * missing;
     }
     return cost;
   }
 
-  /// Half the gradient and half the Hessian of the cost.
+  /// Computes half the gradient and half the Hessian of the cost.
   void differentiate(const Joints& v, Joints& gradient, std::array<Joints, kCapacity>& H) const {
     for (int i = 0; i < n; ++i) {
       gradient[i] = v[i] - wanted[i];
@@ -169,7 +169,7 @@ struct SoftCollisionQp {
       }
     };
     for (int m = 0; m < M; ++m) add(jacobian[m], gamma, hand_error(m, v));
-    for (const NearPair& pair : pairs) {
+    for (const ProximityPair& pair : pairs) {
       const double missing = shortfall(pair, v);
       if (missing > 0) add(pair.gradient, kWeight, -missing);
     }

@@ -2,36 +2,36 @@
 
 #include <array>
 
-#include "controller/task/hand_error.hpp"
-#include "controller/task/hand_target.hpp"
+#include "controller/task/orientation_error.hpp"
+#include "controller/task/task_target.hpp"
 
 namespace multireach::controller {
 
-// The rows of a task of M = 3 (position), 5 (pointing) or 6 (pose) rows. Rows 3 and up are about the orientation, in
-// metres: rotations times `length`, the distance that counts as much as 1 rad.
+// The error and Jacobian rows of a task: M = 3 (position), 5 (pointing) or 6 (pose). Rows 3 and up are orientation
+// errors in metres: rad times `length`, the distance that weighs as much as 1 rad.
 
 /// Calls `function` with the number of rows of a task as its template argument.
 template <class Function>
-auto with_rows(Aim aim, Function&& function) {
-  switch (aim) {
-    case Aim::kPointing:
+auto with_rows(TaskKind task, Function&& function) {
+  switch (task) {
+    case TaskKind::kPointing:
       return function.template operator()<5>();
-    case Aim::kPose:
+    case TaskKind::kPose:
       return function.template operator()<6>();
     default:
       return function.template operator()<3>();
   }
 }
 
-/// The axes (columns, in W) that the tool's frame shall have: all three for a pose, the third alone for pointing.
-/// `tool` turns the hand's axes into the tool's.
-inline Columns3 goal_axes(const HandTarget& target, const Eigen::Matrix3d& tool) {
-  if (target.aim == Aim::kPose) return columns_of(target.orientation * tool);
+/// The desired axes of the tool frame (columns, in W): all three for a pose; for pointing only the third is set.
+/// `tool`: rotation of the tool frame in the tip frame T.
+inline Columns3 goal_axes(const TaskTarget& target, const Eigen::Matrix3d& tool) {
+  if (target.task == TaskKind::kPose) return columns_of(target.orientation * tool);
   return {Vector3{}, Vector3{}, {target.direction[0], target.direction[1], target.direction[2]}};
 }
 
-/// The orientation part of the error that leads from the axes `from` to the axes `to`, m: for a pose its rotation
-/// vector in W; for pointing its parts along the first two axes of `from`.
+/// The orientation error from the axes `from` to the axes `to`, m. For a pose: the rotation vector in W. For pointing:
+/// its components along the first two axes of `from`.
 template <int M>
 std::array<double, M - 3> orientation_error(const Columns3& from, const Columns3& to, double length) {
   std::array<double, M - 3> error;
@@ -47,7 +47,7 @@ std::array<double, M - 3> orientation_error(const Columns3& from, const Columns3
   return error;
 }
 
-/// Row 3 + `row` of the task's Jacobian, its element for joint i: `hand` is a FastHand with rotation.
+/// The element for joint i in row 3 + `row` of the task's Jacobian. `hand` is a FastHand with rotation.
 template <int M, class Hand>
 auto orientation_row(const Hand& hand, int row, int i, double length) {
   if constexpr (M == 6) {

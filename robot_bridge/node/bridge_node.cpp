@@ -39,7 +39,7 @@ Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> b
     const auto message = take<robot_state_t>(bytes);
     if (!message) return {};
     counters_.dropped += robot_states_.missing_before(message->sequence);
-    const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
+    const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
     if (!theta || !bridge_.measured(*theta)) {
       ++counters_.refused;
     } else if (!bridge_.next_tick()) {
@@ -51,7 +51,7 @@ Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> b
   const auto message = take<joint_setpoint_t>(bytes);
   if (!message) return {};
   counters_.dropped += setpoints_.missing_before(message->sequence);
-  const auto theta = from_fields(chain_, message->joint_name, message->angle_rad);
+  const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
   if (!theta || !plausible_utime(message->utime) ||
       !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
     ++counters_.refused;
@@ -69,8 +69,8 @@ void BridgeNode::tick(Outbox& out) {
   command_.robot_state_sequence = robot_state_sequence_;
   command_.holding = last_.holding;
   command_.limited = last_.limited;
-  command_.angle_rad.assign(last_.theta.begin(), last_.theta.end());
-  command_.velocity_rad_s.assign(last_.velocity.begin(), last_.velocity.end());
+  command_.joint_position.assign(last_.theta.begin(), last_.theta.end());
+  command_.joint_velocity.assign(last_.velocity.begin(), last_.velocity.end());
   send(out, channel::kJointCommand, command_);
 }
 

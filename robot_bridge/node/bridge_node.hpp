@@ -8,10 +8,10 @@
 
 namespace multireach {
 
-/// The options of section `bridge`; all keys have defaults. Throws InputError.
+/// Reads the section `bridge`; all keys have defaults. Throws InputError.
 robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot);
 
-/// JOINT_SETPOINT and ROBOT_STATE in; JOINT_COMMAND out at 1 kHz once both have come.
+/// Receives JOINT_SETPOINT and ROBOT_STATE; sends JOINT_COMMAND at 1 kHz once both have arrived.
 class BridgeNode : public Node {
  public:
   explicit BridgeNode(const RobotConfig& robot);

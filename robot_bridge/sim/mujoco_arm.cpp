@@ -11,10 +11,10 @@
 namespace multireach {
 namespace {
 
-constexpr double kLargestForce = 1e4;  // N: more than a car; beyond it the simulation may leave all bounds
+constexpr double kLargestForce = 1e4;  // N: more than the weight of a car; beyond it the simulation may diverge
 
-/// The URDF without shapes (their mesh files need not exist), and with what MuJoCo needs to keep every link by its
-/// name.
+/// Prepares the URDF for MuJoCo: removes shapes (their mesh files need not exist) and adds compiler settings that keep
+/// every link by its name. Reads the joints' effort limits.
 std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
   tinyxml2::XMLDocument document;
   if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS ||
@@ -108,7 +108,7 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
 
 MujocoArm::~MujocoArm() = default;
 
-// With hinge and slide joints only, joint i has coordinate i and velocity i.
+// With only hinge and slide joints, joint i has position coordinate i and velocity coordinate i.
 std::vector<double> MujocoArm::positions() const {
   return {simulation_->data->qpos, simulation_->data->qpos + joint_names_.size()};
 }
@@ -156,7 +156,7 @@ void MujocoArm::step() {
   mjData* data = simulation_->data;
   mj_step1(model, data);
   if (const int body = simulation_->pushed_body; body >= 0) {
-    // A force at the link's origin is the same force at its centre of mass and a torque.
+    // MuJoCo applies forces at the centre of mass: a force at the link's origin also gives a torque.
     const Eigen::Vector3d origin = Eigen::Map<Eigen::Vector3d>(data->xpos + 3 * body);
     const Eigen::Vector3d centre = Eigen::Map<Eigen::Vector3d>(data->xipos + 3 * body);
     Eigen::Map<Eigen::Vector3d>(data->xfrc_applied + 6 * body) = simulation_->push_force;

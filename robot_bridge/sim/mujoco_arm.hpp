@@ -11,20 +11,20 @@ namespace multireach {
 
 struct MujocoArmOptions {
   double step_s = 0.001;
-  double natural_frequency_rad_s = 100;  ///< of each joint's servo; the gains follow from it
+  double natural_frequency_rad_s = 100;  ///< of each joint's servo; determines the gains
   double damping_ratio = 1;
-  std::map<std::string, double>
-      start;  ///< joint positions at the beginning, rad or m; 0, or the nearest inside the limits, for others
+  /// Initial joint positions, rad or m. Other joints start at 0, clamped to their limits.
+  std::map<std::string, double> start;
 };
 
-/// A robot simulated by MuJoCo from its URDF, every joint under high-gain position control as by the Hoap2's own board:
-/// the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus what holds the arm's weight, within the URDF's
-/// effort limit. Nothing collides: visual and collision shapes are left out.
+/// A robot simulated by MuJoCo from its URDF. Every joint has high-gain position control, like that of the Hoap2's own
+/// board: the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus the bias torques (gravity, Coriolis and
+/// centrifugal), within the URDF's effort limit. There are no collisions: visual and collision shapes are removed.
 class MujocoArm {
  public:
-  /// `urdf_xml` is the file's text. Throws std::invalid_argument with a sentence when MuJoCo cannot load it, it has no
-  /// hinge or slide joint, or `start` names a joint that it does not have
-  /// or a position outside its limits.
+  /// `urdf_xml` is the text of the URDF file. Throws std::invalid_argument with a message when MuJoCo cannot load it,
+  /// when it has no hinge or slide joint, or a floating or planar one, or when `start` names an unknown joint or a
+  /// position outside its limits.
   MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options);
   ~MujocoArm();
 
@@ -34,18 +34,18 @@ class MujocoArm {
   std::vector<double> velocities() const;
   const std::vector<double>& torques() const { return torques_; }
 
-  /// What a joint shall do from now on. Returns false for a joint that the robot does not have.
+  /// Sets the commanded position and velocity of a joint. Returns false for an unknown joint.
   bool command(const std::string& joint, double position, double velocity);
-  /// Lets all joints stay at the last commanded position.
+  /// Makes all joints hold the last commanded position.
   void hold();
-  /// A force (N, in the frame of the world) at the origin of a link, in place of any other, until `release`. Returns
-  /// false, and changes nothing, for an unknown link or a force of 10 kN or more.
+  /// Applies a force (N, in the world frame) at the origin of a link until release(); it replaces any earlier force.
+  /// Returns false, and changes nothing, for an unknown link or a force of 10 kN or more.
   bool push(const std::string& link, const Eigen::Vector3d& force_n);
   void release();
-  /// Advances by one step. What follows depends on positions, velocities, commands and push alone: the solver starts
-  /// from nothing at every step.
+  /// Advances by one step. The result depends only on positions, velocities, commands and push, because the solver's
+  /// warm start is off.
   void step();
-  /// Puts the joints somewhere else, in the order of joint_names(). Returns false for other numbers of joints.
+  /// Sets joint positions and velocities, in the order of joint_names(). Returns false for a wrong number of joints.
   bool set_state(const std::vector<double>& positions, const std::vector<double>& velocities);
 
  private:

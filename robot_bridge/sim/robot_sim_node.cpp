@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <multireach/perturbation_t.hpp>
+#include <multireach/sim_step_t.hpp>
+#include <utility>
 
 #include "runtime/channels.hpp"
 
 namespace multireach {
 namespace {
 
-/// Without a command for this long, the joints stop where they were last told to be.
+/// Without a command for this long, the joints hold the last commanded position.
 constexpr int64_t kCommandExpires = 20000;  // us
 
-/// Also false for NaN; no joint has such a position or speed.
+/// False for NaN and for values that no joint position or speed has.
 bool finite(double value) {
   return std::abs(value) < 1e6;
 }
@@ -36,7 +38,7 @@ MujocoArm simulated_arm(const RobotConfig& robot) {
 }
 
 bool sensible(const joint_command_t& command, const MujocoArm& arm) {
-  return std::ranges::all_of(command.angle_rad, finite) && std::ranges::all_of(command.velocity_rad_s, finite) &&
+  return std::ranges::all_of(command.joint_position, finite) && std::ranges::all_of(command.joint_velocity, finite) &&
          std::ranges::all_of(command.joint_name, [&](const std::string& joint) {
            return std::ranges::find(arm.joint_names(), joint) != arm.joint_names().end();
          });
@@ -44,16 +46,16 @@ bool sensible(const joint_command_t& command, const MujocoArm& arm) {
 
 void follow(const joint_command_t& command, MujocoArm& arm) {
   for (size_t i = 0; i < command.joint_name.size(); ++i) {
-    arm.command(command.joint_name[i], command.angle_rad[i], command.velocity_rad_s[i]);
+    arm.command(command.joint_name[i], command.joint_position[i], command.joint_velocity[i]);
   }
 }
 
 void put_joints(const MujocoArm& arm, robot_state_t& state) {
   state.num_joints = static_cast<int32_t>(arm.joint_names().size());
   state.joint_name = arm.joint_names();
-  state.angle_rad = arm.positions();
-  state.velocity_rad_s = arm.velocities();
-  state.torque_n_m = arm.torques();
+  state.joint_position = arm.positions();
+  state.joint_velocity = arm.velocities();
+  state.joint_effort = arm.torques();
 }
 
 RobotSimNode::RobotSimNode(const RobotConfig& robot)
@@ -77,7 +79,7 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
   if (!push) return;
   const Push next{push->link_name, Eigen::Map<const Eigen::Vector3d>(push->force_n), push->duration_us};
   const bool known = arm_.push(next.link, next.force_n);
-  // That was only a question.
+  // The push above only tested link and force; restore the current push.
   arm_.release();
   if (push_) arm_.push(push_->link, push_->force_n);
   if (known && next.duration_us >= 0) {
@@ -127,15 +129,19 @@ void RobotSimNode::tick(Outbox& out) {
   state.sequence = sequence_++;
   state.command_sequence = command_sequence_;
   put_joints(arm_, state);
-  state.before_digest = before_digest_;
-  state.command_digest = command_digest_;
-  state.num_steps = static_cast<int32_t>(steps_.size());
-  state.step_command_digest = std::move(steps_);
+  send(out, channel::kRobotState, state);
+  sim_step_t step{};
+  step.utime = utime_;
+  step.sequence = state.sequence;
+  step.state_digest = digest_of(out.back().bytes);
+  step.previous_state_digest = std::exchange(state_digest_, step.state_digest);
+  step.previous_command_digest = std::exchange(state_command_digest_, command_digest_);
+  step.num_steps = static_cast<int32_t>(steps_.size());
+  step.step_command_digest = std::move(steps_);
   steps_.clear();
-  state.pushed_link = push_ ? push_->link : "";
-  Eigen::Map<Eigen::Vector3d>(state.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
-  send_sealed(out, channel::kRobotState, state);
-  before_digest_ = digest_of(out.back().bytes);
+  step.pushed_link = push_ ? push_->link : "";
+  Eigen::Map<Eigen::Vector3d>(step.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
+  send_sealed(out, channel::kSimStep, step);
 }
 
 }  // namespace multireach

@@ -9,9 +9,9 @@
 
 namespace multireach {
 
-/// The simulated robot: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out. Its time begins at 0 and is its own.
-/// Each state says which commands and which push led to it from the state before, so that it can be computed again
-/// from that one alone. A push begins and ends with a state.
+/// The simulated robot: receives JOINT_COMMAND and PERTURBATION, sends ROBOT_STATE. Its clock starts at 0 and is
+/// independent of others. Each state message records the commands and the push since the previous state, so that it can
+/// be recomputed from that state alone. For this, pushes begin and end only when a state is sent.
 class RobotSimNode : public Node {
  public:
   explicit RobotSimNode(const RobotConfig& robot);
@@ -42,20 +42,21 @@ class RobotSimNode : public Node {
   int64_t utime_ = 0;
   int64_t commanded_utime_ = 0;
   int64_t sequence_ = 0, command_sequence_ = -1;
-  int64_t command_digest_ = 0, before_digest_ = 0;
-  std::vector<int64_t> steps_;  // the commands followed since the last state
+  int64_t command_digest_ = 0;
+  int64_t state_digest_ = 0, state_command_digest_ = 0;  // of the last ROBOT_STATE, and of the command consumed by then
+  std::vector<int64_t> steps_;  // digests of the commands followed in each step since the last state
   std::optional<Push> next_push_, push_;
   int64_t push_until_ = 0;
   SequenceWatch commands_;
 };
 
-/// Whether every joint of a command is one of the arm's and every number can be one; only then it is obeyed.
+/// Whether the arm has every joint of the command and all numbers are plausible. Other commands are refused.
 bool sensible(const joint_command_t& command, const MujocoArm& arm);
-/// Lets the arm follow a sensible command.
+/// Passes a sensible() command to the arm.
 void follow(const joint_command_t& command, MujocoArm& arm);
-/// The arm of a robot's file, at the start posture of section `robot_sim`. Throws InputError.
+/// The arm of a robot.yaml, at the start configuration of its section `robot_sim`. Throws InputError.
 MujocoArm simulated_arm(const RobotConfig& robot);
-/// Fills in joints, positions, velocities and torques.
+/// Writes joint names, positions, velocities and torques to `state`.
 void put_joints(const MujocoArm& arm, robot_state_t& state);
 
 }  // namespace multireach

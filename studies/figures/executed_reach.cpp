@@ -10,7 +10,7 @@
 namespace multireach {
 namespace {
 
-/// The joints of `chain` among those of the robot.
+/// Maps the joints of `chain` to those of the robot.
 class ChainOfRobot {
  public:
   ChainOfRobot(const Chain& chain, const MujocoArm& robot) : chain_(chain), robot_(robot) {

@@ -8,7 +8,7 @@
 
 namespace multireach {
 
-/// A force on a link of the arm, in the frame of the world.
+/// A force (N, in the world frame) on a link of the arm, from `from_s` to `until_s`.
 struct TimedPush {
   std::string link;
   Eigen::Vector3d force_n;
@@ -16,13 +16,13 @@ struct TimedPush {
 };
 
 struct ExecutedReach {
-  Motion setpoints;  ///< what the controller sent, each at the end of its tick
-  Motion arm;        ///< what the arm of MuJoCo did, every millisecond
+  Motion setpoints;  ///< the controller's set-points, each at the end of its tick
+  Motion arm;        ///< the motion of the simulated arm, every millisecond
 };
 
-/// A reach as the whole loop makes it, in virtual time: the controller's set-points every 50 ms, the bridge's commands
-/// and MuJoCo's steps every millisecond, the measured posture back every 50 ms. No messages and no clock; the servos,
-/// the delay and the gains are those of robots/hoap2/robot.yaml.
+/// Simulates a reach with the whole control loop in virtual time: controller set-points every 50 ms, bridge commands
+/// and MuJoCo steps every millisecond, measured joint positions back to the controller every 50 ms. There are no
+/// messages and no clock. The servos, the delay and the gains are those of robots/hoap2/robot.yaml.
 ExecutedReach execute(const SceneArm& arm, const controller::ReachOptions& options, const JointVector& start,
                       const Eigen::Vector3d& target, double seconds, const std::optional<TimedPush>& push = {});
 

@@ -8,21 +8,21 @@
 
 namespace multireach {
 
-/// The arm that a scene is made for.
+/// The arm of a scene.
 struct SceneArm {
   Chain chain;
-  std::string urdf_xml;  ///< the text of its URDF, for what simulates the robot
+  std::string urdf_xml;  ///< the text of its URDF, for the simulation
 };
 
-/// One number that a picture shows or that stands beside it.
+/// One number of a figure's table.
 struct Measure {
-  std::string law;       ///< under which law, or what else distinguishes a column of the figure's table
-  std::string quantity;  ///< what was measured; a row of the figure's table
+  std::string law;       ///< column of the figure's table: a law or a variant of it
+  std::string quantity;  ///< row of the figure's table: the measured quantity
   double value;
-  std::string unit;  ///< empty for a pure number
+  std::string unit;  ///< empty for a dimensionless number
 };
 
-/// A scene's curves, for the plot, and the quantities taken from them.
+/// The curves of a scene, for the plot, and the quantities measured on them.
 struct Figure {
   Table curves;
   std::vector<Measure> measures{};

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "controller/law/watched_paper_law.hpp"
+#include "controller/law/supervised_paper_law.hpp"
 
 namespace multireach {
 
@@ -28,19 +28,19 @@ PaperRun::PaperRun(const Chain& chain, const PaperParameters& parameters, const 
       state_(paper_state_at_rest(chain, start, start)),
       target_(state_.x) {}
 
-void PaperRun::aim(const Eigen::Vector3d& x_T) {
+void PaperRun::set_target(const Eigen::Vector3d& x_T) {
   const auto found = search_.nearest(x_T, state_.theta);
   if (!found) throw std::invalid_argument("no posture of this arm reaches a target of the scene");
   target_ = x_T;
   state_.theta_target = *found;
-  ++posture_choices_;
+  ++ik_searches_;
 }
 
 void PaperRun::step() {
   paper_step(chain_, parameters_, target_, Eigen::Vector3d::Zero(), state_);
   if (std::isinf(rechoose_m_) || (target_ - chain_.position(state_.theta_target)).norm() <= rechoose_m_) return;
   if (const auto found = search_.nearest(target_, state_.theta)) state_.theta_target = *found;
-  ++posture_choices_;
+  ++ik_searches_;
 }
 
 void PaperRun::displace(const JointVector& by) {
@@ -68,8 +68,8 @@ ReachingLawRun::ReachingLawRun(std::unique_ptr<ReachingLaw> law, const JointVect
   law_->start(start);
 }
 
-void ReachingLawRun::aim(const Eigen::Vector3d& x_T) {
-  if (law_->aim({.position = x_T}) != Aimed::kWithinReach) {
+void ReachingLawRun::set_target(const Eigen::Vector3d& x_T) {
+  if (law_->set_target({.position = x_T}) != TargetResult::kReachable) {
     throw std::invalid_argument("no posture of this arm reaches a target of the scene");
   }
 }
@@ -86,13 +86,13 @@ std::unique_ptr<LawRun> guarded_run(const Chain& chain, double gamma, const Join
 
 std::unique_ptr<LawRun> watched_paper_run(const Chain& chain, const PaperParameters& parameters,
                                           const JointVector& start) {
-  return std::make_unique<ReachingLawRun>(
-      std::make_unique<WatchedPaperLaw>(chain, parameters, 0.01, PostureSearchOptions{}), start);
+  return std::make_unique<ReachingLawRun>(std::make_unique<SupervisedPaperLaw>(chain, parameters, 0.01, IkOptions{}),
+                                          start);
 }
 
 std::unique_ptr<LawRun> law_run(const Chain& chain, bool paper, double gamma, const JointVector& start) {
   if (paper) return watched_paper_run(chain, {.gains = {}, .gamma = gamma}, start);
-  return guarded_run(chain, gamma > 0 ? gamma : 1e-9, start);  // which takes no 0
+  return guarded_run(chain, gamma > 0 ? gamma : 1e-9, start);  // a tiny gamma in place of 0
 }
 
 Motion record(LawRun& run, double seconds, double from) {

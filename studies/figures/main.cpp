@@ -1,4 +1,4 @@
-// multireach-figures: the numbers behind the pictures of the documentation.
+// multireach-figures: computes the data of the figures in the documentation.
 #include <functional>
 #include <map>
 
@@ -11,7 +11,7 @@ namespace {
 
 using Scene = std::function<Figure(const SceneArm&)>;
 
-/// A scene without measures.
+/// Wraps a scene that has curves but no measures.
 Scene curves_of(Table (*scene)(const Chain&)) {
   return [scene](const SceneArm& arm) { return Figure{scene(arm.chain)}; };
 }

@@ -12,7 +12,7 @@ double mean_tick(const Motion& motion) {
   return (motion.back().time - motion.front().time) / static_cast<double>(motion.size() - 1);
 }
 
-/// Sum of the squares of the third differences of what a moment has.
+/// Sum of the squared third differences of one member of Moment.
 template <class Value>
 double third_differences(const Motion& motion, Value Moment::*value) {
   double sum = 0;
@@ -121,7 +121,7 @@ int count_peaks(std::span<const double> values, double share) {
   if (!(enough > 0)) return 0;
   int peaks = 0;
   bool rising = false;
-  double high = 0, low = 0;  // since the last turn
+  double high = 0, low = 0;  // extremes since the last change of direction
   for (const double value : values) {
     high = std::max(high, value);
     low = std::min(low, value);
@@ -153,7 +153,7 @@ double joint_jerk(const Motion& motion) {
 }
 
 double normalised_jerk(const Motion& motion) {
-  // Before the movement the hand rested: the jerk of setting out belongs to it.
+  // Prepend the rest before the movement, so that the jerk at its start is included.
   Motion with_rest(2, motion.front());
   with_rest.insert(with_rest.end(), motion.begin(), motion.end());
   const double duration = motion.back().time - motion.front().time, tick = mean_tick(motion);

@@ -1,11 +1,11 @@
-// Figs. 1, 4 and 9: one attractor, the weight near a limit, and where two attractors together come to rest.
+// Figs. 1, 4 and 9: one attractor, the weight near a joint limit, and where two coupled attractors come to rest.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "controller/law/paper_equations.hpp"
-#include "controller/law/watched_paper_law.hpp"
+#include "controller/law/supervised_paper_law.hpp"
 #include "studies/figures/law_run.hpp"
 #include "studies/figures/scenes.hpp"
 #include "studies/study/reach_sample.hpp"
@@ -15,9 +15,9 @@ namespace {
 
 using namespace controller;
 
-/// How far the recurrence r' = r + v', v' = (1 - alpha) v + alpha beta (1 - r) from r = v = 0 goes beyond 1 at most.
-/// Its error is that of a damped oscillation with radius sqrt(1 - alpha) and angle phi a step, and its velocity changes
-/// sign first at the step floor(pi / phi). Zero when the roots are real.
+/// The overshoot beyond 1 of the recurrence r' = r + v', v' = (1 - alpha) v + alpha beta (1 - r) from r = v = 0. Its
+/// error is a damped oscillation with radius sqrt(1 - alpha) and angle phi per step; its velocity first changes sign at
+/// step floor(pi / phi). Zero when the roots are real.
 double overshoot_in_closed_form(const ViteGains& gains) {
   const double radius = std::sqrt(1 - gains.alpha), cosine = (2 - gains.alpha * (1 + gains.beta)) / (2 * radius);
   if (cosine >= 1) return 0;
@@ -25,7 +25,7 @@ double overshoot_in_closed_form(const ViteGains& gains) {
   return std::pow(radius, k) * (-std::cos(k * phi) + (radius - cosine) / std::sin(phi) * std::sin(k * phi));
 }
 
-/// The same for the differential equation (3) itself, whose damping ratio is sqrt(alpha / beta) / 2.
+/// The overshoot of the differential equation (3), whose damping ratio is sqrt(alpha / beta) / 2.
 double overshoot_of_equation(const ViteGains& gains) {
   const double ratio = 0.5 * std::sqrt(gains.alpha / gains.beta);
   return ratio < 1 ? std::exp(-std::numbers::pi * ratio / std::sqrt(1 - ratio * ratio)) : 0;
@@ -48,7 +48,7 @@ struct ViteRun {
   }
 };
 
-/// Steps until the arm rests for three seconds, or 20 s have passed.
+/// Integrates until the arm has rested for three seconds, at most 20 s.
 template <class Law>
 void run_until_rest(Law& law) {
   int still = 0;
@@ -135,7 +135,7 @@ Figure attractors_scene(const SceneArm& arm) {
   const Chain& chain = arm.chain;
   hoap2_posture(chain, {0, 0, 0, 0});
   const ReachSampler sampler(chain, 1);
-  WatchedPaperLaw paper(chain, {.gains = {}, .gamma = kGamma}, 0.01, {});
+  SupervisedPaperLaw paper(chain, {.gains = {}, .gamma = kGamma}, 0.01, {});
   GuardedLaw guarded(chain, guarded_parameters(chain, kGamma));
   Figure figure{Table(
       {"law", "on_diagonal", "target_0", "rest_0", "target_1", "rest_1", "target_2", "rest_2", "target_3", "rest_3"})};
@@ -147,7 +147,7 @@ Figure attractors_scene(const SceneArm& arm) {
     for (uint64_t k = 0; k < kReaches; ++k) {
       const ReachSample sample = sampler.sample(k);
       law->start(sample.start);
-      law->aim({.position = sample.target});
+      law->set_target({.position = sample.target});
       run_until_rest(*law);
       const JointVector rest = law->theta(), target = law->theta_target();
       const double distance = (rest - target).cwiseAbs().maxCoeff();
@@ -156,7 +156,7 @@ Figure attractors_scene(const SceneArm& arm) {
       farther += distance > 10 * kOnDiagonal;
       largest = std::max(largest, distance);
       farthest_hand = std::max(farthest_hand, (law->x() - sample.target).norm());
-      if (there && k >= 150) continue;  // enough to see the diagonal
+      if (there && k >= 150) continue;  // 150 points show the diagonal; more would only enlarge the figure
       std::vector<double> row{static_cast<double>(which), there ? 1.0 : 0.0};
       for (int i = 0; i < chain.size(); ++i) row.insert(row.end(), {target[i] * degrees, rest[i] * degrees});
       figure.curves.row(row);

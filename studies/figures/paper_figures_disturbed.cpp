@@ -1,4 +1,4 @@
-// Figs. 15 and 16: reaches that are disturbed on the way.
+// Figs. 15 and 16: reaches with disturbances.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ JointVector rest(const Chain& chain) {
   return hoap2_posture(chain, {12, -17, -12, -52});
 }
 
-/// The largest change of a joint's velocity in one step, from the moment before to `from` on, up to `until`.
+/// The largest change of a joint's velocity in one step, between the moments `from` and `until`.
 double velocity_step(const Motion& motion, size_t from, size_t until) {
   return largest_velocity_step(Motion(motion.begin() + static_cast<std::ptrdiff_t>(from),
                                       motion.begin() + static_cast<std::ptrdiff_t>(until + 1)));
@@ -30,7 +30,7 @@ double velocity_step(const Motion& motion, size_t from, size_t until) {
 
 Figure displaced_scene(const SceneArm& arm) {
   const std::array<Eigen::Vector3d, 3> targets{{{0.10, -0.12, 0.10}, {0.10, -0.20, 0.08}, {0.12, -0.08, 0.04}}};
-  const std::array<size_t, 4> steps{0, 42, 98, 420};  // target k holds from step k on
+  const std::array<size_t, 4> steps{0, 42, 98, 420};  // target k is active from steps[k] on
   Figure figure{Table({"time", "paper_x", "paper_y", "paper_z", "paper_0", "paper_1", "paper_2", "paper_3", "guarded_x",
                        "guarded_y", "guarded_z", "guarded_0", "guarded_1", "guarded_2", "guarded_3", "target_x",
                        "target_y", "target_z"})};
@@ -41,14 +41,14 @@ Figure displaced_scene(const SceneArm& arm) {
     Motion& motion = motions[i];
     motion.push_back(run->moment(0));
     for (size_t k = 0; k < 3; ++k) {
-      run->aim(targets[k]);
+      run->set_target(targets[k]);
       for (size_t step = steps[k]; step < steps[k + 1]; ++step) {
         run->step();
         motion.push_back(run->moment(static_cast<double>(step + 1) / kStepsPerSecond));
       }
     }
     const auto undisturbed = law_run(arm.chain, i == 0, kGamma, rest(arm.chain));
-    undisturbed->aim(targets[0]);
+    undisturbed->set_target(targets[0]);
     const Motion calm = record(*undisturbed, 3);
     figure.add(law, "largest joint speed", largest_joint_speed(motion), "rad/s");
     figure.add(law, "largest change of a joint's speed in a step; undisturbed reach", largest_velocity_step(calm),
@@ -87,9 +87,9 @@ Figure pushed_scene(const SceneArm& arm) {
              "measured_3",  "command_0",   "command_1",   "command_2",   "command_3",   "open_x",      "open_y",
              "open_z",      "calm_x",      "calm_y",      "calm_z"})};
 
-  // As in the paper: the state itself is displaced, at one step.
+  // As in the paper: displace the state itself, in one step.
   PaperRun displaced(arm.chain, {.gains = {}, .gamma = kGamma}, start);
-  displaced.aim(target);
+  displaced.set_target(target);
   Motion motion = record(displaced, kPushed);
   const Eigen::Vector3d before = motion.back().x;
   motion.pop_back();

@@ -1,4 +1,4 @@
-// Figs. 13 and 14 and Table 1: reaches along the edge of what the arm can do.
+// Figs. 13 and 14 and Table 1: reaches near singularities and joint limits.
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 const std::array<const char*, 4> kJoints{"SFE", "SAA", "SHR", "EB"};
 
-/// Condition number of the matrix (31) that the law inverts where the arm is.
+/// Condition number of the matrix (31) that the law inverts at the arm's current configuration.
 double condition_of(const Chain& chain, const LawRun& run) {
   const Moment moment = run.moment(0);
   if (!moment.theta.allFinite()) return kNone;
@@ -31,7 +31,7 @@ double condition_of(const Chain& chain, const LawRun& run) {
   return condition_number(coherence_matrix(jacobian, run.weights()));
 }
 
-/// The largest squared singular value of the Jacobian over postures inside the limits, for the bound (32).
+/// The largest squared singular value of the Jacobian over random configurations inside the limits, for the bound (32).
 double largest_gain(const Chain& chain) {
   const CounterRandom random(1);
   double largest = 0;
@@ -50,7 +50,7 @@ double largest_gain(const Chain& chain) {
   return largest;
 }
 
-/// What Eq. (27) as printed does to theta_T in random reaches, of 3 s each.
+/// Adds how often Eq. (27) as printed leads theta_T and the arm outside the limits, in random reaches of 3 s each.
 void add_random_reaches(Figure& figure, const Chain& chain, const PaperParameters& parameters) {
   constexpr int kReaches = 2000, kSteps = 3 * static_cast<int>(kStepsPerSecond);
   const ReachSampler sampler(chain, 1);
@@ -86,7 +86,7 @@ Figure stretched_scene(const SceneArm& arm) {
   const double never = std::numeric_limits<double>::infinity(), bound = 1 + kGamma * largest_gain(chain);
   struct Way {
     const char* name;
-    double short_m;  // of the stretched target
+    double short_m;  // m: how far the target is short of the stretched position
     std::unique_ptr<LawRun> run;
     Motion motion{};
     std::vector<double> conditions{};
@@ -103,7 +103,7 @@ Figure stretched_scene(const SceneArm& arm) {
                        "guarded_z", "guarded_condition", "bound"})};
   for (auto& [name, short_m, run, motion, conditions] : ways) {
     const Eigen::Vector3d target = stretched + short_m * to_shoulder;
-    run->aim(target);
+    run->set_target(target);
     double largest_condition = 0;
     int finite_steps = -1;
     for (int k = 0; k <= kSteps; ++k) {
@@ -141,7 +141,7 @@ Figure stretched_scene(const SceneArm& arm) {
 
 namespace {
 
-/// The ways in which the reach from behind the neck is made.
+/// The variants of the reach from behind the neck.
 const std::array<const char*, 6> kWays{"paper; without",        "paper; with",      "paper; with; literal θ_T",
                                        "paper; with; β = 0.02", "guarded; γ = 350", "guarded; default γ"};
 
@@ -171,7 +171,8 @@ double largest_excess(const Chain& chain, const Motion& motion) {
   return excess;
 }
 
-/// Postures inside the limits whose hand is behind the neck, between the shoulders and a little above them.
+/// Random configurations inside the limits with the hand behind the neck, between the shoulders and a little above
+/// them.
 std::vector<JointVector> behind_the_neck(const Chain& chain, size_t count) {
   const CounterRandom random(1);
   std::vector<JointVector> postures;
@@ -203,7 +204,7 @@ Figure neck_scene(const SceneArm& arm) {
     for (const char* joint : {"0", "1", "2", "3"}) columns.push_back(std::string(limit).append("_").append(joint));
   }
   Figure figure{Table(columns)};
-  // Table 1 of the paper: how near the joints came to their lower limits.
+  // Table 1 of the paper: the joints' lowest angles, to compare with their lower limits.
   const std::array<std::array<double, 4>, 2> reported{{{-90, -180, -90, -115}, {-83.5, -164.1, -89.9, -107.2}}};
   for (size_t i = 0; i < 4; ++i) {
     const std::string quantity = std::string("lowest angle of ").append(kJoints[i]);
@@ -215,7 +216,7 @@ Figure neck_scene(const SceneArm& arm) {
   std::array<Motion, kWays.size()> motions;
   for (size_t way = 0; way < kWays.size(); ++way) {
     const auto run = neck_run(chain, way, start);
-    run->aim(front);
+    run->set_target(front);
     const Motion& motion = motions[way] = record(*run, 6);
     JointVector low = motion.front().theta;
     for (const Moment& moment : motion) low = low.cwiseMin(moment.theta);
@@ -230,7 +231,7 @@ Figure neck_scene(const SceneArm& arm) {
     double worst = 0;
     for (const JointVector& from : starts) {
       const auto other = neck_run(chain, way, from);
-      other->aim(front);
+      other->set_target(front);
       const Motion reach = record(*other, 10);
       const double excess = largest_excess(chain, reach);
       passed += excess > 1e-9;

@@ -1,4 +1,4 @@
-// Figs. 7 and 8, and what gamma costs: many random reaches, counted.
+// Figs. 7 and 8, and the cost of gamma: statistics of many random reaches.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -57,7 +57,7 @@ Figure failures_scene(const SceneArm& arm) {
 
 namespace {
 
-/// Where points are, relative to the shoulder, in per cent of them.
+/// Adds the percentages of points (relative to the shoulder) below it, behind it, and near its vertical.
 void add_places(Figure& figure, const std::string& law, const std::string& what,
                 const std::vector<Eigen::Vector3d>& places, const Eigen::Vector3d& down) {
   const auto share = [&](const auto& holds) {
@@ -73,7 +73,7 @@ void add_places(Figure& figure, const std::string& law, const std::string& what,
 }  // namespace
 
 Figure unreached_scene(const SceneArm& arm) {
-  constexpr int kDrawn = 400;  // points of each gamma, so that the picture stays small
+  constexpr int kDrawn = 400;  // points drawn per gamma; limits the size of the figure
   const std::vector<double> gammas{350, 1000, 10000};
   const Chain& chain = arm.chain;
   const Eigen::Vector3d shoulder = chain.fixed(0).translation();

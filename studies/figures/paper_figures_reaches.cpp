@@ -1,11 +1,11 @@
-// Figs. 10, 11 and 12: reaches from point to point, computed and executed.
+// Figs. 10, 11 and 12: point-to-point reaches, computed and executed by the simulated robot.
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <tuple>
 
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "studies/figures/executed_reach.hpp"
 #include "studies/figures/law_run.hpp"
 #include "studies/figures/scenes.hpp"
@@ -18,7 +18,7 @@ using namespace controller;
 constexpr double kGamma = 350;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-/// A reach of both laws, computed step by step and executed by the simulated robot.
+/// A reach under one law, computed step by step and executed by the simulated robot.
 struct BothWays {
   Motion computed;
   ExecutedReach executed;
@@ -34,7 +34,7 @@ BothWays both_ways(const SceneArm& arm, bool paper, double gamma, const JointVec
   }
   BothWays reach{.computed = {}, .executed = execute(arm, options, start, target, seconds)};
   const auto law = law_run(arm.chain, paper, gamma, start);
-  law->aim(target);
+  law->set_target(target);
   reach.computed = record(*law, seconds);
   for (size_t tick = 0; tick < reach.executed.setpoints.size(); ++tick) {
     const JointVector difference = reach.executed.setpoints[tick].theta - reach.computed[7 * tick].theta;
@@ -47,7 +47,7 @@ Eigen::Vector3d place() {
   return {0.10, -0.12, 0.10};
 }
 
-/// The reach of Figs. 10 and 11: from the rest posture of robots/hoap2/robot.yaml up and forward.
+/// The reach of Figs. 10 and 11: from the rest configuration of robots/hoap2/robot.yaml up and forward.
 BothWays point_to_point(const SceneArm& arm, bool paper) {
   return both_ways(arm, paper, kGamma, hoap2_posture(arm.chain, {12, -17, -12, -52}), place(), 2.5);
 }
@@ -60,7 +60,7 @@ std::vector<std::string> columns_of(std::initializer_list<const char*> laws, std
   return columns;
 }
 
-/// Slope and largest relative deviation of y = slope x, by least squares.
+/// Least-squares fit of y = slope x: the slope and the largest relative deviation.
 std::pair<double, double> proportion(const std::vector<std::pair<double, double>>& points) {
   double xy = 0, xx = 0, worst = 0;
   for (const auto& [x, y] : points) {
@@ -88,7 +88,7 @@ Eigen::Vector3d start_of(int k) {
   return centre() - 0.5 * kDistance * direction(k);
 }
 JointVector start_posture(const Chain& chain, int k) {
-  const auto found = PostureSearch(chain).nearest(start_of(k), hoap2_posture(chain, {12, -17, -12, -52}));
+  const auto found = MultiStartIk(chain).nearest(start_of(k), hoap2_posture(chain, {12, -17, -12, -52}));
   if (!found) throw std::invalid_argument("no posture of this arm reaches a start of the scene");
   return *found;
 }
@@ -159,14 +159,14 @@ Figure profile_scene(const SceneArm& arm) {
     figure.add(law, "executed: time of the largest hand speed", executed.time, "s");
     figure.add(law, "executed: path / distance", straightness(reaches[i].executed.arm));
   }
-  // A reach across the body, which is not so easy.
+  // A reach across the body, which is harder.
   const Eigen::Vector3d across(0.12, -0.04, 0.14);
   const double default_gamma = GuardedLaw(arm.chain).largest_gamma();
   for (const auto& [name, paper, gamma] :
        {std::tuple{"paper; across the body", true, kGamma}, std::tuple{"guarded; across the body", false, kGamma},
         std::tuple{"guarded; across; default γ", false, default_gamma}}) {
     const auto law = law_run(arm.chain, paper, gamma, hoap2_posture(arm.chain, {12, -17, -12, -52}));
-    law->aim(across);
+    law->set_target(across);
     const Motion motion = record(*law, 6);
     add_reach_measures(figure, name, motion, across);
     figure.add(name, "largest joint speed", largest_joint_speed(motion), "rad/s");
@@ -209,7 +209,7 @@ Figure straight_scene(const SceneArm& arm) {
       for (int k = 0; k < kDirections; ++k) {
         const Eigen::Vector3d target = start_of(k) + kDistance * direction(k);
         const auto law = law_run(arm.chain, paper, gamma, starts[static_cast<size_t>(k)]);
-        law->aim(target);
+        law->set_target(target);
         Motion motion = record(*law, 4);
         sum += straightness(motion) / kDirections;
         worst = std::max(worst, straightness(motion));
@@ -221,7 +221,7 @@ Figure straight_scene(const SceneArm& arm) {
       auto& pairs = speeds.emplace_back();
       for (const double distance : distances) {
         const auto law = law_run(arm.chain, paper, gamma, starts[0]);
-        law->aim(start_of(0) + distance * direction(0));
+        law->set_target(start_of(0) + distance * direction(0));
         pairs.emplace_back(distance, speed_peak(record(*law, 3)).speed);
       }
       const auto [slope, deviation] = proportion(pairs);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/paper_law.hpp"
 #include "controller/reach_controller.hpp"
 #include "studies/figures/law_run.hpp"
@@ -16,7 +16,7 @@ using namespace controller;
 
 constexpr int kStepsPerTick = static_cast<int>(kStepsPerSecond * kProtocolTick + 0.5);
 
-/// The paper's gamma, 350 rad^2/m^2 for an arm of 0.217 m, weighs the hand of a longer arm in the same proportion.
+/// The paper's gamma, 350 rad^2/m^2 for an arm of 0.217 m, scaled to this arm's reach: gamma * reach^2 stays the same.
 PaperParameters paper_parameters(const Chain& chain) {
   const double ratio = 0.217 / chain.reach();
   return {.gains = {}, .gamma = 350 * ratio * ratio};
@@ -26,7 +26,8 @@ int64_t microseconds(double seconds) {
   return std::llround(seconds * 1e6);
 }
 
-/// Calls `tick` with every tick's target (null while it has not changed), until one gives a posture that is not finite.
+/// Calls `tick` once per tick with the new target (null when unchanged), until it returns joint positions that are not
+/// finite.
 ProtocolRun ticks(const Chain& chain, const JointVector& start, const std::vector<ProtocolTarget>& targets,
                   double seconds, const std::function<JointVector(const ProtocolTarget*, double now)>& tick) {
   ProtocolRun run;
@@ -62,7 +63,7 @@ ProtocolRun run_controller(const Chain& chain, ReachOptions options, const Joint
   });
 }
 
-/// A target that is carried along by its velocity, step by step.
+/// A target that moves with its velocity in every integration step.
 struct MovingTarget {
   Eigen::Vector3d position, velocity;  // velocity per step
   void take(const ProtocolTarget& fresh, double now) {
@@ -80,7 +81,7 @@ ProtocolRun run_literal(const Chain& chain, const JointVector& start, const std:
   return ticks(chain, start, targets, seconds, [&](const ProtocolTarget* fresh, double now) {
     if (fresh) target.take(*fresh, now);
     if (fresh && !chosen) {
-      state.theta_target = PostureSearch(chain).best({.position = target.position}, start).theta;
+      state.theta_target = MultiStartIk(chain).best({.position = target.position}, start).theta;
       chosen = true;
     }
     for (int step = 0; step < kStepsPerTick && chosen; ++step) {
@@ -93,8 +94,8 @@ ProtocolRun run_literal(const Chain& chain, const JointVector& start, const std:
 
 ProtocolRun run_damped(const Chain& chain, const JointVector& start, const std::vector<ProtocolTarget>& targets,
                        double seconds) {
-  constexpr double kGain = 0.03;     // per step: it then comes as near in 1.2 s as the critically damped attractor does
-  constexpr double kDamping = 0.05;  // of the reach
+  constexpr double kGain = 0.03;     // per step: gives the same distance after 1.2 s as the critically damped attractor
+  constexpr double kDamping = 0.05;  // fraction of the reach
   const double damping2 = std::pow(kDamping * chain.reach(), 2);
   JointVector theta = start;
   MovingTarget target{chain.position(start), Eigen::Vector3d::Zero()};
@@ -130,7 +131,7 @@ ProtocolRun run_protocol(const Chain& chain, ProtocolLaw law, const JointVector&
       options.law = paper_parameters(chain);
       break;
     case ProtocolLaw::kGuardedPose:
-      options.aim = Aim::kPose;
+      options.task = TaskKind::kPose;
       options.orientation = orientation;
       break;
     case ProtocolLaw::kGuarded:

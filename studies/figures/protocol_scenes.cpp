@@ -1,4 +1,4 @@
-// Two tasks of Pattacini et al.
+// The two tasks of Pattacini et al.; see scenes.hpp.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -8,22 +8,23 @@
 #include <optional>
 #include <stdexcept>
 
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "studies/figures/protocol_run.hpp"
 #include "studies/figures/scenes.hpp"
 
 namespace multireach {
 namespace {
 
-// Their numbers, with lengths over 0.352 m, the iCub's arm from the shoulder to the palm. The middle is not theirs: it
-// is where the tasks fit into the workspace of every arm here, straight before the shoulder.
+// The numbers of Pattacini et al., with lengths divided by 0.352 m, the iCub's arm length from shoulder to palm. The
+// centre of the tasks is not theirs: it lies straight in front of the shoulder, where the tasks fit the workspace of
+// every arm here.
 constexpr int kReaches = 21, kLemniscatePoints = 1000, kLaps = 2;
 constexpr double kReachSeconds = 9, kLemniscateSeconds = 300;
 constexpr double kApart = 0.2287 / 0.352, kHalfWidth = 0.13 / 0.352, kForward = 0.6;
-constexpr double kArrivalSeconds = 10;  // in which the hand comes to the curve; not counted
+constexpr double kArrivalSeconds = 10;  // time for the hand to reach the curve; not evaluated
 constexpr double kMinimumJerkSeconds = 1.5;
-constexpr double kSettled = 0.01;    // of the distance
-constexpr size_t kPositionLaws = 4;  // the first of a field's laws, which the pictures show
+constexpr double kSettled = 0.01;    // fraction of the distance
+constexpr size_t kPositionLaws = 4;  // the first laws of a Field; the figures show these
 constexpr double kDegrees = 180 / std::numbers::pi;
 const char* const kHandJerk = "jerk of the hand; RMS";
 const char* const kTurned = "hand turned by at most";
@@ -50,11 +51,12 @@ std::vector<ProtocolTarget> reaches(const Chain& chain) {
   return targets;
 }
 
-/// The lemniscate of Bernoulli in the plane of y and z, x = cos(u) / (1 + sin(u)^2), y = sin(u) x, by its length.
+/// The lemniscate of Bernoulli in the y-z plane of W, x = cos(u) / (1 + sin(u)^2), y = sin(u) x, parametrised by arc
+/// length.
 class Lemniscate {
  public:
   Lemniscate(const Eigen::Vector3d& middle, double half_width) : middle_(middle), half_width_(half_width) {
-    // du/ds = sqrt(1 + sin(u)^2) from the crossing, for a half width of 1, by the rule of Runge and Kutta.
+    // Integrate du/ds = sqrt(1 + sin(u)^2) from the crossing, for a half width of 1, by the Runge-Kutta method.
     const auto slope = [](double u) { return std::sqrt(1 + std::sin(u) * std::sin(u)); };
     double u = -std::numbers::pi / 2;
     for (int k = 0; k <= kPerLap; ++k) {
@@ -69,9 +71,9 @@ class Lemniscate {
     const double u = parameter(length), small = 1e-5;
     return (place(u + small) - place(u - small)).normalized();
   }
-  /// How far a point is from the curve.
+  /// The distance of a point from the curve.
   double distance(const Eigen::Vector3d& point) const {
-    constexpr size_t kStride = 8;  // the curve is nowhere further from such a chord than 2e-6 of its half width
+    constexpr size_t kStride = 8;  // such chords deviate from the curve by at most 2e-6 of its half width
     double least = std::numeric_limits<double>::infinity();
     Eigen::Vector3d from = place(u_[0]);
     for (size_t k = kStride; k < u_.size(); k += kStride) {
@@ -84,7 +86,7 @@ class Lemniscate {
   }
 
  private:
-  static constexpr double kLap = 5.244115108584239;  // a lap's length for a half width of 1
+  static constexpr double kLap = 5.244115108584239;  // length of a lap for a half width of 1
   static constexpr int kPerLap = 20000;
   static constexpr double kStep = kLap / kPerLap;
 
@@ -122,23 +124,23 @@ std::vector<ProtocolTarget> points_of(const Lemniscate& curve, bool velocity_tol
   return targets;
 }
 
-/// Whether all targets are within reach, at an orientation or at any.
+/// Whether all targets are reachable, with the given orientation if there is one.
 bool reaches_all(const Chain& chain, const std::vector<ProtocolTarget>& targets,
                  const std::optional<Eigen::Matrix3d>& orientation) {
-  const controller::PostureSearch search(chain);
+  const controller::MultiStartIk search(chain);
   JointVector posture = middle_of(chain);
   return std::all_of(targets.begin(), targets.end(), [&](const ProtocolTarget& target) {
-    controller::HandTarget hand{.position = target.position};
-    if (orientation) hand.aim = controller::Aim::kPose;
+    controller::TaskTarget hand{.position = target.position};
+    if (orientation) hand.task = controller::TaskKind::kPose;
     if (orientation) hand.orientation = *orientation;
-    const controller::FoundPosture found = search.best(hand, posture);
+    const controller::IkSolution found = search.best(hand, posture);
     posture = found.theta;
     return found.error_m <= search.options().tolerance_m;
   });
 }
 
-/// The laws that run a task with an arm, and the orientation for the one that takes it: what the hand has in the
-/// middle of the task, reached from the middle of the joints' range.
+/// The laws compared on a task, and the orientation for kGuardedPose: that of the hand at the centre of the task,
+/// reached from the middle of the joints' ranges.
 struct Field {
   std::vector<ProtocolLaw> laws{ProtocolLaw::kGuarded, ProtocolLaw::kPaper, ProtocolLaw::kPaperLiteral,
                                 ProtocolLaw::kDampedLeastSquares};
@@ -150,7 +152,7 @@ Field field_for(const Chain& chain, const std::vector<ProtocolTarget>& targets) 
     throw std::invalid_argument("the arm does not reach all points of this task");
   }
   Field field;
-  const auto found = controller::PostureSearch(chain).best({.position = middle_place(chain)}, middle_of(chain));
+  const auto found = controller::MultiStartIk(chain).best({.position = middle_place(chain)}, middle_of(chain));
   field.orientation = chain.pose(found.theta).linear();
   if (chain.size() >= 6 && reaches_all(chain, targets, field.orientation)) {
     field.laws.push_back(ProtocolLaw::kGuardedPose);
@@ -167,12 +169,12 @@ std::vector<ProtocolRun> all_runs(const Chain& chain, const Field& field, const 
   return runs;
 }
 
-/// How far the hand is turned from an orientation, rad.
+/// The angle between the hand's orientation and a given one, rad.
 double turned(const Chain& chain, const JointVector& theta, const Eigen::Matrix3d& orientation) {
   return Eigen::AngleAxisd(chain.pose(theta).linear().transpose() * orientation).angle();
 }
 
-/// Which reach is under way.
+/// The index of the reach at time `now`.
 size_t reach_at(const std::vector<ProtocolTarget>& targets, double now) {
   return std::min(static_cast<size_t>((now + 1e-9) / kReachSeconds), targets.size() - 1);
 }
@@ -181,7 +183,7 @@ size_t index_at(double seconds) {
   return static_cast<size_t>(std::llround(seconds / kProtocolTick));
 }
 
-/// The hand at a set-point, or nothing after a run has ended.
+/// Set-point k; NaN positions after the end of the run.
 Moment moment_of(const ProtocolRun& run, size_t k) {
   if (k < run.motion.size()) return run.motion[k];
   const Eigen::Vector3d nothing = Eigen::Vector3d::Constant(kNone);
@@ -215,7 +217,7 @@ double largest(const std::vector<double>& values) {
   return values.empty() ? kNone : std::ranges::max(values);
 }
 
-/// What is asked of a whole run; its jerk from the time `from` on.
+/// Adds the measures of a whole run; jerk is measured from the time `from` on.
 void add_run_measures(Figure& figure, const std::string& law, const Chain& chain, const ProtocolRun& run, double from) {
   const Motion counted = part(run.motion, from, run.motion.back().time);
   double excess = 0, speed = 0;
@@ -230,7 +232,7 @@ void add_run_measures(Figure& figure, const std::string& law, const Chain& chain
   if (!run.finite) figure.add(law, "not finite after", run.motion.back().time, "s");
 }
 
-/// Of all reaches but the first, which only brings the hand to where the second begins.
+/// Adds the measures of all reaches except the first, which only brings the hand to the start of the second.
 void add_reaches(Figure& figure, const std::string& law, const Motion& motion,
                  const std::vector<ProtocolTarget>& targets) {
   std::vector<double> error, ratio, settled, jerk, peaks;
@@ -257,7 +259,8 @@ void add_reaches(Figure& figure, const std::string& law, const Motion& motion,
   figure.add(law, "most maxima of the hand speed", largest(peaks));
 }
 
-/// The largest angle between the hand and an orientation, of a motion's moments `every` seconds from `from` on.
+/// The largest angle (rad) between the hand's orientation and a given one, sampled every `every` seconds from `from`
+/// on.
 double most_turned(const Chain& chain, const Motion& motion, const Eigen::Matrix3d& orientation, double from,
                    double every) {
   double most = 0;
@@ -267,7 +270,7 @@ double most_turned(const Chain& chain, const Motion& motion, const Eigen::Matrix
   return most;
 }
 
-/// The straight movement with the least jerk, sampled as the others are; it has no joints.
+/// Straight minimum-jerk movements, sampled like the others; hand motion only, without joints.
 Motion minimum_jerk(const std::vector<ProtocolTarget>& targets, double seconds) {
   Motion motion;
   for (int k = 0; k <= std::llround(seconds / kProtocolTick); ++k) {
@@ -281,7 +284,7 @@ Motion minimum_jerk(const std::vector<ProtocolTarget>& targets, double seconds) 
   return motion;
 }
 
-/// How well a run follows the curve, once it has come to it.
+/// Adds the tracking errors of a run, measured after kArrivalSeconds.
 void add_tracking(Figure& figure, const std::string& law, const Lemniscate& curve, const ProtocolRun& run) {
   const double speed = lemniscate_speed(curve);
   const Motion counted = part(run.motion, kArrivalSeconds, kLemniscateSeconds);
@@ -347,7 +350,7 @@ Figure protocol_lemniscate_scene(const SceneArm& arm) {
   const Chain& chain = arm.chain;
   const Lemniscate curve = lemniscate(chain);
   const Field field = field_for(chain, points_of(curve, false));
-  std::array<std::vector<ProtocolRun>, 2> runs;  // without and with the velocity
+  std::array<std::vector<ProtocolRun>, 2> runs;  // without and with the target's velocity
   for (const bool told : {false, true}) {
     runs[told] = all_runs(chain, field, points_of(curve, told), kLemniscateSeconds);
   }

@@ -22,11 +22,11 @@ using namespace controller;
 constexpr uint64_t kSeed = 1;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// The first reach of the series for which `wanted` holds, of its result under the law `paper`.
+/// The first random reach whose result under the law `paper` satisfies `wanted`.
 template <class Wanted>
 ReachSample first_reach(const Chain& chain, const PaperParameters& paper, Wanted&& wanted) {
   const ReachSampler sampler(chain, kSeed);
-  const PostureSearch search(chain);
+  const MultiStartIk search(chain);
   for (uint64_t k = 0; k < 3000; ++k) {
     const ReachSample sample = sampler.sample(k);
     if (wanted(run_paper(chain, paper, search, 0.01, sample, {}))) return sample;
@@ -54,7 +54,7 @@ Table limits_scene(const Chain& chain) {
   const double acceleration = 20;
   GuardedLaw law(chain, {.gamma = paper.gamma, .acceleration = JointVector::Constant(chain.size(), acceleration)});
   law.start(sample.start);
-  law.aim({.position = sample.target}, sample.target_posture);
+  law.set_target({.position = sample.target}, sample.target_posture);
   PaperState state = paper_state_at_rest(chain, sample.start, sample.target_posture);
   std::vector<PaperState> paper_path;
   int joint = 0;
@@ -89,7 +89,7 @@ Table arrival_scene(const Chain& chain) {
       chain, paper, [](const ReachResult& result) { return !result.arrived && result.limit_excess < 1e-3; });
   GuardedLaw law(chain, {.gamma = paper.gamma});
   law.start(sample.start);
-  law.aim({.position = sample.target}, sample.target_posture);
+  law.set_target({.position = sample.target}, sample.target_posture);
   PaperState state = paper_state_at_rest(chain, sample.start, sample.target_posture);
   Table table({"time", "paper", "guarded", "gamma"});
   for (int k = 0; k < 8 * kStepsPerSecond; ++k) {
@@ -106,7 +106,7 @@ Table singularity_scene(const Chain& chain) {
   const Eigen::Vector3d target = chain.position(goal);
   GuardedLaw law(chain, {.gamma = paper.gamma});
   law.start(start);
-  law.aim({.position = target});
+  law.set_target({.position = target});
   PaperState state = paper_state_at_rest(chain, start, law.theta_target());
   Table table({"time", "paper_distance", "guarded_distance", "paper_speed", "guarded_speed", "largest_speed",
                "guarded_condition", "bound_of_equation_32"});
@@ -137,7 +137,7 @@ Table targets_scene(const Chain& chain) {
     for (; frame * 33333 <= now; ++frame) {
       const double t = static_cast<double>(frame) * 33333e-6;
       seen = {.utime = frame * 33333, .seen = true, .position = rest};
-      if (t >= 3 && t < 9) {  // one turn in 3 s
+      if (t >= 3 && t < 9) {  // a circle, one turn in 3 s
         const double phase = 2 * std::numbers::pi * (t - 3) / 3, radius = 0.03, rate = 2 * std::numbers::pi / 3;
         seen.position += radius * Eigen::Vector3d(std::sin(phase), std::cos(phase) - 1, 0);
         seen.velocity = radius * rate * Eigen::Vector3d(std::cos(phase), -std::sin(phase), 0);
@@ -146,7 +146,7 @@ Table targets_scene(const Chain& chain) {
       } else if (t >= 11 && t < 14) {
         const double sigma = 0.004;
         seen.position = elsewhere;
-        for (double& coordinate : seen.position) {  // twelve uniform numbers are about Gaussian
+        for (double& coordinate : seen.position) {  // the sum of twelve uniform numbers is nearly Gaussian
           double sum = -6;
           for (int k = 0; k < 12; ++k) sum += random.uniform(counter++);
           coordinate += sigma * sum;
@@ -161,7 +161,7 @@ Table targets_scene(const Chain& chain) {
     }
     const ReachOutput out = controller.tick();
     const Eigen::Vector3d target = seen.seen ? seen.position : Eigen::Vector3d::Constant(kNone);
-    const Eigen::Vector3d target_then = target + 0.05 * seen.velocity;  // a set-point is for the end of its tick
+    const Eigen::Vector3d target_then = target + 0.05 * seen.velocity;  // a set-point applies at the end of its tick
     table.row({static_cast<double>(now) * 1e-6, target.x(), target.y(), target.z(), out.x.x(), out.x.y(), out.x.z(),
                (out.x - target_then).norm(), largest(out.velocity)});
   }
@@ -170,13 +170,13 @@ Table targets_scene(const Chain& chain) {
 
 Table posture_choice_scene(const Chain& chain) {
   hoap2_posture(chain, {0, 0, 0, 0});
-  // Lines through the reachable space, until one is found along which theta_T is chosen anew.
+  // Try straight target paths through the reachable space until theta_T is searched again along one.
   const ReachSampler sampler(chain, kSeed);
   for (uint64_t line = 0; line < 2000; ++line) {
     const ReachSample from = sampler.sample(line), to = sampler.sample(line + 5000);
     GuardedLaw law(chain);
     law.start(from.target_posture);
-    law.aim({.position = from.target}, from.target_posture);
+    law.set_target({.position = from.target}, from.target_posture);
     Table table({"time", "theta_T_0", "theta_T_1", "theta_T_2", "theta_T_3", "theta_0", "theta_1", "theta_2", "theta_3",
                  "speed", "distance", "choices"});
     const Eigen::Vector3d velocity = (to.target - from.target) / (4 * kStepsPerSecond);
@@ -187,9 +187,9 @@ Table posture_choice_scene(const Chain& chain) {
       const bool moving = k < 4 * kStepsPerSecond;
       const Eigen::Vector3d target = moving ? from.target + k * velocity : to.target;
       if (k % 7 == 0) {
-        reachable =
-            reachable && law.follow({.position = target, .velocity = moving ? velocity : Eigen::Vector3d(0, 0, 0)}) !=
-                             Aimed::kOutOfReach;
+        reachable = reachable &&
+                    law.update_target({.position = target, .velocity = moving ? velocity : Eigen::Vector3d(0, 0, 0)}) !=
+                        TargetResult::kUnreachable;
       }
       law.step();
       const auto &goal = law.theta_target(), &theta = law.theta();
@@ -197,7 +197,7 @@ Table posture_choice_scene(const Chain& chain) {
       before = goal;
       table.row({k / kStepsPerSecond, goal[0], goal[1], goal[2], goal[3], theta[0], theta[1], theta[2], theta[3],
                  largest(law.velocity()) * kStepsPerSecond, (law.x() - target).norm(),
-                 static_cast<double>(law.posture_choices())});
+                 static_cast<double>(law.ik_searches())});
     }
     if (largest_jump > 0.5 && reachable && (law.x() - to.target).norm() < 1e-4) return table;
   }
@@ -229,7 +229,7 @@ Table push_scene(const Chain& chain) {
     }
     table.row({t, out[0].theta[kPushed], out[1].theta[kPushed], arm[kPushed], (out[0].x - target).norm(),
                (out[1].x - target).norm(), largest(out[1].velocity), (chain.position(arm) - target).norm()});
-    // The arm follows the controller that feels it; a hand holds one joint away for a second.
+    // The arm follows the controller with feedback; for one second, someone holds one joint away from its command.
     arm = out[1].theta;
     if (t >= 2 && t < 3) arm[kPushed] = start[kPushed] + kPush;
   }
@@ -248,7 +248,7 @@ Table obstacle_scene(const Chain& chain) {
   around.set_obstacles({&wall, 1});
   for (GuardedLaw* law : {&around, &through}) {
     law->start(start);
-    law->aim({.position = chain.position(there)});
+    law->set_target({.position = chain.position(there)});
   }
   Table table({"time", "x", "y", "z", "clearance", "x_without", "y_without", "z_without", "clearance_without",
                "distance", "wall_x", "wall_y", "wall_z"});
@@ -299,12 +299,12 @@ Table clutter_scene(const Chain& chain) {
     const Eigen::Vector3d target = chain.position(there);
     law.set_obstacles(obstacles);
     law.start(start);
-    law.aim({.position = target});
+    law.set_target({.position = target});
     double least = 1, excess = 0;
     bool around = false;
     for (int k = 0; k < 20 * kStepsPerSecond && (law.x() - target).norm() > 1e-5; ++k) {
       law.step();
-      around = around || law.on_detour();
+      around = around || law.following_path();
       least = std::min(least, proximity.clearance(law.theta()));
       excess = std::max(excess, chain.limit_excess(law.theta()));
     }
@@ -326,9 +326,9 @@ Table orientation_scene(const Chain& chain) {
   const Eigen::Isometry3d goal = chain.pose(there);
   GuardedLaw pose(chain), pointing(chain);
   pose.start(start);
-  pose.aim({.position = goal.translation(), .aim = Aim::kPose, .orientation = goal.linear()});
+  pose.set_target({.position = goal.translation(), .task = TaskKind::kPose, .orientation = goal.linear()});
   pointing.start(start);
-  pointing.aim({.position = goal.translation(), .aim = Aim::kPointing, .direction = goal.linear().col(2)});
+  pointing.set_target({.position = goal.translation(), .task = TaskKind::kPointing, .direction = goal.linear().col(2)});
   Table table({"time", "pose_distance", "pose_angle", "pointing_distance", "pointing_angle"});
   const auto distance = [&](const GuardedLaw& law) { return (law.x() - goal.translation()).norm(); };
   for (int k = 0; k < 6 * kStepsPerSecond; ++k) {

@@ -6,7 +6,7 @@
 
 namespace multireach {
 
-/// Numbers in named columns, for a plot.
+/// A table of numbers with named columns, for a plot, as CSV.
 class Table {
  public:
   explicit Table(const std::vector<std::string>& columns) {

@@ -1,4 +1,4 @@
-// multireach-study: many random reaches, counted.
+// multireach-study: runs many random reaches and counts failures and limit violations.
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -60,7 +60,7 @@ std::string list_of(const Eigen::VectorXd& values) {
   return text;
 }
 
-/// As a shell takes it for one word.
+/// Quotes a text so that a shell takes it as one word.
 std::string quoted(const std::string& text) {
   const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::strchr("/._-+,=:@%", c); };
   if (!text.empty() && std::ranges::all_of(text, plain)) return text;
@@ -108,7 +108,7 @@ void write_results(const Options& options, const std::vector<Tally>& tallies, nl
   if (!options.csv.empty()) write_text_file(options.csv, csv);
 }
 
-/// Adds up the results of all n shards of one study, each once.
+/// Merges the results of all n shards of one study. Refuses missing and repeated shards.
 int merge(const Options& options) {
   std::vector<Tally> tallies;
   nlohmann::json header;
@@ -157,7 +157,7 @@ double rechoose_m_of(const Options& options) {
   return options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
 }
 
-/// Finds out before the work whether its results can be written.
+/// Checks before the study runs whether its results can be written.
 void check_outputs(const Options& options) {
   std::set<std::string> paths;
   for (const std::string& path : {options.json, options.csv, options.failures}) {
@@ -185,7 +185,7 @@ std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
   return csv;
 }
 
-/// Tells two arms with links of the same names apart (FNV-1a of the URDF).
+/// Digest (FNV-1a) of the URDF, to distinguish arms whose links have the same names.
 std::string digest_of(const std::string& path) {
   uint64_t hash = 0xcbf29ce484222325;
   for (const unsigned char byte : read_text_file(path)) hash = (hash ^ byte) * 0x100000001b3;

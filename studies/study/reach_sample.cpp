@@ -2,12 +2,12 @@
 
 #include <stdexcept>
 
-#include "controller/batch/nearest_postures.hpp"
+#include "controller/batch/closed_form_batch.hpp"
 
 namespace multireach {
 namespace {
 
-/// Points tried for a reach, in the ball around the arm's shoulder; most of these are within reach.
+/// Largest number of target candidates per reach, in the ball around the arm's shoulder. Most candidates are reachable.
 constexpr int kTries = 10000;
 
 JointVector uniform_posture(const Chain& chain, const CounterRandom& random, uint64_t counter) {
@@ -32,20 +32,20 @@ ReachSampler::ReachSampler(const Chain& chain, uint64_t seed, TargetsFrom target
 ReachSample ReachSampler::sample_of_postures(const CounterRandom& random, ReachSample sample) const {
   const JointVector there = uniform_posture(chain_, random, kMaxJoints);
   sample.target = chain_.position(there);
-  const controller::FoundPosture found = search_.best({.position = sample.target}, sample.start);
+  const controller::IkSolution found = search_.best({.position = sample.target}, sample.start);
   sample.target_posture = found.error_m <= search_.options().tolerance_m ? found.theta : there;
   return sample;
 }
 
 namespace {
 
-/// The points that are tried for one reach, one after the other: uniform in the ball around the arm's shoulder.
+/// The target candidates of one reach, in order: uniform in the ball around the arm's shoulder.
 class Candidates {
  public:
   Candidates(const Chain& chain, const CounterRandom& random)
       : random_(random), shoulder_(chain.fixed(0).translation()), reach_(chain.reach()) {}
 
-  /// The next point; nothing after kTries.
+  /// The next candidate; nullopt after kTries.
   std::optional<Eigen::Vector3d> next() {
     while (tries_++ < kTries) {
       Eigen::Vector3d p;
@@ -89,12 +89,13 @@ void ReachSampler::sample(uint64_t first, std::span<ReachSample> samples) const 
     for (size_t k = 0; k < samples.size(); ++k) samples[k] = sample(first + k);
     return;
   }
-  // One question for each reach that has no target yet; a new one takes the place of one that is answered.
+  // Each lane queries the IK for one reach that has no target yet; when a reach has its target, the lane takes the
+  // next.
   struct Open {
     size_t k;
     Candidates candidates;
   };
-  controller::PostureQueries queries;
+  controller::IkQueries queries;
   size_t begun = 0;
   const auto ask = [&](int lane, Open& one) {
     const auto target = one.candidates.next();
@@ -116,14 +117,14 @@ void ReachSampler::sample(uint64_t first, std::span<ReachSample> samples) const 
           one.emplace(Open{begun++, Candidates(chain_, random)});
         }
         if (ask(lane, *one)) break;
-        // No point of all was within reach.
+        // No candidate was reachable.
         samples[one->k] = sample_of_postures(CounterRandom(seed_, first + one->k), samples[one->k]);
         one.reset();
       }
       some = some || one;
     }
     if (!some) return;
-    const uint32_t found = controller::nearest_postures(search_.shoulder_elbow(), queries);
+    const uint32_t found = controller::closed_form_batch(search_.closed_form_ik(), queries);
     for (int lane = 0; lane < kRowLanes; ++lane) {
       std::optional<Open>& one = asked[static_cast<size_t>(lane)];
       if (!one || (found >> lane & 1) == 0) continue;

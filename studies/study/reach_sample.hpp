@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "kinematics/chain.hpp"
 #include "numeric/random.hpp"
 
@@ -12,24 +12,25 @@ namespace multireach {
 /// The inputs of one reach.
 struct ReachSample {
   JointVector start;
-  Eigen::Vector3d target;  // m, in W; within reach
+  Eigen::Vector3d target;  // m, in W; reachable
   JointVector target_posture;
 };
 
-/// How targets are drawn.
+/// How targets are sampled.
 enum class TargetsFrom {
-  kSpace,     ///< uniform in the reachable space, as far as the closed form with its 61 samples knows it; kPostures
-              ///< for an arm without one, and where so little is within reach that no point of 10 000 is
-  kPostures,  ///< the hand's position at a posture uniform inside the limits
+  kSpace,     ///< uniform in the reachable space, as the closed form with its 61 samples finds it; kPostures for an arm
+              ///< without closed form, and when none of 10 000 candidates is reachable
+  kPostures,  ///< the hand's position at a joint configuration uniform inside the limits
 };
 
-/// Reach number `index` of the series `seed`: a start posture uniform inside the limits, and a target within reach.
+/// Samples reaches: a start configuration uniform inside the limits, and a reachable target. The seed and the index of
+/// a reach determine it.
 class ReachSampler {
  public:
   /// Throws std::invalid_argument when no joint can move: the workspace is empty.
   ReachSampler(const Chain& chain, uint64_t seed, TargetsFrom targets = TargetsFrom::kSpace);
   ReachSample sample(uint64_t index) const;
-  /// The reaches `first`, first + 1, ... one for each element of `samples`; several are looked for side by side.
+  /// Writes the reaches first, first + 1, ... to `samples`; uses SIMD lanes to compute several at once.
   void sample(uint64_t first, std::span<ReachSample> samples) const;
 
  private:
@@ -39,7 +40,7 @@ class ReachSampler {
   Chain chain_;
   uint64_t seed_;
   TargetsFrom targets_;
-  controller::PostureSearch search_;
+  controller::MultiStartIk search_;
 };
 
 }  // namespace multireach

@@ -14,41 +14,41 @@ namespace multireach {
 /// When a reach is over, and what counts as arrived.
 struct ReachRules {
   double arrived_m = 1e-4;
-  double settled_m = 1e-3;  ///< settled: nearer than this, for good
-  double seconds = 20;      ///< nominal time after which a reach has failed
-  double excess = 1e-9;     ///< rad (m), and rad/s (m/s), beyond a limit that counts as a violation
+  double settled_m = 1e-3;  ///< settled: stays nearer to the target than this
+  double seconds = 20;      ///< a reach ends after this nominal time
+  double excess = 1e-9;     ///< rad (m) or rad/s (m/s): a larger excess over a limit is a violation
   double steps_per_second = 140;
-  double still = 1e-6;   ///< rad (m) per step: slower than this, and at a tenth of arrived_m, a reach is over
-  int rest_steps = 700;  ///< so long still, and not there: at rest somewhere else
+  double still = 1e-6;   ///< rad (m) per step: slower than this and within a tenth of arrived_m, a reach is over
+  int rest_steps = 700;  ///< a reach is also over when the arm is still for more than so many steps, off target
 };
 
-/// What happened in one reach.
+/// The result of one reach.
 struct ReachResult {
   bool arrived = false, finite = true;
   double error_m = 0;          ///< at the end
-  double limit_excess = 0;     ///< rad (m), the worst of all steps
-  double velocity_excess = 0;  ///< rad/s (m/s)
-  double distance_m = 0;       ///< of the hand's start from the target
+  double limit_excess = 0;     ///< rad (m), the largest of all steps
+  double velocity_excess = 0;  ///< rad/s (m/s), the largest of all steps
+  double distance_m = 0;       ///< from the hand's start to the target
   double path_m = 0;           ///< length of the hand's path
   int64_t steps = 0;
   int64_t settled_step = -1;  ///< first step after which the hand stays within settled_m; -1 for never
 };
 
-/// |v|, added up in this order, so that many reaches side by side get the same bits.
+/// |v|, summed in this order, so that batches give bit-identical results.
 inline double length_of(const Eigen::Vector3d& v) {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/// Watches a reach step by step.
-class ReachWatch {
+/// Evaluates a reach step by step.
+class ReachMonitor {
  public:
-  ReachWatch(const Chain& chain, const ReachSample& sample, const ReachRules& rules, const Eigen::Vector3d& x)
+  ReachMonitor(const Chain& chain, const ReachSample& sample, const ReachRules& rules, const Eigen::Vector3d& x)
       : chain_(chain), target_(sample.target), rules_(rules), last_x_(x) {
     result_.distance_m = length_of(x - target_);
     result_.error_m = result_.distance_m;
   }
 
-  /// Takes one step's outcome; `velocity` is per step. Returns false when the reach is over.
+  /// Evaluates the arm after one step; `velocity` is per step. Returns false when the reach is over.
   template <class Theta, class Velocity>
   bool take(const Theta& theta, const Velocity& velocity, const Eigen::Vector3d& x) {
     ++result_.steps;
@@ -96,13 +96,13 @@ class ReachWatch {
   int still_steps_ = 0;
 };
 
-/// The law `guarded` from `sample`; `law` must be of the same chain and is started anew.
+/// Runs a reach under the law `guarded`. `law` must have the sampler's chain; it is restarted.
 ReachResult run_guarded(controller::GuardedLaw& law, const ReachSample& sample, const ReachRules& rules);
 
-/// The law `paper`; theta_T is chosen anew when K(theta_T) is further than `rechoose_m` from the target, as Sect. 3.4
-/// says.
+/// Runs a reach under the law `paper`. As in Sect. 3.4, theta_T is searched again when K(theta_T) is further than
+/// `rechoose_m` from the target.
 ReachResult run_paper(const Chain& chain, const controller::PaperParameters& parameters,
-                      const controller::PostureSearch& search, double rechoose_m, const ReachSample& sample,
+                      const controller::MultiStartIk& search, double rechoose_m, const ReachSample& sample,
                       const ReachRules& rules);
 
 }  // namespace multireach

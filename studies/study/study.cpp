@@ -18,7 +18,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// What one thread does: takes reaches from the common counter until there are none.
+/// The work of one thread: takes reaches from the shared counter until none is left.
 class Worker {
  public:
   Worker(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed)
@@ -34,7 +34,7 @@ class Worker {
         for (int64_t k = 0; k < count; ++k) runner_.add(from + k, samples[static_cast<size_t>(k)]);
       }
       const auto begin = Clock::now();
-      // The last reaches are run to their end; before that, new ones join those under way.
+      // While the counter has more reaches, stop as soon as none waits and take more; at the end, finish all.
       while ((count <= 0 || runner_.waiting() > 0) && runner_.step()) {
       }
       seconds_ += seconds_since(begin);
@@ -45,7 +45,7 @@ class Worker {
   }
 
   const BatchRunner& runner() const { return runner_; }
-  /// Spent on steps.
+  /// Time spent on integration steps.
   double seconds() const { return seconds_; }
 
  private:
@@ -102,7 +102,7 @@ StudyResult run_study(const Chain& chain, const ReachSampler& sampler, const Stu
     result.failed.insert(result.failed.end(), failed.begin(), failed.end());
   }
   std::ranges::sort(result.failed, {}, [](const FailedReach& reach) { return std::tuple(reach.gamma, reach.index); });
-  // All gammas run side by side, so each step counts the same.
+  // Steps of all gammas run interleaved, so the time is divided by their number of steps.
   for (const Tally& tally : result.tallies) steps += tally.steps_total;
   for (Tally& tally : result.tallies) {
     tally.seconds = steps > 0 ? seconds * static_cast<double>(tally.steps_total) / static_cast<double>(steps) : 0;

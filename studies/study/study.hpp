@@ -5,12 +5,12 @@
 namespace multireach {
 
 struct StudyResult {
-  std::vector<Tally> tallies;       ///< of each gamma
-  std::vector<FailedReach> failed;  ///< by gamma, then index; when asked for
+  std::vector<Tally> tallies;       ///< one per gamma
+  std::vector<FailedReach> failed;  ///< sorted by gamma, then index; only with keep_failed
 };
 
-/// Runs the reaches `begin` to `end` - 1 of `sampler` under each gamma, on so many threads, with progress on a
-/// terminal. All but the times is the same for any number of threads.
+/// Runs the reaches `begin` to `end` - 1 of `sampler` under each gamma, on `threads` threads; shows progress on a
+/// terminal. The results, except computing times, do not depend on the number of threads.
 StudyResult run_study(const Chain& chain, const ReachSampler& sampler, const StudyLaw& law,
                       const std::vector<double>& gammas, int64_t begin, int64_t end, int threads, bool keep_failed);
 

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The bin of reaches that never settled: a quantile there is null.
+/// The bin of reaches that never settled. A quantile in this bin is reported as null.
 constexpr int64_t kNever = INT64_MAX;
 
 json bins(const Histogram& histogram) {

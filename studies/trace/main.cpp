@@ -1,10 +1,10 @@
-// multireach-trace: one reach, offline, step by step.
+// multireach-trace: computes one reach offline and writes every step as CSV.
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "controller/batch/paper_batch.hpp"
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_law.hpp"
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
@@ -77,7 +77,8 @@ InputError refused() {
   return InputError("--start or --target-posture has an angle beyond 1e5 rad");
 }
 
-/// The rows of a reach under the law `paper`, from the same steps that multireach-study takes.
+/// The rows of a reach under the law `paper`. Uses the same batch code as multireach-study, so both give the same
+/// steps.
 std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
                        const JointVector& theta_target) {
   const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
@@ -102,7 +103,8 @@ std::string guarded_rows(const Chain& chain, const Options& options, const Joint
   parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
   parameters.gamma = options.gamma;
   controller::GuardedLaw law(chain, parameters);
-  if (!law.start(start) || law.aim({.position = x_T}, theta_target) == controller::Aimed::kRefused) throw refused();
+  if (!law.start(start) || law.set_target({.position = x_T}, theta_target) == controller::TargetResult::kRefused)
+    throw refused();
   std::string rows = row_of(0, law.theta(), law.x(), law.theta_target());
   for (int64_t step = 1; step <= options.steps; ++step) {
     law.step();
@@ -119,7 +121,7 @@ int trace(const Options& options) {
   const Eigen::Vector3d x_T(target[0], target[1], target[2]);
   if (!x_T.allFinite()) throw InputError("--target has a value that is not a finite number");
 
-  const controller::PostureSearch search(chain);
+  const controller::MultiStartIk search(chain);
   JointVector theta_target;
   if (options.target_posture.empty()) {
     const auto found = search.nearest(x_T, start);

@@ -1,7 +1,7 @@
-// Many arms side by side against the same arms one by one: bit for bit, with every instruction set that this processor
-// has.
+// Compares a batch of arms, bit for bit, with the same arms run one by one, with every instruction set of this
+// processor.
+#include "controller/batch/closed_form_batch.hpp"
 #include "controller/batch/guarded_batch.hpp"
-#include "controller/batch/nearest_postures.hpp"
 #include "controller/batch/paper_batch.hpp"
 #include "controller/law/paper_equations.hpp"
 
@@ -22,7 +22,8 @@ struct Reach {
   double gamma;
 };
 
-/// Reaches of all kinds: from outside the limits, to stretched and to unreachable targets, with any gamma.
+/// The k-th of a mix of reaches: from starts inside and outside the limits, to stretched, reachable and unreachable
+/// targets, with any gamma.
 Reach reach_of(const Chain& chain, uint64_t k) {
   const CounterRandom random(kSeed, k);
   Reach reach;
@@ -41,7 +42,7 @@ Reach reach_of(const Chain& chain, uint64_t k) {
   return reach;
 }
 
-/// Runs `arms` reaches in a batch and one by one; returns the number of steps of an arm compared.
+/// Runs `arms` reaches in a batch and one by one. Returns the number of steps compared, summed over the arms.
 int64_t compare(const Chain& chain, int arms, int steps, const std::string& what) {
   GuardedBatch batch(chain, {}, arms);
   std::vector<GuardedLaw> laws;
@@ -52,7 +53,7 @@ int64_t compare(const Chain& chain, int arms, int steps, const std::string& what
     parameters.gamma = reach.gamma;
     laws.emplace_back(chain, parameters);
     laws.back().start(reach.start);
-    laws.back().aim({.position = reach.target}, reach.target_posture);
+    laws.back().set_target({.position = reach.target}, reach.target_posture);
   }
   for (int step = 0; step < steps; ++step) {
     batch.step();
@@ -75,8 +76,8 @@ int64_t compare(const Chain& chain, int arms, int steps, const std::string& what
     }
   }
   int64_t choices = 0;
-  for (const GuardedLaw& law : laws) choices += law.posture_choices();
-  EXPECT_EQ(batch.posture_choices(), choices) << what;
+  for (const GuardedLaw& law : laws) choices += law.ik_searches();
+  EXPECT_EQ(batch.ik_searches(), choices) << what;
   return int64_t{arms} * steps;
 }
 
@@ -96,7 +97,7 @@ TEST_F(EveryInstructionSet, GivesTheBitsOfOneArmAlone) {
   EXPECT_FALSE(use_instruction_set("PDP-11"));
 }
 
-/// A full step of (27) can be chaotic, so each step is compared on its own, from the batch's state.
+/// Repeated full steps of (27) can be chaotic, so each step is compared on its own, starting from the batch's state.
 TEST_F(EveryInstructionSet, TakesTheStepsOfThePaper) {
   for (const std::string& name : instruction_sets()) {
     ASSERT_TRUE(use_instruction_set(name));
@@ -135,7 +136,7 @@ TEST_F(EveryInstructionSet, TakesTheStepsOfThePaper) {
         for (int arm = 0; arm < kArms; ++arm) {
           PaperState& state = before[static_cast<size_t>(arm)];
           const ArmBlock& block = batch.block(arm / kRowLanes);
-          // How much the step of theta_T multiplies errors of rounding.
+          // The factor by which the step of theta_T amplifies rounding errors.
           Eigen::Vector3d x;
           PositionJacobian J;
           chain.position_and_jacobian(state.theta_target, x, J);
@@ -158,25 +159,25 @@ TEST_F(EveryInstructionSet, TakesTheStepsOfThePaper) {
 
 TEST_F(EveryInstructionSet, FindsThePosturesThatOneSearchFinds) {
   const Chain chain = testing::hoap2();
-  const PostureSearch search(chain);
+  const MultiStartIk search(chain);
   for (const std::string& name : instruction_sets()) {
     ASSERT_TRUE(use_instruction_set(name));
     int answers = 0;
     for (uint64_t k = 0; k < 40; ++k) {
-      PostureQueries queries;
+      IkQueries queries;
       const CounterRandom random(kSeed, k);
       std::array<JointVector, kRowLanes> theta;
       std::array<Eigen::Vector3d, kRowLanes> x_T;
       for (uint64_t a = 0; a < kRowLanes; ++a) {
         theta[a] = testing::random_posture(chain, random, 2 * a, 0);
         x_T[a] = chain.position(testing::random_posture(chain, random, 2 * a + 1, 0));
-        if (a == 3) x_T[a] *= 1.3;                                                 // often out of reach
+        if (a == 3) x_T[a] *= 1.3;                                                 // often unreachable
         if (a == 4) x_T[a] = chain.position(chain.clamped(JointVector::Zero(4)));  // stretched
-        if (a == 5) x_T[a] = chain.fixed(0).translation();                         // in the shoulder
+        if (a == 5) x_T[a] = chain.fixed(0).translation();                         // at the centre of the shoulder
         for (int c = 0; c < 3; ++c) queries.x_T[static_cast<size_t>(c)][static_cast<int>(a)] = x_T[a][c];
         for (int i = 0; i < 4; ++i) queries.theta[static_cast<size_t>(i)][static_cast<int>(a)] = theta[a][i];
       }
-      const uint32_t found = nearest_postures(search.shoulder_elbow(), queries);
+      const uint32_t found = closed_form_batch(search.closed_form_ik(), queries);
       for (size_t a = 0; a < kRowLanes; ++a) {
         const auto one = search.closed_form_nearest(x_T[a], theta[a]);
         ASSERT_EQ(one.has_value(), (found >> a & 1) != 0) << name << ", " << k << ", " << a;

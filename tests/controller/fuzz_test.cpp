@@ -6,8 +6,8 @@
 #include "controller/reach_controller.hpp"
 #include "tests/test_arms.hpp"
 
-// Any calls in any order, with any numbers: what comes out is finite and inside the limits. MULTIREACH_FUZZ_CALLS sets
-// how many calls (tools/test.sh --full makes 10^7), MULTIREACH_FUZZ_SEED where the series starts.
+// Makes random calls in random order, with any numbers: the output must be finite and inside the limits.
+// MULTIREACH_FUZZ_CALLS sets the number of calls (10^7 in tools/test.sh --full), MULTIREACH_FUZZ_SEED the first seed.
 
 namespace multireach::controller {
 namespace {
@@ -17,7 +17,7 @@ int64_t from_environment(const char* name, int64_t otherwise) {
   return text ? std::strtoll(text, nullptr, 10) : otherwise;
 }
 
-/// Numbers of every kind: mostly sensible ones, some at the edges of what a double can be.
+/// Generates random arguments: mostly plausible ones, some at the extremes of a double, infinite or not a number.
 class Wild {
  public:
   explicit Wild(uint64_t seed) : random_(seed, 77) {}
@@ -46,8 +46,8 @@ class Wild {
     static constexpr int64_t kEdges[] = {INT64_MIN, INT64_MAX, 0, -1, INT64_MAX / 2, INT64_MIN / 2, 1'000'000'000'000};
     return kEdges[below(std::size(kEdges))];
   }
-  HandTarget target(double reach) {
-    HandTarget target{.position = vector(1.2 * reach), .aim = static_cast<Aim>(below(3))};
+  TaskTarget target(double reach) {
+    TaskTarget target{.position = vector(1.2 * reach), .task = static_cast<TaskKind>(below(3))};
     if (chance(0.3)) target.velocity = vector(0.01);
     if (chance(0.05)) target.velocity = vector(1e3);
     target.direction = vector(1, 0.005).stableNormalized();
@@ -73,8 +73,7 @@ class Wild {
   uint64_t counter_ = 0;
 };
 
-/// The Hoap2, arms of 2 to 9 joints that nobody would build, one of 11, and some whose joints cannot move, or have
-/// hardly a range, or no speed, or no limits but huge ones.
+/// The same arm without speed limits, and with revolute joint limits of +-`range`, rad.
 Chain without_limits(const Chain& chain, double range) {
   std::vector<Joint> list = chain.joints();
   std::vector<Eigen::Isometry3d> fixed;
@@ -88,6 +87,8 @@ Chain without_limits(const Chain& chain, double range) {
   return {list, fixed, "base", "hand"};
 }
 
+/// The Hoap2, randomly generated arms of 2 to 9 joints, one of 11 joints, and some arms whose joints have a range of
+/// zero or almost zero, a speed of zero, or only huge limits.
 Chain arm(uint64_t which) {
   if (which % 16 == 4) return without_limits(testing::hoap2(), 1e9);
   if (which % 16 == 6) return without_limits(testing::odd_arm(6, which), 1e5);
@@ -106,7 +107,7 @@ Chain arm(uint64_t which) {
   return {list, fixed, "base", "hand"};
 }
 
-/// What every output must keep, given the one before it.
+/// Checks each output against the limits and the output before it.
 struct Promise {
   const Chain& chain;
   JointVector theta, velocity;
@@ -136,7 +137,7 @@ void fuzz_law(uint64_t seed, int64_t calls) {
   if (wild.chance(0.2)) parameters.gamma = 0;
   if (wild.chance(0.5)) parameters.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
   if (wild.chance(0.3)) parameters.body.link_radius_m = wild.uniform(0.001, 0.1) * chain.reach();
-  parameters.posture_search = {.starts = 3, .most_starts = 6};
+  parameters.ik = {.starts = 3, .most_starts = 6};
   GuardedLaw law(chain, parameters);
   Promise promise{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = parameters.steps_per_second;
@@ -152,21 +153,21 @@ void fuzz_law(uint64_t seed, int64_t calls) {
           break;
         case 1:
         case 2:
-          law.aim(wild.target(chain.reach()));
+          law.set_target(wild.target(chain.reach()));
           break;
         case 3:
-          law.follow(wild.target(chain.reach()));
+          law.update_target(wild.target(chain.reach()));
           break;
         case 4: {
           const JointVector posture = wild.joints(chain.size(), 3);
-          law.aim_at_posture(posture.size() == chain.size() && wild.chance(0.8) ? chain.clamped(posture) : posture);
+          law.set_joint_target(posture.size() == chain.size() && wild.chance(0.8) ? chain.clamped(posture) : posture);
           break;
         }
         case 5:
-          law.aim(wild.target(chain.reach()), wild.joints(chain.size(), 3));
+          law.set_target(wild.target(chain.reach()), wild.joints(chain.size(), 3));
           break;
         case 6:
-          law.take_up(wild.joints(chain.size(), wild.chance(0.5) ? 0 : 0.5));
+          law.compensate(wild.joints(chain.size(), wild.chance(0.5) ? 0 : 0.5));
           break;
         case 7:
           law.set_obstacles(wild.obstacles(chain.reach()));
@@ -193,10 +194,10 @@ void fuzz_controller(uint64_t seed, int64_t calls) {
   GuardedParameters law;
   if (wild.chance(0.5)) law.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
   ReachOptions options{.law = law,
-                       .without_target = static_cast<WithoutTarget>(wild.below(3)),
+                       .on_target_lost = static_cast<OnTargetLost>(wild.below(3)),
                        .feedback = static_cast<Feedback>(wild.below(2)),
-                       .aim = wild.chance(0.7) ? Aim::kPosition : static_cast<Aim>(wild.below(3))};
-  options.posture_search = {.starts = 3, .most_starts = 6};
+                       .task = wild.chance(0.7) ? TaskKind::kPosition : static_cast<TaskKind>(wild.below(3))};
+  options.ik = {.starts = 3, .most_starts = 6};
   ReachController controller(chain, options);
   Promise promise{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = 1e6 / static_cast<double>(options.tick_us);

@@ -58,7 +58,7 @@ Case random_case(const Chain& chain, uint64_t k) {
 }
 
 TEST(CoherentVelocity, TheTwoFormsOfThePaperAgree) {
-  // Eq. (13), which inverts an n x n matrix of the weights themselves, against Eq. (14) as implemented.
+  // Compares Eq. (13), which inverts an n x n matrix that contains the weights, with Eq. (14), which is implemented.
   for (const auto& file : testing::all_arm_files()) {
     const Chain chain = testing::load(file);
     for (uint64_t k = 0; k < 100; ++k) {

@@ -1,5 +1,5 @@
-// The law `paper` against a second writing of Eqs. (19)-(28): plain arrays, Gauss-Jordan elimination, and Orocos KDL
-// for the arm. It shares no code with the first.
+// Compares the law `paper` with an independent implementation of Eqs. (19)-(28): plain arrays, Gauss-Jordan
+// elimination, and Orocos KDL for the arm. The two share no code.
 #include "controller/law/paper_law.hpp"
 #include "controller/law/paper_equations.hpp"
 
@@ -128,13 +128,14 @@ struct Second {
 
 constexpr uint64_t kSeed = 19;
 
-/// A full step of (27) per integration step can be chaotic: errors grow exponentially, and after some steps two correct
-/// programs have nothing in common. A run beside, begun with this error in theta_T, tells when.
+/// Repeated full steps of (27) can be chaotic: errors grow exponentially, and after some steps two correct programs
+/// give unrelated results. A perturbed run measures this growth: it starts with the error kSmallError in theta_T, and
+/// the comparison ends when its error exceeds kGrownError.
 constexpr double kSmallError = 1e-13, kGrownError = 1e-10;
 
-/// How far two backward stable programs may be apart after one update of theta_T: relative rounding errors of a few
-/// units in the last place, amplified by the condition of J_T J_T^T, of a step of this size (Higham, Accuracy and
-/// Stability of Numerical Algorithms, 2nd ed., Theorems 9.4 and 10.4, with 3 n + 1 = 10 for n = 3, twice).
+/// The difference that two backward stable programs may have after one update of theta_T: relative rounding errors of a
+/// few units in the last place, times the condition number of J_T J_T^T, times the size of the step (Higham, Accuracy
+/// and Stability of Numerical Algorithms, 2nd ed., Theorems 9.4 and 10.4, with 3 n + 1 = 10 for n = 3, twice).
 double rounding_of_update(const Chain& chain, const PaperState& state) {
   Eigen::Vector3d x;
   PositionJacobian J;
@@ -208,7 +209,7 @@ TEST(PaperLaw, WithoutLimitAvoidanceEveryWeightIsGamma) {
   const PaperParameters with, without{.gains = {}, .gamma = 350, .limit_avoidance = false};
   EXPECT_LT(paper_weights(chain, with, near_limits).maxCoeff(), 0.2);
   EXPECT_EQ(paper_weights(chain, without, near_limits), JointVector::Constant(4, 350));
-  // And it is these weights that the step uses: near the limits the hand is not heard with them, and heard without.
+  // The step must use these weights: near the limits, limit avoidance suppresses the hand's attractor.
   JointVector goal(4);
   goal << -0.7, -0.6, -0.3, -1.2;
   PaperState heard = paper_state_at_rest(chain, near_limits, near_limits), unheard = heard;

@@ -27,10 +27,10 @@ std::vector<Obstacle> some_obstacles(const Chain& chain, uint64_t seed) {
   return obstacles;
 }
 
-/// The clearance by brute force: many points on the axes of the links.
+/// The clearance by brute force, at many points on the axes of the links.
 double sampled_clearance(const Chain& chain, const Body& body, const std::vector<Obstacle>& obstacles,
                          const JointVector& theta) {
-  double least = body.sight_m;
+  double least = body.query_distance_m;
   Eigen::Isometry3d X = chain.fixed(0);
   for (int i = 0; i < chain.size(); ++i) {
     X.linear() = X.linear() * Eigen::AngleAxisd(theta[i], chain.joint(i).axis).toRotationMatrix();
@@ -58,7 +58,7 @@ TEST(Proximity, AgreesWithSampledDistances) {
     const JointVector theta = testing::random_posture(chain, random, k);
     const double sampled = sampled_clearance(chain, body, obstacles, theta);
     if (sampled < -body.link_radius_m - body.margin_m + 1e-3)
-      continue;  // an axis inside an obstacle has only a rough depth
+      continue;  // the depth is only approximate when a link axis is inside an obstacle
     EXPECT_NEAR(proximity.clearance(theta), sampled, 3e-4) << "seed " << kSeed << ", case " << k;
   }
 }
@@ -73,19 +73,18 @@ TEST(Proximity, GradientsAreTheDerivativesOfTheClearances) {
     proximity.set_obstacles(some_obstacles(chain, kSeed + k));
     const JointVector theta = testing::random_posture(chain, random, k);
     const auto found = proximity.near_pairs(theta);
-    const std::vector<NearPair> pairs(found.begin(), found.end());
+    const std::vector<ProximityPair> pairs(found.begin(), found.end());
     for (int i = 0; i < chain.size(); ++i) {
       JointVector more = theta, less = theta;
       more[i] += 1e-6;
       less[i] -= 1e-6;
       const auto after = proximity.near_pairs(more);
-      const std::vector<NearPair> high(after.begin(), after.end());
+      const std::vector<ProximityPair> high(after.begin(), after.end());
       const auto low = proximity.near_pairs(less);
       if (high.size() != pairs.size() || low.size() != pairs.size()) continue;
       for (size_t p = 0; p < pairs.size(); ++p) {
         if (pairs[p].clearance < 0) continue;
         const double slope = (high[p].clearance - low[p].clearance) / 2e-6;
-        // Between boxes and edges the nearest points may jump: a few differences see the jump.
         if (std::abs(slope - pairs[p].gradient[static_cast<size_t>(i)]) < 2e-3)
           ++compared;
         else

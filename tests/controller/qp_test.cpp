@@ -12,7 +12,7 @@ namespace {
 constexpr uint64_t kSeed = 23;
 constexpr int kJoints = 6;
 
-/// What both programs are made of.
+/// The data that both quadratic programs have in common.
 struct Program {
   using Joints = std::array<double, kJoints>;
   int n;
@@ -41,7 +41,8 @@ Program random_program(const CounterRandom& random, uint64_t& counter) {
   return program;
 }
 
-/// The optimality conditions of the box: how much the gradient would still allow, relative to its terms.
+/// Violation of the optimality conditions in the box: the largest component of the gradient that the bounds do not
+/// block, relative to the terms of the gradient. 1e9 outside the box.
 template <class Program>
 double violation(const Program& program, const std::array<double, kJoints>& v, std::array<double, kJoints> gradient,
                  double stiffness = 0) {
@@ -91,8 +92,8 @@ TEST(SoftCollisionQp, MeetsTheOptimalityConditions) {
   int touched = 0;
   for (int k = 0; k < 5000; ++k) {
     auto program = random_program<SoftCollisionQp<3, kJoints>>(random, counter);
-    std::array<NearPair, 5> pairs{};
-    for (NearPair& pair : pairs) {
+    std::array<ProximityPair, 5> pairs{};
+    for (ProximityPair& pair : pairs) {
       for (size_t i = 0; i < kJoints; ++i) pair.gradient[i] = random.uniform(counter++, -0.3, 0.3);
       pair.clearance = random.uniform(counter++, -0.1, 1);
     }
@@ -101,7 +102,7 @@ TEST(SoftCollisionQp, MeetsTheOptimalityConditions) {
     auto v = program.wanted;
     program.solve(v);
     auto gradient = gradient_of(program, v);
-    for (const NearPair& pair : pairs) {
+    for (const ProximityPair& pair : pairs) {
       double missing = -program.rate * pair.clearance;
       for (size_t i = 0; i < kJoints; ++i) missing -= pair.gradient[i] * v[i];
       if (missing <= 0) continue;

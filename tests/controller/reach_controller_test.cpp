@@ -20,8 +20,8 @@ class Reaching : public ::testing::Test {
     return c;
   }
 
-  /// Runs `seconds` of a target that `place` gives at each frame (nothing: not seen), and returns the last output.
-  /// Between two ticks no joint may move further than a joint can.
+  /// Runs the controller for `seconds` and returns the last output. `place` gives the target position at each frame, or
+  /// nothing when the target is not seen. Checks that no joint moves more between two ticks than its speed allows.
   template <class Place>
   ReachOutput run(ReachController& c, double seconds, Place&& place) {
     const int64_t end = now_ + static_cast<int64_t>(seconds * 1e6);
@@ -152,7 +152,7 @@ TEST_F(Reaching, TakesUpAPushWithoutAJumpWhenThePostureIsMeasured) {
   }
   EXPECT_GT(out.theta[0], reached[0] + 0.1);
   EXPECT_LT(out.theta[3], reached[3] - 0.05);
-  for (int k = 0; k < 80; ++k) {  // let go: the robot follows its commands again
+  for (int k = 0; k < 80; ++k) {  // after the push, the robot follows its commands again
     c.observe({.utime = *c.next_tick(), .seen = true, .position = front_});
     c.observe_robot(out.theta);
     out = c.tick();
@@ -164,9 +164,9 @@ TEST_F(Reaching, TakesUpAPushWithoutAJumpWhenThePostureIsMeasured) {
 
 TEST_F(Reaching, ChoosesAPostureAnewWhenTheTargetJumps) {
   ReachController c = controller();
-  const int64_t before = run(c, 2, [&](double) { return front_; }).posture_choices;
+  const int64_t before = run(c, 2, [&](double) { return front_; }).ik_searches;
   const ReachOutput out = run(c, 2.5, [&](double) { return side_; });
-  EXPECT_EQ(out.posture_choices, before + 1);
+  EXPECT_EQ(out.ik_searches, before + 1);
   EXPECT_LT((out.x - side_).norm(), 1e-3);
 }
 
@@ -182,7 +182,7 @@ TEST_F(Reaching, GoesOnToTheLastTargetWhenItIsLost) {
 
 TEST_F(Reaching, GoesToRestWhenItIsLostAndToldSo) {
   ReachOptions options;
-  options.without_target = WithoutTarget::kGoToRest;
+  options.on_target_lost = OnTargetLost::kGoToRest;
   options.rest = JointVector(4);
   options.rest << 0.1, -0.5, -0.1, -0.5;
   ReachController c = controller(options);
@@ -195,7 +195,7 @@ TEST_F(Reaching, GoesToRestWhenItIsLostAndToldSo) {
 
 TEST_F(Reaching, StaysWhereItIsWhenItIsLostAndToldSo) {
   ReachOptions options;
-  options.without_target = WithoutTarget::kStay;
+  options.on_target_lost = OnTargetLost::kStop;
   ReachController c = controller(options);
   const ReachOutput moving = run(c, 0.4, [&](double) { return front_; });
   const ReachOutput out = run(c, 3, [](double) { return std::nullopt; });
@@ -207,7 +207,7 @@ TEST_F(Reaching, StaysWhereItIsWhenItIsLostAndToldSo) {
 }
 
 TEST_F(Reaching, GoesToTheNearestPointWhenTheTargetIsOutOfReach) {
-  // Straight forward from the shoulder the arm can stretch: the nearest point is on the sphere of its reach.
+  // The arm can stretch straight forward from the shoulder, so the nearest point is on the sphere of its reach.
   const Eigen::Vector3d shoulder = chain_.fixed(0).translation();
   for (const double far : {0.25, 0.4, 3.0, 1e9}) {
     const Eigen::Vector3d target = shoulder + far * Eigen::Vector3d(1, 0, 0);
@@ -216,13 +216,13 @@ TEST_F(Reaching, GoesToTheNearestPointWhenTheTargetIsOutOfReach) {
     run(c, 2, [&](double) { return front_; });
     const ReachOutput out = run(c, 4, [&](double) { return target; });
     EXPECT_EQ(out.mode, ReachMode::kReaching);
-    EXPECT_TRUE(out.target_out_of_reach);
+    EXPECT_TRUE(out.target_unreachable);
     EXPECT_LT(out.velocity.norm(), 1e-3) << "calm";
     EXPECT_LT((out.x - nearest).norm(), 1e-3) << far;
     EXPECT_EQ(chain_.limit_excess(out.theta), 0);
     const ReachOutput back = run(c, 3, [&](double) { return front_; });
     EXPECT_LT((back.x - front_).norm(), 1e-3) << "and comes back";
-    EXPECT_FALSE(back.target_out_of_reach);
+    EXPECT_FALSE(back.target_unreachable);
     previous_.resize(0);
   }
 }
@@ -232,18 +232,18 @@ TEST_F(Reaching, FollowsATargetOutOfReachAndBack) {
   run(c, 2, [&](double) { return front_; });
   const ReachOutput out =
       run(c, 3, [&](double t) { return Eigen::Vector3d(front_ + (far_ - front_) * std::min(t, 1.0)); });
-  EXPECT_TRUE(out.target_out_of_reach);
+  EXPECT_TRUE(out.target_unreachable);
   EXPECT_LT(out.velocity.norm(), 1e-2) << "calm";
   const ReachOutput back =
       run(c, 4, [&](double t) { return Eigen::Vector3d(far_ + (front_ - far_) * std::min(t, 1.0)); });
-  EXPECT_FALSE(back.target_out_of_reach);
+  EXPECT_FALSE(back.target_unreachable);
   EXPECT_LT((back.x - front_).norm(), 1e-3);
 }
 
 TEST_F(Reaching, GoesOnWhenItsClockGoesBackWhileNothingIsSeen) {
-  for (const WithoutTarget without : {WithoutTarget::kHoldLastTarget, WithoutTarget::kGoToRest}) {
+  for (const OnTargetLost without : {OnTargetLost::kHoldLastTarget, OnTargetLost::kGoToRest}) {
     ReachOptions options;
-    options.without_target = without;
+    options.on_target_lost = without;
     ReachController c = controller(options);
     c.restart_grid(now_);
     c.observe({.utime = now_, .seen = true, .position = front_, .velocity = {0.05, 0, 0}});
@@ -254,7 +254,7 @@ TEST_F(Reaching, GoesOnWhenItsClockGoesBackWhileNothingIsSeen) {
       c.observe({.utime = *c.next_tick(), .seen = false});
       out = c.tick();
     }
-    if (without == WithoutTarget::kGoToRest) {
+    if (without == OnTargetLost::kGoToRest) {
       EXPECT_LT((out.theta - start_).norm(), 1e-4);
     } else {
       EXPECT_LT((out.x - front_).norm(), 1e-3);
@@ -282,7 +282,7 @@ TEST_F(Reaching, ALastingOffsetOfTheArmIsNotAPush) {
     c.observe_robot(measured);
     out = c.tick();
     measured = out.theta;
-    measured[0] += 0.1;  // a joint that is calibrated wrongly
+    measured[0] += 0.1;  // calibration error of a joint
   }
   EXPECT_LT((out.x - front_).norm(), 1e-4) << "of the hand as commanded";
   EXPECT_LT(out.velocity.norm(), 1e-3);
@@ -297,7 +297,7 @@ TEST_F(Reaching, UnderThePaperLawATargetOutOfReachIsNotPursued) {
     const ReachOutput out = run(
         c, 3, [&](double t) { return jumps ? far_ : Eigen::Vector3d(front_ + (far_ - front_) * std::min(t, 1.0)); });
     EXPECT_EQ(out.mode, ReachMode::kHolding);
-    EXPECT_TRUE(out.target_out_of_reach);
+    EXPECT_TRUE(out.target_unreachable);
     EXPECT_LT(out.velocity.norm(), 1e-3) << "calm";
     EXPECT_LT(chain_.limit_excess(out.theta), 0.05);
     EXPECT_LT((run(c, 3, [&](double) { return front_; }).x - front_).norm(), 1e-3) << "and comes back";
@@ -354,7 +354,7 @@ TEST_F(Reaching, TheTickAllocatesNothing) {
   run(c, 0.5, [&](double) { return front_; });
   const int64_t before = testing::allocations().number;
   for (int k = 0; k < 200; ++k) {
-    const Eigen::Vector3d p = (k / 20) % 2 ? front_ : side_;  // jumps, so that postures are chosen too
+    const Eigen::Vector3d p = (k / 20) % 2 ? front_ : side_;  // the target jumps, so that the search also runs
     c.observe({.utime = *c.next_tick(), .seen = true, .position = p});
     c.tick();
   }

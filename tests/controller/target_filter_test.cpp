@@ -53,7 +53,7 @@ TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
     ++number;
   }
   EXPECT_LT(std::sqrt(sum / number / 3), 0.4 * sigma) << "seed " << kSeed;
-  EXPECT_LE(jumps, 2) << "the first, and hardly a sighting beyond four sigma";
+  EXPECT_LE(jumps, 2) << "the first, and hardly a match beyond four sigma";
 }
 
 TEST(TargetFilter, ALeapIsANewTarget) {

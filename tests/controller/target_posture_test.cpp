@@ -12,7 +12,7 @@ namespace {
 constexpr uint64_t kSeed = 27;
 
 TEST(TargetPosture, SolvesTheProblemOfEquations15And16) {
-  // Minimise |theta_T + d - theta|^2 under J_T d = x_T' + x_T - K(theta_T), by its KKT system.
+  // Solve the KKT system of: minimise |theta_T + d - theta|^2 subject to J_T d = x_T' + x_T - K(theta_T).
   for (const auto& file : testing::all_arm_files()) {
     const Chain chain = testing::load(file);
     const CounterRandom random(kSeed);

@@ -24,7 +24,7 @@ TEST(VelocityBounds, WhateverIsChosenInsideThemNeitherPositionNorSpeedNorAcceler
       const VelocityBounds<double> range =
           velocity_bounds<double>(position, velocity, lower, upper, speed, acceleration, rate);
       ASSERT_LE(range.lower, range.upper);
-      // Mostly the extremes: those are what breaks a wrong bound.
+      // Mostly the extremes, because these reveal a wrong bound.
       const double part = random.uniform(counter++);
       const bool outwards = (step / 200) % 2 == 0;
       const double chosen = part < 0.8 ? (outwards ? range.upper : range.lower)
@@ -75,7 +75,8 @@ TEST(VelocityBounds, FromOutsideALimitTheJointComesBackMonotonicallyAndNotOutOnT
 }
 
 TEST(VelocityBounds, TheJointsOwnAttractorAlwaysSatisfiesThem) {
-  // docs/guarantees.md: with alpha (1 - beta)^2 >= 4 beta (1 - alpha), from rest, for any target inside the limits.
+  // As docs/guarantees.md states for alpha (1 - beta)^2 >= 4 beta (1 - alpha): from rest, for any target inside the
+  // limits.
   const double alpha = 0.08, beta = 0.02;
   const BarrierRate rate(alpha * (1 - beta) / (2 * (1 - alpha)));
   const CounterRandom random(kSeed);

@@ -8,7 +8,7 @@
 namespace multireach::controller {
 namespace {
 
-/// Largest position of an attractor that starts at rest at 0 with its target at 1.
+/// The largest position of an attractor that starts at rest at 0 with its target at 1.
 double peak(const ViteGains& gains) {
   double r = 0, v = 0, highest = 0;
   for (int k = 0; k < 2000; ++k) {
@@ -35,11 +35,11 @@ TEST(Vite, DoesNotOvershootWhenAlphaIsFourBetaOrMore) {
 }
 
 TEST(Vite, FollowsTheClosedFormOfTheRecurrence) {
-  // r_{k+1} - 1 = (2 - a - a b) (r_k - 1) - (1 - a) (r_{k-1} - 1), whose roots are known.
+  // The recurrence is r_{k+1} - 1 = (2 - a - a b) (r_k - 1) - (1 - a) (r_{k-1} - 1); its roots are known.
   const ViteGains gains{0.1, 0.01};
   const double a = gains.alpha, b = gains.beta, p = 2 - a - a * b, q = 1 - a;
   const double root = std::sqrt(p * p / 4 - q), s1 = p / 2 + root, s2 = p / 2 - root;
-  // r_0 = 0 and r_1 = a b.
+  // The initial values are r_0 = 0 and r_1 = a b.
   const double c1 = (a * b - 1 + s2) / (s1 - s2), c2 = -1 - c1;
   double r = 0, v = 0;
   for (int k = 1; k <= 300; ++k) {

@@ -29,7 +29,7 @@ TEST(CameraModel, ProjectsByTheFormula) {
 }
 
 TEST(CameraModel, ThePrincipalPointIsOnTheAxis) {
-  // Pixels have the centre of the first pixel at (0, 0): nothing is half a pixel off.
+  // The centre of the first pixel is at (0, 0), so there is no offset of half a pixel.
   const CameraModel c = camera();
   EXPECT_TRUE(c.project({0, 0, 2}).isApprox(Eigen::Vector2d(160.7, 118.9), 1e-12));
 }

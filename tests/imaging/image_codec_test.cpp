@@ -11,7 +11,7 @@
 namespace multireach::vision {
 namespace {
 
-/// Smooth colours, so that subsampled formats lose little.
+/// A picture with smooth colours, so that chroma subsampling loses little.
 cv::Mat picture(int width, int height) {
   cv::Mat image(height, width, CV_8UC3);
   for (int row = 0; row < height; ++row) {
@@ -49,7 +49,7 @@ TEST(ImageCodec, ReadsEveryFormat) {
   check(PixelFormat::kRgb, bytes_of(rgb), 1e-9, "RGB");
   check(PixelFormat::kI420, bytes_of(i420), 2, "I420");
   check(PixelFormat::kMjpeg, codec.encode_jpeg(bgr, 95), 2, "JPEG");
-  // The other layouts of the same luma and chroma, by hand.
+  // The other layouts are assembled here from the same luma and chroma.
   const std::vector<uint8_t> yuv = bytes_of(i420);
   const size_t luma = 64 * 48, quarter = luma / 4;
   std::vector<uint8_t> nv12(yuv.begin(), yuv.begin() + static_cast<std::ptrdiff_t>(luma)), yuyv, uyvy;
@@ -69,7 +69,7 @@ TEST(ImageCodec, ReadsEveryFormat) {
   check(PixelFormat::kNv12, nv12, 2, "NV12");
   check(PixelFormat::kYuyv, yuyv, 2.5, "YUYV");
   check(PixelFormat::kUyvy, uyvy, 2.5, "UYVY");
-  // A Bayer pattern named by the colours of its first two rows; B is channel 0, G 1, R 2.
+  // A Bayer pattern is named by the colours of its first two rows; B is channel 0, G 1, R 2.
   const auto bayer = [&](int c00, int c01, int c10, int c11) {
     std::vector<uint8_t> data;
     for (int row = 0; row < 48; ++row) {
@@ -106,7 +106,7 @@ TEST(ImageCodec, HonoursTheRowStride) {
   EXPECT_EQ(difference(out, bgr), 0);
 }
 
-/// A picture with fine structure and sharp colours, so that every neighbour counts.
+/// A picture with fine structure and sharp colour edges, so that wrong neighbouring pixels change the result.
 cv::Mat busy_picture(int width, int height, uint64_t seed) {
   const CounterRandom random(seed);
   cv::Mat image(height, width, CV_8UC3);
@@ -140,7 +140,7 @@ cv::Rect random_part(const CounterRandom& random, uint64_t k, cv::Size size) {
   return {x, y, 1 + draw(2, size.width - x), 1 + draw(3, size.height - y)};
 }
 
-/// How many of `number` parts of an image are not, bit for bit, as in the whole.
+/// Decodes `number` random parts of an image and counts those that differ in any bit from the same part of `whole`.
 int different_parts(const EncodedImage& image, const cv::Mat& whole, int number, uint64_t seed) {
   ImageCodec codec;
   const CounterRandom random(seed);
@@ -163,7 +163,7 @@ TEST(ImageCodec, APartOfAJpegIsAsInTheWhole) {
         const std::vector<uint8_t> jpeg = jpeg_of(busy_picture(size.width, size.height, seed), subsampling, flags);
         const EncodedImage image{
             .width = size.width, .height = size.height, .format = PixelFormat::kMjpeg, .data = jpeg};
-        // The whole, by the other interface of the library.
+        // Decode the whole image with the other interface of the library.
         cv::Mat whole(size, CV_8UC3);
         tjhandle handle = tjInitDecompress();
         ASSERT_EQ(tjDecompress2(handle, jpeg.data(), jpeg.size(), whole.data, size.width, static_cast<int>(whole.step),
@@ -174,7 +174,7 @@ TEST(ImageCodec, APartOfAJpegIsAsInTheWhole) {
         ASSERT_TRUE(ImageCodec().decode(image, out));
         EXPECT_EQ(cv::norm(out, whole, cv::NORM_INF), 0);
         EXPECT_EQ(different_parts(image, whole, 60, seed), 0) << "sampling " << subsampling << ", " << size;
-        // A checker that cannot see the difference is none.
+        // The check must detect a difference.
         whole ^= cv::Scalar(1, 0, 0);
         EXPECT_EQ(different_parts(image, whole, 10, seed), 10);
         ++seed;
@@ -220,7 +220,7 @@ TEST(ImageCodec, DamageMattersWhereItIsRead) {
   EXPECT_FALSE(codec.decode(image, out));
   EXPECT_FALSE(codec.decode(image, {0, 100, 20, 10}, out));
   EXPECT_TRUE(codec.decode(image, {0, 0, 20, 10}, out));
-  // Bytes turned to others anywhere: a part or the whole may be refused, and nothing worse happens.
+  // Random bytes are changed: the decoder may refuse a part or the whole image, but must not fail in another way.
   const CounterRandom random(12);
   std::cout << "seed 12\n";
   int refused = 0;

@@ -64,7 +64,7 @@ TEST(Chain, Hoap2HangsDownAtZeroAndReachesForward) {
 }
 
 TEST(Chain, Hoap2LargestSingularValueIsThatOfTheStretchedArm) {
-  // Two parallel axes with levers of 0.217 and 0.101 m: sigma_1^2 = 0.217^2 + 0.101^2.
+  // Two joints have parallel axes with lever arms of 0.217 and 0.101 m, so sigma_1^2 = 0.217^2 + 0.101^2.
   const Chain chain = hoap2();
   Eigen::Vector3d p;
   PositionJacobian J;

@@ -71,7 +71,7 @@ TEST(FastChain, AgreesWithChainOnOddArms) {
 }
 
 TEST(FastChain, AxesThatAreNearlyParallelDoNoHarm) {
-  // As a URDF has them whose right angles were rounded.
+  // Such axes occur in URDFs whose right angles are rounded.
   const Chain arm = testing::odd_arm(5, 3, false);
   for (const double tilt : {0.0, 1e-17, 1e-13, 3.7e-6, M_PI / 2 + 3.7e-6, M_PI - 1e-9}) {
     std::vector<Eigen::Isometry3d> fixed;

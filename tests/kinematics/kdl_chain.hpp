@@ -8,8 +8,8 @@
 
 namespace multireach::testing {
 
-/// The chain between two links as Orocos KDL sees it, built from the URDF without any code of the project: the base
-/// must be above the tip.
+/// The chain between two links as an Orocos KDL chain, built from the URDF without any code of the project. The base
+/// must be an ancestor of the tip.
 inline KDL::Chain kdl_chain(const std::string& urdf, const std::string& base, const std::string& tip) {
   const auto model = urdf::parseURDF(urdf);
   std::vector<urdf::JointConstSharedPtr> joints;

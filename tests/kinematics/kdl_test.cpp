@@ -1,4 +1,4 @@
-// Forward kinematics and Jacobian against Orocos KDL.
+// Compares forward kinematics and Jacobian with Orocos KDL.
 #include <gtest/gtest.h>
 
 #include <kdl/chainfksolverpos_recursive.hpp>

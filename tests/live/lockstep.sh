@@ -35,6 +35,6 @@ sed 's/alpha_per_step: 0.08/alpha_per_step: 0.081/' "$robot" >"$work/robot.yaml"
 run controller "$work/robot.yaml"
 sleep 0.5
 play --until 3 && failed "with another configuration"
-grep -qE "JOINT_SETPOINT [0-9]+: angle_rad\[[0-9]\] is .* from controller" "$work/out" || failed "the difference is not named: $(cat "$work/out")"
+grep -qE "JOINT_SETPOINT [0-9]+: joint_position\[[0-9]\] is .* from controller" "$work/out" || failed "the difference is not named: $(cat "$work/out")"
 for node in vision controller bridge robot-sim; do kill "${pids[$node]}"; wait "${pids[$node]}" || failed "$node: $(cat "$work/$node.err")"; done
 finish

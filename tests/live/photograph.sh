@@ -13,6 +13,6 @@ sleep 0.5
 await_written "$work/session.lcm"; kill -INT $logger; wait $logger 2>/dev/null
 cp "$root/tests/data/moebius/vision.yaml" "$work/session.vision.yaml"
 "$root/tools/launch.sh" --no-setup --session "$work/session.lcm" --json "$work/report.json" 2>"$work/err" || failed "exit code $?: $(cat "$work/err")"
-depth=$(tr -d ' \n' <"$work/report.json" | grep -o '"out_of_reach":.*"target_m":\[[^]]*\]' | grep -o '[0-9.e-]*\]' | tr -d ']' | tail -n1)
+depth=$(tr -d ' \n' <"$work/report.json" | grep -o '"unreachable":.*"target_m":\[[^]]*\]' | grep -o '[0-9.e-]*\]' | tr -d ']' | tail -n1)
 awk -v z="$depth" 'BEGIN { exit !(z > 1.876 && z < 1.930) }' || failed "the solid is seen at a depth of '$depth' m"
 finish

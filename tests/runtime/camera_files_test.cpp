@@ -1,4 +1,5 @@
 #include "runtime/camera_files.hpp"
+#include "tools/calibrate/camera_file_texts.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -105,7 +105,7 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
     });
   };
   EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, acceleration_rad_s2: [9, 9, 9, 9], feedback: measured, "
-                       "without_target: stay, link_radius_m: 0.02, margin_m: 0.01, self_collision: false"),
+                       "on_target_lost: stop, link_radius_m: 0.02, margin_m: 0.01, self_collision: false"),
             "");
   EXPECT_EQ(controller("law: paper, gamma_rad2_m2: 350, drift_m: 0.02"), "");
   const auto says = [&](const std::string& section, const std::string& words) {
@@ -118,8 +118,8 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
   says("acceleration_rad_s2: [1, 1, 1]", "acceleration_rad_s2");
   says("acceleration_rad_s2: [1, 1, 1, 0]", "acceleration_rad_s2");
   says("beta_per_step: 0.03", "overshoot");
-  says("aim: pointing", "pointing_direction");
-  says("aim: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");
+  says("task: pointing", "pointing_direction");
+  says("task: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");
   says("link_radius_m: -1", "link_radius_m");
   says("feedback: maybe", "feedback");
   says("rest_rad: [0, 0, 0, 2]", "right_EB");

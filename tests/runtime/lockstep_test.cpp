@@ -16,8 +16,8 @@ std::vector<uint8_t> robot_state() {
   robot_state_t state{};
   state.num_joints = 4;
   state.joint_name = {"right_SFE", "right_SAA", "right_SHR", "right_EB"};
-  state.angle_rad = {0.2, -0.3, -0.2, -0.9};
-  state.velocity_rad_s = state.torque_n_m = std::vector<double>(4, 0.0);
+  state.joint_position = {0.2, -0.3, -0.2, -0.9};
+  state.joint_velocity = state.joint_effort = std::vector<double>(4, 0.0);
   return *encode(state);
 }
 
@@ -27,13 +27,13 @@ std::vector<uint8_t> setpoint(int64_t sequence) {
   message.sequence = sequence;
   message.num_joints = 4;
   message.joint_name = {"right_SFE", "right_SAA", "right_SHR", "right_EB"};
-  message.angle_rad = {0.2 + 0.01 * static_cast<double>(sequence), -0.3, -0.2, -0.9};
-  message.velocity_rad_s = std::vector<double>(4, 0.0);
+  message.joint_position = {0.2 + 0.01 * static_cast<double>(sequence), -0.3, -0.2, -0.9};
+  message.joint_velocity = std::vector<double>(4, 0.0);
   return *encode(message);
 }
 
 replay_step_t step(int64_t number, int64_t ticks,
-                   const std::vector<std::tuple<int64_t, int8_t, std::vector<uint8_t>>>& inputs = {}) {
+                   const std::vector<std::tuple<int64_t, std::string_view, std::vector<uint8_t>>>& inputs = {}) {
   replay_step_t step{};
   step.replay = 1;
   step.step = number;
@@ -42,9 +42,10 @@ replay_step_t step(int64_t number, int64_t ticks,
   step.num_inputs = static_cast<int32_t>(inputs.size());
   for (const auto& [before_tick, channel, bytes] : inputs) {
     step.before_tick.push_back(before_tick);
-    step.channel.push_back(channel);
+    append_channel(std::string(channel), step.channel_name, step.channel);
     step.digest.push_back(digest_of(bytes));
   }
+  step.num_channels = static_cast<int32_t>(step.channel_name.size());
   return step;
 }
 
@@ -59,9 +60,9 @@ class LockstepTest : public ::testing::Test {
   /// Starts the bridge and lets it tick `ticks` times, with a second set-point after 50.
   replay_step_t work(int64_t ticks) const {
     return step(2, ticks,
-                {{0, node_inputs_t::ROBOT_STATE, robot_state()},
-                 {0, node_inputs_t::JOINT_SETPOINT, setpoint(0)},
-                 {50, node_inputs_t::JOINT_SETPOINT, setpoint(1)}});
+                {{0, channel::kRobotState, robot_state()},
+                 {0, channel::kJointSetpoint, setpoint(0)},
+                 {50, channel::kJointSetpoint, setpoint(1)}});
   }
   void receive_all() {
     lockstep_.receive(channel::kJointSetpoint, setpoint(1));
@@ -133,7 +134,7 @@ TEST_F(LockstepTest, ForgetsWhatCameBeforeAllHadBegun) {
   other.receive(channel::kRobotState, robot_state());
   other.begin(step(0, 0));
   other.begin(step(1, 0));
-  other.begin(step(2, 0, {{0, node_inputs_t::ROBOT_STATE, robot_state()}}));
+  other.begin(step(2, 0, {{0, channel::kRobotState, robot_state()}}));
   other.advance(out_);
   EXPECT_FALSE(other.done());
 }

@@ -39,8 +39,8 @@ std::vector<uint8_t> robot_state(int64_t sequence) {
   state.command_sequence = -1;
   state.num_joints = 5;
   state.joint_name = {"right_EB", "left_EB", "right_SFE", "right_SHR", "right_SAA"};
-  state.angle_rad = {-0.9, 0, 0.2, -0.2, -0.3};
-  state.velocity_rad_s = state.torque_n_m = std::vector<double>(5, 0.0);
+  state.joint_position = {-0.9, 0, 0.2, -0.2, -0.3};
+  state.joint_velocity = state.joint_effort = std::vector<double>(5, 0.0);
   return *encode(state);
 }
 
@@ -79,7 +79,7 @@ TEST(ControllerNode, WaitsForTheRobotThenForATarget) {
   EXPECT_EQ(setpoint.joint_name, joint_names(robot().chain));
   const auto state = last_of<controller_state_t>(out, channel::kControllerState);
   EXPECT_EQ(state.mode, controller_state_t::MODE_REACHING);
-  EXPECT_EQ(state.angle_rad, setpoint.angle_rad);
+  EXPECT_EQ(state.joint_position, setpoint.joint_position);
   EXPECT_LT(state.attractor_residual_m, 1e-6);
 }
 
@@ -161,7 +161,7 @@ TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
   joint_setpoint_t setpoint{};
   setpoint.num_joints = 1;
   setpoint.joint_name = {"nose"};
-  setpoint.angle_rad = setpoint.velocity_rad_s = {1};
+  setpoint.joint_position = setpoint.joint_velocity = {1};
   EXPECT_FALSE(node.receive(channel::kJointSetpoint, *encode(setpoint), out).utime);
   EXPECT_FALSE(node.next_tick());
   EXPECT_EQ(node.counters().refused, 1);
@@ -193,7 +193,7 @@ TEST(VisionNode, AnUnreadableImageIsNoSighting) {
     const auto target = last_of<target_t>(out, channel::kTarget);
     EXPECT_EQ(target.status, target_t::STATUS_COASTING);
     EXPECT_EQ(target.reason, reason);
-    EXPECT_EQ(target.seen_utime, last.utime);
+    EXPECT_EQ(target.last_seen_utime, last.utime);
   };
   images_t bad = next();
   bad.images[1].data.resize(bad.images[1].data.size() / 4);
@@ -248,7 +248,7 @@ class WholeLoop {
         truth_ = Eigen::Map<const Eigen::Vector3d>(decode<target_t>(message.bytes)->position_m);
       if (message.channel == channel::kRobotState) {
         const auto state = *decode<robot_state_t>(message.bytes);
-        hand_ = chain_.position(*from_fields(chain_, state.joint_name, state.angle_rad));
+        hand_ = chain_.position(*from_fields(chain_, state.joint_name, state.joint_position));
       }
       for (Node* node : nodes_) {
         const auto inputs = node->inputs();

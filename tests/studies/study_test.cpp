@@ -67,13 +67,13 @@ TEST(Study, WatchesABlockAsEachArmAlone) {
   const Chain chain = testing::hoap2();
   const ReachSampler sampler(chain, kSeed);
   const ReachRules rules;
-  const WatchPlan plan(chain, rules);
+  const MonitorPlan plan(chain, rules);
   int64_t unfinite = 0, beyond = 0;
   for (uint64_t first = 0; first < 10 * kRowLanes; first += kRowLanes) {
     controller::PaperBatch batch(chain, {}, std::numeric_limits<double>::infinity(), kRowLanes);
-    WatchBlock block;
+    MonitorBlock block;
     std::vector<ReachSample> samples;
-    std::vector<ReachWatch> watches;
+    std::vector<ReachMonitor> watches;
     samples.reserve(kRowLanes);
     for (int lane = 0; lane < kRowLanes; ++lane) {
       samples.push_back(sampler.sample(first + static_cast<uint64_t>(lane)));

@@ -53,7 +53,7 @@ size_t each_frame(const std::function<void(size_t, const cv::Mat&)>& take) {
 }
 
 TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
-  vision::PixelClass colours;
+  vision::ColourTable colours;
   vision::Finder finder;
   Eigen::Vector2d before(0, 0);
   double area = 0;
@@ -63,7 +63,7 @@ TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
       const vision::LearnedColour learned = vision::learn_colour(frame, kFirst);
       ASSERT_EQ(learned.status, vision::LearnedColour::Status::kLearned) << description(learned.status);
       EXPECT_TRUE(learned.by_brightness);
-      colours = vision::PixelClass(learned.model);
+      colours = vision::ColourTable(learned.model);
     }
     const vision::Found found = finder.find(frame, {0, 0, frame.cols, frame.rows}, colours);
     ASSERT_FALSE(found.blobs.empty()) << "frame " << k;
@@ -105,14 +105,14 @@ TEST(Cup, IsTrackedInSpace) {
     const vision::PairTimes times{utime, utime, utime};
     const vision::View left = tracker->look(Side::kLeft, frame, tracker->whole_image(Side::kLeft));
     const vision::View right = tracker->look(Side::kRight, shifted, tracker->whole_image(Side::kRight));
-    const vision::Sighting sighting = tracker->sight(times, left, right);
-    const vision::TargetReport report = tracker->take(times, sighting, left, right);
+    const vision::StereoMatch match = tracker->match(times, left, right);
+    const vision::TargetReport report = tracker->take(times, match, left, right);
     if (report.status != vision::TargetTrack::Status::kTracked) {
       ADD_FAILURE() << "frame " << k << ": " << report.reason;
       return;
     }
     ++tracked;
-    EXPECT_NEAR(report.place.position.z(), depth, 0.05) << "frame " << k;
+    EXPECT_NEAR(report.estimate.position.z(), depth, 0.05) << "frame " << k;
   });
   if (frames == 0) GTEST_SKIP() << kVideo << " cannot be read: install opencv-doc";
   EXPECT_EQ(tracked, 217U);

@@ -17,13 +17,13 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/robot_config.hpp"
-#include "tools/calibrate/hand_eye_places.hpp"
+#include "tools/calibrate/hand_eye_positions.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
 namespace {
 
-/// Random places of a hand, seen with noise that grows with the distance, mostly along the line of sight.
+/// Random places of a hand, seen with noise that grows with the distance, mostly along the line of match.
 class Synthetic {
  public:
   explicit Synthetic(uint64_t seed) : random_(seed) {
@@ -31,10 +31,10 @@ class Synthetic {
     X_WL_.translation() = point(0.5);
   }
 
-  std::vector<HandEyePlace> places(int count, const Eigen::Vector3d& p_HT, double turned_rad = 1) {
-    std::vector<HandEyePlace> places;
+  std::vector<HandEyePosition> places(int count, const Eigen::Vector3d& p_HT, double turned_rad = 1) {
+    std::vector<HandEyePosition> places;
     for (int k = 0; k < count; ++k) {
-      HandEyePlace place;
+      HandEyePosition place;
       const Eigen::Vector3d p_L = point(0.15) + Eigen::Vector3d(0, 0, 0.6);
       place.X_WH.linear() =
           rotation_from_rpy(turned_rad * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
@@ -76,7 +76,7 @@ Eigen::Matrix<double, 6, 1> error_of(const Eigen::Isometry3d& truth, const Eigen
   return error;
 }
 
-std::string refusal(const std::vector<HandEyePlace>& places, const HandEyeOptions& options = {}) {
+std::string refusal(const std::vector<HandEyePosition>& places, const HandEyeOptions& options = {}) {
   try {
     solve_hand_eye(places, options);
   } catch (const std::runtime_error& error) {
@@ -139,7 +139,7 @@ TEST(HandEye, LargerResidualsThanSaidEnlargeTheCovariance) {
   Synthetic synthetic(5);
   auto places = synthetic.places(30, Eigen::Vector3d::Zero());
   const HandEye honest = solve_hand_eye(places, {.hand_sigma_m = Synthetic::kHand});
-  for (HandEyePlace& place : places) place.covariance *= 0.01;
+  for (HandEyePosition& place : places) place.covariance *= 0.01;
   const HandEye boasting = solve_hand_eye(places, {.hand_sigma_m = 0.0001});
   EXPECT_GT(boasting.chi2_per_dof, 20);
   EXPECT_NEAR(boasting.covariance.trace() / honest.covariance.trace(), 1, 0.5);
@@ -199,9 +199,9 @@ class SessionLog {
     robot_state_t state{};
     state.utime = utime;
     state.joint_name = joint_names(chain_);
-    state.angle_rad = to_field(theta);
+    state.joint_position = to_field(theta);
     state.num_joints = chain_.size();
-    state.velocity_rad_s = state.torque_n_m = std::vector<double>(state.angle_rad.size(), 0.0);
+    state.joint_velocity = state.joint_effort = std::vector<double>(state.joint_position.size(), 0.0);
     log_.write(utime, channel::kRobotState, *encode(state));
   }
   void target(const Eigen::Vector3d& p_W, const Eigen::Matrix3d& covariance, int8_t status, int64_t utime) {
@@ -245,16 +245,16 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
     for (int frame = 0; frame < 4; ++frame, utime += 200000) {
       log.state(theta, utime);
       const Eigen::Vector3d ball = frame == 0 ? Eigen::Vector3d(0.1, -0.12, 0.1) : chain.position(theta);
-      const vision::Sighting sighting = tracker.find(left.render(ball, stream), right.render(ball, stream + 1));
+      const vision::StereoMatch match = tracker.find(left.render(ball, stream), right.render(ball, stream + 1));
       stream += 2;
-      const bool seen = sighting.status == vision::Sighting::Status::kSeen;
-      log.target(sighting.point.p_W, sighting.point.covariance, seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,
+      const bool seen = match.status == vision::StereoMatch::Status::kSeen;
+      log.target(match.point.p_W, match.point.covariance, seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,
                  utime + 50000);
     }
   }
   log.close();
 
-  const auto places = places_from_log(path_, chain, believed, {});
+  const auto places = positions_from_log(path_, chain, believed, {});
   EXPECT_GE(places.size(), 38U);
   for (const bool estimate : {false, true}) {
     const HandEye result = solve_hand_eye(places, {.estimate_offset = estimate});
@@ -266,7 +266,7 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
     EXPECT_LT(error.head<3>().norm(), 0.01);
     EXPECT_LT((truth.X_WL * Eigen::Vector3d(0, 0, 0.45) - result.X_WL * Eigen::Vector3d(0, 0, 0.45)).norm(), 0.003);
   }
-  EXPECT_THROW(places_from_log(path_, chain, believed, {.target = "cup"}), InputError);
+  EXPECT_THROW(positions_from_log(path_, chain, believed, {.target = "cup"}), InputError);
 }
 
 TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
@@ -287,7 +287,7 @@ TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
       }
     }
     log.close();
-    return places_from_log(path_, chain, vision.rig.X_WL, {}).size();
+    return positions_from_log(path_, chain, vision.rig.X_WL, {}).size();
   };
   EXPECT_EQ(places_of([](size_t) { return false; }, 0.001), 11U);
   EXPECT_EQ(places_of([](size_t k) { return k == 4; }, 0.001), 10U);
@@ -318,7 +318,7 @@ TEST_F(HandEyeFiles, AHandThatTurnsInPlaceBeginsANewPlace) {
     }
   }
   log.close();
-  EXPECT_EQ(places_from_log(path_, chain, Eigen::Isometry3d::Identity(), {}).size(), 3U);
+  EXPECT_EQ(positions_from_log(path_, chain, Eigen::Isometry3d::Identity(), {}).size(), 3U);
 }
 
 TEST_F(HandEyeFiles, ATableIsRead) {
@@ -326,7 +326,7 @@ TEST_F(HandEyeFiles, ATableIsRead) {
   const auto places = synthetic.places(15, Eigen::Vector3d(0, 0, 0.05));
   const auto write = [&](const std::string& header, const std::string& extra = "") {
     std::string text = header + "\n";
-    for (const HandEyePlace& place : places) {
+    for (const HandEyePosition& place : places) {
       const Eigen::Quaterniond q(Eigen::Matrix3d(place.X_WH.linear()));
       char line[400];
       std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", place.p_LT.x(),

@@ -27,12 +27,12 @@ class LogExport : public ::testing::Test {
       message.sequence = k;
       message.num_joints = k < 5 ? 1 : 2;
       message.joint_name = {"a \"quoted\", joint"};
-      message.angle_rad = {0.1 * static_cast<double>(k)};
-      message.velocity_rad_s = {NAN};
+      message.joint_position = {0.1 * static_cast<double>(k)};
+      message.joint_velocity = {NAN};
       if (k >= 5) {
         message.joint_name.emplace_back("b");
-        message.angle_rad.push_back(1);
-        message.velocity_rad_s.push_back(2);
+        message.joint_position.push_back(1);
+        message.joint_velocity.push_back(2);
       }
       log.write(1000 + k, "JOINT_SETPOINT", *encode(message));
     }
@@ -54,7 +54,7 @@ TEST_F(LogExport, TablesHaveAColumnForEveryElement) {
   std::getline(table, first);
   EXPECT_EQ(header,
             "log_utime,utime,sequence,tick,target_sequence,robot_state_sequence,obstacles_sequence,num_joints,"
-            "joint_name[0],angle_rad[0],velocity_rad_s[0],joint_name[1],angle_rad[1],velocity_rad_s[1]");
+            "joint_name[0],joint_position[0],joint_velocity[0],joint_name[1],joint_position[1],joint_velocity[1]");
   EXPECT_EQ(first, "1000,0,0,0,0,0,0,1,\"a \"\"quoted\"\", joint\",0,nan,,,");
   int lines = 1;
   while (std::getline(table, line)) ++lines;
@@ -69,7 +69,7 @@ TEST_F(LogExport, MatlabGetsAStructPerChannel) {
   ASSERT_NE(mat, nullptr);
   matvar_t* channel = Mat_VarRead(mat, "JOINT_SETPOINT");
   ASSERT_NE(channel, nullptr);
-  const matvar_t* angles = Mat_VarGetStructFieldByName(channel, "angle_rad", 0);
+  const matvar_t* angles = Mat_VarGetStructFieldByName(channel, "joint_position", 0);
   ASSERT_NE(angles, nullptr);
   EXPECT_EQ(angles->dims[0], 10U);
   EXPECT_EQ(angles->dims[1], 2U);

@@ -68,11 +68,11 @@ class Moebius : public ::testing::Test {
 
 TEST_F(Moebius, ThePinkSolidIsWithinItsOwnRangeOfTrueDepth) {
   const VisionConfig config = VisionConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/moebius/vision.yaml");
-  const vision::Sighting sighting = vision::StereoTracker(config.targets.front().options).find(left_, right_);
-  ASSERT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
+  const vision::StereoMatch match = vision::StereoTracker(config.targets.front().options).find(left_, right_);
+  ASSERT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
   const auto [nearest, farthest] = true_range(kObjects[0].left);
-  EXPECT_GT(sighting.point.depth_left_m, nearest);
-  EXPECT_LT(sighting.point.depth_left_m, farthest);
+  EXPECT_GT(match.point.depth_left_m, nearest);
+  EXPECT_LT(match.point.depth_left_m, farthest);
 }
 
 TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
@@ -85,13 +85,12 @@ TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
     ASSERT_EQ(right.status, vision::LearnedColour::Status::kLearned) << description(right.status);
     vision::TrackerOptions options = config.targets.front().options;
     options.colour = {left.model, right.model};
-    const vision::Sighting sighting = vision::StereoTracker(options).find(left_, right_);
-    EXPECT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
+    const vision::StereoMatch match = vision::StereoTracker(options).find(left_, right_);
+    EXPECT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
     const auto [nearest, farthest] = true_range(object.left);
-    EXPECT_GT(sighting.point.depth_left_m, nearest);
-    EXPECT_LT(sighting.point.depth_left_m, farthest + object.behind_px * farthest * farthest / (1246.67 * 0.16));
-    std::printf("%s: %.3f m, true depths %.3f to %.3f m\n", object.name, sighting.point.depth_left_m, nearest,
-                farthest);
+    EXPECT_GT(match.point.depth_left_m, nearest);
+    EXPECT_LT(match.point.depth_left_m, farthest + object.behind_px * farthest * farthest / (1246.67 * 0.16));
+    std::printf("%s: %.3f m, true depths %.3f to %.3f m\n", object.name, match.point.depth_left_m, nearest, farthest);
   }
 }
 

@@ -34,16 +34,16 @@ TEST(RenderedVision, FindsTheCentreOfASphere) {
   for (uint64_t k = 0; k < kBalls; ++k) {
     const Eigen::Vector3d p_WB(random.uniform(3 * k, 0.03, 0.14), random.uniform(3 * k + 1, -0.2, -0.03),
                                random.uniform(3 * k + 2, 0, 0.15));
-    const vision::Sighting sighting = tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1));
-    ASSERT_EQ(sighting.status, vision::Sighting::Status::kSeen) << description(sighting.status);
-    sum2 += (sighting.point.p_W - p_WB).squaredNorm();
-    EXPECT_LT(sighting.point.epipolar_error_px, 1);
+    const vision::StereoMatch match = tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1));
+    ASSERT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
+    sum2 += (match.point.p_W - p_WB).squaredNorm();
+    EXPECT_LT(match.point.epipolar_error_px, 1);
   }
   EXPECT_LT(std::sqrt(sum2 / kBalls), 1.0e-3) << "RMS, m";
 }
 
 TEST(RenderedVision, ALargeBallIsWhereItsCentreIs) {
-  // The middle of its outline is that of a place r^2 / Z nearer: 6 mm. With its radius known or not.
+  // The middle of its contour is that of a place r^2 / Z nearer: 6 mm. With its radius known or not.
   VisionConfig config = hoap2_vision();
   const SceneOptions scene{.ball_radius_m = 0.05, .distractors = 0, .noise_grey_levels = 0};
   const Stage stage(config, scene);
@@ -51,14 +51,14 @@ TEST(RenderedVision, ALargeBallIsWhereItsCentreIs) {
   const cv::Mat left = stage.left.render(p_WB, 0), right = stage.right.render(p_WB, 1);
   const double truth = (stage.rig.X_WL.inverse() * p_WB).z();
   for (const double radius : {0.05, 0.0}) {
-    config.targets.front().options.sighting.radius_m = radius;
+    config.targets.front().options.match.radius_m = radius;
     const double depth = vision::StereoTracker(config.targets.front().options).find(left, right).point.depth_left_m;
     EXPECT_NEAR(depth, truth, 1e-3) << radius;
   }
 }
 
 TEST(RenderedVision, SaysWhyItSeesNothing) {
-  using Status = vision::Sighting::Status;
+  using Status = vision::StereoMatch::Status;
   const VisionConfig config = hoap2_vision();
   const Stage stage(config);
   vision::StereoTracker tracker(config.targets.front().options);
@@ -70,7 +70,7 @@ TEST(RenderedVision, SaysWhyItSeesNothing) {
   EXPECT_EQ(status(ball, ball), Status::kSeen);
   EXPECT_EQ(status(std::nullopt, ball), Status::kNotInLeft);
   EXPECT_EQ(status(ball, std::nullopt), Status::kNotInRight);
-  EXPECT_EQ(status(ball, elsewhere), Status::kLinesOfSightMissed);
+  EXPECT_EQ(status(ball, elsewhere), Status::kEpipolarMismatch);
   const cv::Mat small(100, 100, CV_8UC3, cv::Scalar(0, 0, 0));
   EXPECT_EQ(tracker.find(small, small).status, Status::kWrongImageSize);
   const cv::Mat pink(240, 320, CV_8UC3, cv::Scalar(110, 40, 220));

@@ -6,6 +6,7 @@
 #include <multireach/obstacles_t.hpp>
 #include <multireach/perturbation_t.hpp>
 #include <multireach/robot_state_t.hpp>
+#include <multireach/sim_step_t.hpp>
 #include <multireach/target_t.hpp>
 
 #include "numeric/random.hpp"
@@ -212,7 +213,7 @@ TEST_F(Replay, VerifySaysWhichFieldDiffersAndHow) {
   while (const auto event = reader.next()) {
     auto setpoint = event->channel == channel::kJointSetpoint ? decode<joint_setpoint_t>(event->data) : std::nullopt;
     if (setpoint && setpoint->sequence == 7) {
-      setpoint->angle_rad[2] = 0.5;
+      setpoint->joint_position[2] = 0.5;
       writer.write(event->utime, event->channel, *encode(*setpoint));
     } else {
       writer.write(event->utime, event->channel, event->data);
@@ -224,7 +225,7 @@ TEST_F(Replay, VerifySaysWhichFieldDiffersAndHow) {
   EXPECT_EQ(verification.first->channel, "JOINT_SETPOINT");
   EXPECT_EQ(verification.first->node, "controller");
   EXPECT_EQ(verification.first->sequence, 7);
-  EXPECT_EQ(verification.first->field, "angle_rad[2]");
+  EXPECT_EQ(verification.first->field, "joint_position[2]");
   EXPECT_EQ(verification.first->recorded, "0.5");
   EXPECT_NE(verification.first->sentence().find("JOINT_SETPOINT 7 (event "), std::string::npos);
   EXPECT_EQ(verification.channels.at("JOINT_SETPOINT").different, 1);
@@ -348,7 +349,7 @@ TEST_F(Replay, TakesObstaclesAndPushesWhereTheyWereRecorded) {
   LogReader log(path("log"));
   int64_t pushed = 0, sequence = -1;
   while (const auto event = log.next()) {
-    if (event->channel == channel::kRobotState) pushed += !decode<robot_state_t>(event->data)->pushed_link.empty();
+    if (event->channel == channel::kSimStep) pushed += !decode<sim_step_t>(event->data)->pushed_link.empty();
     if (event->channel == channel::kJointSetpoint) sequence = decode<joint_setpoint_t>(event->data)->obstacles_sequence;
   }
   EXPECT_EQ(pushed, 20) << "states, at 200 Hz";
@@ -420,18 +421,18 @@ TEST(MessageDifference, NamesTheField) {
   joint_setpoint_t a{};
   a.num_joints = 2;
   a.joint_name = {"one", "two"};
-  a.angle_rad = {0.25, -0.0};
-  a.velocity_rad_s = {1, 2};
+  a.joint_position = {0.25, -0.0};
+  a.joint_velocity = {1, 2};
   joint_setpoint_t b = a;
-  b.angle_rad[0] = 0.5;
+  b.joint_position[0] = 0.5;
   MessageDifference difference = difference_of(*encode(a), *encode(b));
-  EXPECT_EQ(difference.field, "angle_rad[0]");
+  EXPECT_EQ(difference.field, "joint_position[0]");
   EXPECT_EQ(difference.first, "0.25");
   EXPECT_EQ(difference.second, "0.5");
   b = a;
-  b.angle_rad[1] = 0.0;
+  b.joint_position[1] = 0.0;
   difference = difference_of(*encode(a), *encode(b));
-  EXPECT_EQ(difference.field, "angle_rad[1]");
+  EXPECT_EQ(difference.field, "joint_position[1]");
   EXPECT_EQ(difference.first, "-0");
   b.joint_name[1] = "three";
   EXPECT_EQ(difference_of(*encode(a), *encode(b)).field, "joint_name[1]");

@@ -8,7 +8,7 @@
 
 #include "numeric/natural_log.hpp"
 #include "numeric/random.hpp"
-#include "vision/colour/pixel_class.hpp"
+#include "vision/colour/colour_table.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -31,7 +31,7 @@ TEST(NaturalLog, IsThatOfTheLibrary) {
 }
 
 TEST(ColourModel, OfAClassHasItsMembers) {
-  // Without noise, and where nothing is clipped, the definition of ColourClass decides.
+  // Without noise and clipping, membership must follow the definition of ColourClass.
   ColourModel model = model_of(kPinkClass);
   model.noise_grey_levels = 0;
   const CounterRandom random(4);
@@ -48,7 +48,7 @@ TEST(ColourModel, OfAClassHasItsMembers) {
       const double dv = (pixel.b - pixel.g) / luma - (reference.b - reference.g) / y;
       expected |= std::hypot(du, dv) < kPinkClass.tolerance;
     }
-    expected &= luma >= kPinkClass.darkest && luma <= kPinkClass.brightest;
+    expected &= luma >= kPinkClass.min_luma && luma <= kPinkClass.max_luma;
     ASSERT_EQ(is_member(model, {}, pixel), expected) << pixel.r << " " << pixel.g << " " << pixel.b;
     members += expected ? 1 : 0;
   }
@@ -75,8 +75,8 @@ TEST(ColourModel, ClippedChannelsCountAsWhatTheyMayHaveBeen) {
 
 TEST(ColourModel, DarkPixelsAreLessSureOfTheirChroma) {
   ColourModel model = model_of({.references = {{220, 40, 110}}, .tolerance = 0.3});
-  model.darkest = 10;
-  const auto off = [](double y) {  // a chroma that is out of tolerance
+  model.min_luma = 10;
+  const auto off = [](double y) {  // a chroma outside the tolerance
     const Rgb colour = colour_of({1.7561 - 0.36, 0.6829});
     return Rgb{y * colour.r, y * colour.g, y * colour.b};
   };
@@ -99,11 +99,11 @@ TEST(ColourModel, ALikelierBackgroundTakesPixelsAway) {
 
 TEST(ColourModel, AShiftIsAGainOfTheCamera) {
   const ColourModel model = model_of({.references = {{220, 40, 110}}, .tolerance = 0.3});
-  const ColourShift shift{.red = 1.6, .blue = 0.7};
+  const WhiteBalanceGains shift{.red = 1.6, .blue = 0.7};
   const CounterRandom random(8);
   std::cout << "seed 8\n";
   ColourModel noiseless = model;
-  noiseless.noise_grey_levels = noiseless.darkest = 0;
+  noiseless.noise_grey_levels = noiseless.min_luma = 0;
   for (uint64_t k = 0; k < 50000; ++k) {
     const Rgb pixel = random_pixel(random, k), as_before{1.6 * pixel.r, pixel.g, 0.7 * pixel.b};
     if (std::max({as_before.r, pixel.r, pixel.g, pixel.b}) >= kClipped || pixel.g == 0) continue;
@@ -121,7 +121,7 @@ TEST(ColourModel, RefusesWhatMakesNoSense) {
     ColourModel model = good;
     spoil(model);
     EXPECT_THROW(check(model), std::invalid_argument);
-    EXPECT_THROW(PixelClass{model}, std::invalid_argument);
+    EXPECT_THROW(ColourTable{model}, std::invalid_argument);
   };
   refused([](ColourModel& model) { model.object.clear(); });
   refused([](ColourModel& model) { model.object[0].covariance.setZero(); });
@@ -129,17 +129,18 @@ TEST(ColourModel, RefusesWhatMakesNoSense) {
   refused([](ColourModel& model) { model.object[0].mean.x() = std::nan(""); });
   refused([](ColourModel& model) { model.object[0].weight = 0; });
   refused([](ColourModel& model) { model.tolerance = -1; });
-  refused([](ColourModel& model) { model.brightest = model.darkest; });
+  refused([](ColourModel& model) { model.max_luma = model.min_luma; });
   refused([](ColourModel& model) { model.noise_grey_levels = std::nan(""); });
 }
 
-TEST(PixelClass, IsTheModelUpToItsCells) {
+TEST(ColourTable, IsTheModelUpToItsCells) {
   const ColourModel model = model_of(kPinkClass);
-  const ColourShift shift{.red = 1.2, .blue = 0.9};
-  const PixelClass members(model, shift);
+  const WhiteBalanceGains shift{.red = 1.2, .blue = 0.9};
+  const ColourTable members(model, shift);
   const CounterRandom random(6);
   std::cout << "seed 6\n";
-  // Where they differ, the class's border is near: at a corner of a cube of a cell's size.
+  // Table and model may differ only near the boundary of the class: if so, the model's answer changes at a corner of a
+  // cube of one table cell around the pixel.
   const auto at_the_border = [&](const Rgb& pixel, bool member) {
     for (int corner = 0; corner < 8; ++corner) {
       const auto beside = [&](double value, int bit) {
@@ -163,7 +164,7 @@ TEST(PixelClass, IsTheModelUpToItsCells) {
   }
   EXPECT_GT(either, 5000);
   EXPECT_LT(different, 0.15 * either) << "measured: 0.13, of the pixels of two small classes";
-  EXPECT_FALSE(PixelClass().contains(110, 40, 220)) << "nothing is a member of no model";
+  EXPECT_FALSE(ColourTable().contains(110, 40, 220)) << "nothing is a member of no model";
 }
 
 }  // namespace

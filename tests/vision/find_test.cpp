@@ -11,25 +11,25 @@
 #include "controller/batch/arm_batch.hpp"
 #include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
-#include "vision/colour/class_bits.hpp"
+#include "vision/colour/colour_mask.hpp"
 
 namespace multireach::vision {
 namespace {
 
 const cv::Vec3b kPink(110, 40, 220), kGrey(120, 121, 119);
 
-PixelClass pink() {
-  return PixelClass(model_of({.references = {{220, 40, 110}}, .tolerance = 0.55}));
+ColourTable pink() {
+  return ColourTable(model_of({.references = {{220, 40, 110}}, .tolerance = 0.55}));
 }
 
-/// Pink where the mask is set, else grey.
+/// A picture that is pink where the mask is set, and grey elsewhere.
 cv::Mat painted(const cv::Mat& mask) {
   cv::Mat image(mask.size(), CV_8UC3, kGrey);
   image.setTo(kPink, mask);
   return image;
 }
 
-cv::Mat plain_mask(const cv::Mat& bgr, const PixelClass& colours) {
+cv::Mat plain_mask(const cv::Mat& bgr, const ColourTable& colours) {
   cv::Mat mask(bgr.size(), CV_8UC1);
   for (int row = 0; row < bgr.rows; ++row) {
     for (int column = 0; column < bgr.cols; ++column) {
@@ -40,8 +40,8 @@ cv::Mat plain_mask(const cv::Mat& bgr, const PixelClass& colours) {
   return mask;
 }
 
-/// Looks at every pixel by the table, and leaves the components to OpenCV.
-std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, double min_area,
+/// Reference implementation: looks every pixel up in the table, and gets the connected components from OpenCV.
+std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, double min_area,
                              bool opened) {
   cv::Mat mask = plain_mask(bgr(part), colours), labels, stats, centroids;
   if (opened) {
@@ -86,7 +86,7 @@ std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const Pix
 }
 
 void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, bool opened, const std::string& what) {
-  const PixelClass colours = pink();
+  const ColourTable colours = pink();
   Finder finder;
   const Found found = finder.find(bgr, part, colours, {.min_area = min_area, .most = 1 << 20, .opened = opened});
   const std::vector<Blob> expected = plain_find(bgr, part, colours, min_area, opened);
@@ -103,7 +103,7 @@ void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, bool
   }
 }
 
-/// Calls `check` with each instruction set in turn.
+/// Calls `check` for each instruction set of this processor.
 void on_every_instruction_set(const std::function<void(const std::string&)>& check) {
   for (const std::string& name : controller::instruction_sets()) {
     ASSERT_TRUE(controller::use_instruction_set(name));
@@ -119,7 +119,7 @@ cv::Mat random_mask(uint64_t seed, int width, int height, double density) {
   return mask;
 }
 
-/// Discs, rings, spirals and combs: what makes components meet late.
+/// Discs, rings, spirals and combs: their parts join into one component only in late rows.
 cv::Mat shapes(uint64_t seed, int width, int height) {
   cv::Mat mask(height, width, CV_8UC1, cv::Scalar(0));
   const CounterRandom random(seed);
@@ -161,11 +161,11 @@ TEST(Find, PixelsOfAllColoursAreClassifiedAlike) {
   std::cout << "seed 3\n";
   cv::Mat image(60, 333, CV_8UC3);
   for (int i = 0; i < 3 * 60 * 333; ++i) image.data[i] = static_cast<uint8_t>(random.bits(static_cast<uint64_t>(i)));
-  const PixelClass colours = pink();
+  const ColourTable colours = pink();
   on_every_instruction_set([&](const std::string& name) {
     std::vector<uint64_t> words(words_for(image.cols));
     for (int row = 0; row < image.rows; ++row) {
-      const int members = class_bits(colours, image.ptr(row), image.cols, words.data());
+      const int members = colour_mask_row(colours, image.ptr(row), image.cols, words.data());
       int counted = 0;
       for (const uint64_t word : words) counted += std::popcount(word);
       ASSERT_EQ(members, counted) << name;
@@ -186,7 +186,7 @@ TEST(Find, NoMemberIsOutsideOfTheBoxes) {
             boxes.blue[static_cast<size_t>(b) >> 4]) != 0;
   };
   for (const Rgb& reference : {Rgb{220, 40, 110}, Rgb{30, 200, 60}, Rgb{250, 240, 10}, Rgb{90, 100, 110}}) {
-    const PixelClass colours(model_of({.references = {reference}, .tolerance = 0.4}));
+    const ColourTable colours(model_of({.references = {reference}, .tolerance = 0.4}));
     int members = 0, candidates = 0;
     for (int r = 0; r < 256; ++r) {
       for (int g = 0; g < 256; ++g) {
@@ -252,7 +252,7 @@ TEST(Find, AColourAllOverThePlaceIsCrowded) {
   const Found found = finder.find(painted(mask), {0, 0, 640, 480}, pink(), {.opened = false});
   EXPECT_TRUE(found.crowded);
   EXPECT_TRUE(found.blobs.empty());
-  // Half of it is not, and is one component: the pixels touch at their corners.
+  // A quarter of the image is not too crowded, and is one component, because the pixels touch at their corners.
   const Found half = finder.find(painted(mask), {0, 0, 320, 240}, pink(), {.opened = false});
   EXPECT_FALSE(half.crowded);
   ASSERT_EQ(half.blobs.size(), 1U);
@@ -267,7 +267,7 @@ TEST(Find, KeepsItsMemory) {
   std::vector<cv::Mat> images;
   for (uint64_t seed = 1; seed <= 8; ++seed) images.push_back(painted(shapes(seed, 96, 48)));
   images.push_back(painted(random_mask(9, 96, 48, 0.3)));
-  const PixelClass colours = pink();
+  const ColourTable colours = pink();
   Finder finder;
   const auto frames = [&](int number) {
     int64_t members = 0;

@@ -16,10 +16,10 @@ namespace {
 
 constexpr int kWidth = 320, kHeight = 240, kRadius = 30;
 const cv::Point kCentre(150, 110);
-const cv::Rect kAround(115, 75, 70, 70);  // a little more than the object: its corners are wall
+const cv::Rect kAround(115, 75, 70, 70);  // slightly larger than the object: the corners show the wall
 
-/// A shaded disc of one colour, with a stripe of skin across, before a wall of a grey texture with an arm of skin.
-/// Scaled by `exposure`, with noise of two grey levels.
+/// A picture of a shaded disc of one colour, crossed by a skin-coloured stripe, before a wall of grey texture and a
+/// skin-coloured arm. Scaled by `exposure`, with noise of two grey levels.
 cv::Mat scene(const Rgb& object, double wall, double exposure, uint64_t seed) {
   const CounterRandom random(seed);
   cv::Mat image(kHeight, kWidth, CV_8UC3);
@@ -42,14 +42,14 @@ cv::Mat scene(const Rgb& object, double wall, double exposure, uint64_t seed) {
   return image;
 }
 
-/// The largest blob of a learned model.
+/// The largest blob that a learned model finds in an image.
 Blob largest(const LearnedColour& learned, const cv::Mat& image) {
   Finder finder;
-  const Found found = finder.find(image, {0, 0, image.cols, image.rows}, PixelClass(learned.model));
+  const Found found = finder.find(image, {0, 0, image.cols, image.rows}, ColourTable(learned.model));
   return found.blobs.empty() ? Blob() : found.blobs[0];
 }
 
-/// How far the largest blob is from being the disc less its stripe.
+/// Distance of the centroid in pixels plus 20 times the relative error of the area, from the disc without its stripe.
 double distance_from_disc(const Blob& blob) {
   const double area = 3.14159 * kRadius * kRadius - 9 * 39;
   return (blob.centroid - Eigen::Vector2d(kCentre.x, kCentre.y)).norm() + 20 * std::abs(blob.area / area - 1);
@@ -114,7 +114,7 @@ TEST(LearnColour, FindsTheSolidsOfAPhotographInBothViews) {
   const std::string folder = std::string(MULTIREACH_SHARED_DIR) + "/data/moebius/";
   if (!std::filesystem::exists(folder + "view1.png")) GTEST_SKIP() << folder << " is not there";
   const cv::Mat left = cv::imread(folder + "view1.png"), right = cv::imread(folder + "view5.png");
-  // Rectangles in the left view, by eye: the pink solid, the red star, the red, a blue solid.
+  // Rectangles in the left image, drawn by hand: the pink solid, the red star, the red solid, a blue solid.
   for (const cv::Rect& rectangle :
        {cv::Rect(198, 222, 66, 58), cv::Rect(75, 175, 92, 78), cv::Rect(212, 22, 80, 62), cv::Rect(308, 303, 58, 55)}) {
     const LearnedColour learned = learn_colour(left, rectangle);
@@ -123,7 +123,7 @@ TEST(LearnColour, FindsTheSolidsOfAPhotographInBothViews) {
     EXPECT_LT(learned.background, 0.04) << "other things of that colour are in the picture";
     const Blob here = largest(learned, left), there = largest(learned, right);
     EXPECT_GT((here.box & rectangle).area(), 0.85 * here.box.area()) << rectangle;
-    // Rectified: in the same rows, farther to the left.
+    // The images are rectified: the object is in the same rows of the right image, farther to the left.
     EXPECT_NEAR(here.centroid.y(), there.centroid.y(), 4) << rectangle;
     EXPECT_GT(here.centroid.x(), there.centroid.x()) << rectangle;
     EXPECT_NEAR(there.area / here.area, 1, 0.25) << rectangle;

@@ -8,8 +8,8 @@
 
 namespace multireach {
 
-/// The blobs of an 8-bit mask, by OpenCV's components (8-connected), the largest first; those below `min_area` pixels
-/// are left out.
+/// The blobs of an 8-bit mask, the largest first: OpenCV's 8-connected components, without those below `min_area`
+/// pixels.
 inline std::vector<vision::Blob> blobs_of(const cv::Mat& mask, double min_area) {
   cv::Mat labels, statistics, centroids;
   const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S);

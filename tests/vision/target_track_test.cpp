@@ -19,16 +19,16 @@ double normal(const CounterRandom& random, uint64_t k) {
   return std::sqrt(-2 * std::log(1 - random.uniform(2 * k))) * std::cos(2 * M_PI * random.uniform(2 * k + 1));
 }
 
-PlaceEstimate seen_at(const Eigen::Vector3d& p) {
+PositionEstimate seen_at(const Eigen::Vector3d& p) {
   return {p, kSigma.cwiseAbs2().asDiagonal()};
 }
 
-PlaceEstimate seen_at(const Eigen::Vector3d& p, const CounterRandom& random, uint64_t k) {
+PositionEstimate seen_at(const Eigen::Vector3d& p, const CounterRandom& random, uint64_t k) {
   return seen_at(p + kSigma.cwiseProduct(
                          Eigen::Vector3d(normal(random, 3 * k), normal(random, 3 * k + 1), normal(random, 3 * k + 2))));
 }
 
-/// Mean over a run of a number of the track, after the first second.
+/// The mean of a number computed from the track, over a run without its first second.
 double mean_of(const std::function<Eigen::Vector3d(double)>& path,
                const std::function<double(const TargetTrack&, double)>& number) {
   const CounterRandom random(11);
@@ -49,18 +49,18 @@ TEST(TargetTrack, IsQuietWhereTheTargetRests) {
   const Eigen::Vector3d p(0.2, -0.1, 0.4);
   const auto path = [&](double) { return p; };
   const double place2 =
-      mean_of(path, [&](const TargetTrack& track, double) { return (track.place().position - p).squaredNorm(); });
+      mean_of(path, [&](const TargetTrack& track, double) { return (track.estimate().position - p).squaredNorm(); });
   const double speed2 = mean_of(path, [](const TargetTrack& track, double) { return track.velocity().squaredNorm(); });
   EXPECT_LT(std::sqrt(place2), 0.7 * kSigma.norm());
   EXPECT_LT(std::sqrt(speed2), 0.005);
 }
 
 TEST(TargetTrack, FollowsAHandThatMovesIt) {
-  // 10 cm to and fro at 0.7 Hz: 0.44 m/s, 1.9 m/s^2.
+  // Oscillation of 10 cm amplitude at 0.7 Hz: 0.44 m/s, 1.9 m/s^2.
   const double w = 2 * M_PI * 0.7;
   const auto path = [&](double t) { return Eigen::Vector3d(0.1 * std::sin(w * t), 0, 0.5); };
   const double place2 = mean_of(
-      path, [&](const TargetTrack& track, double t) { return (track.place().position - path(t)).squaredNorm(); });
+      path, [&](const TargetTrack& track, double t) { return (track.estimate().position - path(t)).squaredNorm(); });
   const double speed2 = mean_of(path, [&](const TargetTrack& track, double t) {
     return (track.velocity() - Eigen::Vector3d(0.1 * w * std::cos(w * t), 0, 0)).squaredNorm();
   });
@@ -86,12 +86,12 @@ TEST(TargetTrack, CovarianceIsHonestForTheMotionThatItAssumes) {
   int count = 0;
   for (uint64_t run = 0; run < 200; ++run) {
     TargetTrack::Options options;
-    options.quiet_m2_s3 = options.unseen_m2_s3 = options.agile_m2_s3 = 1;
+    options.min_process_noise_m2_s3 = options.coasting_process_noise_m2_s3 = options.max_process_noise_m2_s3 = 1;
     TargetTrack track(options);
     Eigen::Vector3d p(0, 0, 0.5), v(0, 0, 0);
     const double dt = kFrame * 1e-6;
     for (uint64_t k = 0; k < 40; ++k) {
-      for (int axis = 0; axis < 3; ++axis) {  // exact discretisation of white acceleration
+      for (int axis = 0; axis < 3; ++axis) {  // exact discretisation of white-noise acceleration
         const uint64_t at = 1000000 + 1000 * run + 10 * k + 2 * static_cast<uint64_t>(axis);
         const double a = normal(random, at), b = normal(random, at + 1);
         p[axis] += v[axis] * dt + std::sqrt(dt * dt * dt / 3) * a;
@@ -116,11 +116,11 @@ TEST(TargetTrack, CoastsThroughAShortLossAndIsLostInALongOne) {
   for (; coasted < 100; ++coasted, t += kFrame) {
     EXPECT_FALSE(track.take(t, std::nullopt));
     if (track.status() != Status::kCoasting) break;
-    const double variance = track.place().covariance.trace();
+    const double variance = track.estimate().covariance.trace();
     EXPECT_GT(variance, before);
     before = variance;
-    EXPECT_NEAR(track.place().position.x(), 0.3 * static_cast<double>(t) * 1e-6, 0.02);
-    EXPECT_EQ(track.utime() - *track.seen_utime(), (coasted + 1) * kFrame);
+    EXPECT_NEAR(track.estimate().position.x(), 0.3 * static_cast<double>(t) * 1e-6, 0.02);
+    EXPECT_EQ(track.utime() - *track.last_seen_utime(), (coasted + 1) * kFrame);
   }
   EXPECT_EQ(track.status(), Status::kLost);
   EXPECT_GE(coasted, 4);
@@ -136,11 +136,11 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   int64_t t = 0;
   const auto see = [&](const Eigen::Vector3d& p) { return track.take(t += kFrame, seen_at(p)); };
   for (int k = 0; k < 10; ++k) EXPECT_TRUE(see(here));
-  EXPECT_FALSE(see(there)) << "one wrong sighting";
+  EXPECT_FALSE(see(there)) << "one wrong match";
   EXPECT_EQ(track.status(), Status::kCoasting);
-  EXPECT_LT((track.place().position - here).norm(), 0.01);
+  EXPECT_LT((track.estimate().position - here).norm(), 0.01);
   EXPECT_TRUE(see(here));
-  // Wrong sightings at several places confirm nothing.
+  // Wrong matches at different positions do not confirm a jump.
   for (int k = 0; k < 4; ++k) EXPECT_FALSE(see({k % 2 ? 0.4 : -0.4, 0.3, 0.5}));
   EXPECT_TRUE(see(here));
   for (int k = 0; k < 5; ++k) EXPECT_FALSE(track.take(t += kFrame, seen_at(there), false)) << "it cannot be told there";
@@ -148,7 +148,7 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   EXPECT_FALSE(see(there));
   EXPECT_FALSE(see(there));
   EXPECT_TRUE(see(there)) << "confirmed";
-  EXPECT_LT((track.place().position - there).norm(), 1e-3);
+  EXPECT_LT((track.estimate().position - there).norm(), 1e-3);
 }
 
 TEST(TargetTrack, TakesTimesAsTheyCome) {
@@ -161,7 +161,7 @@ TEST(TargetTrack, TakesTimesAsTheyCome) {
   EXPECT_TRUE(track.take(2000000 + kFrame, seen_at(p)));
   EXPECT_TRUE(track.take(500000, seen_at({1, 0, 0.5}))) << "a log that is played again";
   EXPECT_EQ(track.utime(), 500000);
-  EXPECT_FALSE(track.take(600000, PlaceEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
+  EXPECT_FALSE(track.take(600000, PositionEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
 }
 
 TEST(TargetTrack, GoesOnFromItsMemory) {
@@ -169,24 +169,24 @@ TEST(TargetTrack, GoesOnFromItsMemory) {
   TargetTrack track({});
   for (int k = 0; k < 200; ++k) {
     TargetTrack other({});
-    ASSERT_TRUE(other.restore(track.utime(), track.memory()));
+    ASSERT_TRUE(other.deserialize(track.utime(), track.serialize()));
     const int64_t t = 1000000 + k * kFrame;
-    std::optional<PlaceEstimate> seen;
-    const double x = k % 50 > 40 ? 0.3 : 0;  // jumps, too
+    std::optional<PositionEstimate> seen;
+    const double x = k % 50 > 40 ? 0.3 : 0;  // the target also jumps
     if (random.uniform(static_cast<uint64_t>(5000 + k)) > 0.2)
       seen = seen_at({x, 0, 0.5}, random, static_cast<uint64_t>(k));
     EXPECT_EQ(track.take(t, seen), other.take(t, seen));
-    ASSERT_EQ(track.memory(), other.memory()) << k;
+    ASSERT_EQ(track.serialize(), other.serialize()) << k;
     EXPECT_EQ(track.status(), other.status());
   }
-  const std::vector<double> memory = track.memory();
+  const std::vector<double> memory = track.serialize();
   for (size_t k = 0; k < memory.size(); ++k) {
     std::vector<double> broken = memory;
     broken[k] = std::nan("");
-    EXPECT_FALSE(track.restore(0, broken));
+    EXPECT_FALSE(track.deserialize(0, broken));
   }
-  EXPECT_FALSE(track.restore(0, {memory.data(), memory.size() - 1}));
-  EXPECT_EQ(track.memory(), memory);
+  EXPECT_FALSE(track.deserialize(0, {memory.data(), memory.size() - 1}));
+  EXPECT_EQ(track.serialize(), memory);
 }
 
 }  // namespace

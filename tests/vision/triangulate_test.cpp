@@ -57,7 +57,7 @@ TEST(Triangulate, DepthUncertaintyIsThatOfTheDisparity) {
 }
 
 TEST(Triangulate, CovarianceIsHonest) {
-  // The normalised error squared has mean 3 when the covariance is that of the errors.
+  // The normalised squared error has mean 3 if the covariance describes the errors correctly.
   const StereoRig r = rig();
   const CounterRandom random(2);
   constexpr double kSigma = 0.3;

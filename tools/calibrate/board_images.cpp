@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <opencv2/imgproc.hpp>
 #include <set>
 
 #include "runtime/files.hpp"
@@ -13,12 +14,18 @@
 namespace multireach {
 namespace {
 
+cv::Mat grey_image(const std::string& path) {
+  cv::Mat grey;
+  cv::cvtColor(read_image(path), grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
 cv::Size common_size(const BoardImages& images) {
   const std::string& first = images.left_files[0];
-  const cv::Size size = read_image(first, cv::IMREAD_GRAYSCALE).size();
+  const cv::Size size = read_image(first).size();
   for (const auto* files : {&images.left_files, &images.right_files}) {
     for (const std::string& file : *files) {
-      const cv::Mat image = read_image(file, cv::IMREAD_GRAYSCALE);
+      const cv::Mat image = read_image(file);
       if (image.size() == size) continue;
       throw InputError(fmt::format("{}: is {} x {} pixels and {} is {} x {}; a calibration needs images of one size",
                                    file, image.cols, image.rows, first, size.width, size.height));
@@ -27,7 +34,7 @@ cv::Size common_size(const BoardImages& images) {
   return size;
 }
 
-/// The last number in a file's name, without leading zeros; "" for none.
+/// The last number in a file name, without leading zeros; "" if there is none.
 std::string number_of(const std::string& path) {
   const std::string name = std::filesystem::path(path).stem().string();
   const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
@@ -49,7 +56,7 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
     throw InputError(
         fmt::format("--left has {} files and --right {}; they must be pairs", count, images.right_files.size()));
   }
-  // What is unusable is said before the long search.
+  // Report unusable input before the slow search.
   images.size = common_size(images);
   for (size_t k = 0; k < count; ++k) {
     const std::string &left = images.left_files[k], &right = images.right_files[k];
@@ -60,8 +67,8 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
   for (size_t k = 0; k < count; ++k) {
     const std::string &left = images.left_files[k], &right = images.right_files[k];
     progress(static_cast<double>(k) / static_cast<double>(count));
-    const auto l = find_board(read_image(left, cv::IMREAD_GRAYSCALE), board);
-    const auto r = find_board(read_image(right, cv::IMREAD_GRAYSCALE), board);
+    const auto l = find_board(grey_image(left), board);
+    const auto r = find_board(grey_image(right), board);
     for (const auto& [found, path] : {std::pair(&l, &left), std::pair(&r, &right)}) {
       if (!*found)
         images.complaints.push_back(

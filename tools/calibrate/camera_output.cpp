@@ -1,4 +1,5 @@
 #include "tools/calibrate/camera_output.hpp"
+#include "tools/calibrate/camera_file_texts.hpp"
 
 #include <fmt/format.h>
 

@@ -9,20 +9,20 @@
 
 namespace multireach {
 
-/// Where a calibration of two cameras goes, and as what: -o, once or twice, and --format.
+/// Output files and format of a stereo calibration: options -o (once or twice) and --format.
 struct CameraOutput {
   std::vector<std::string> paths;
-  std::string word;  ///< of --format; "" for what the names say
+  std::string word;  ///< value of --format; "" to choose by file name
 
   void add_options(CLI::App& app);
   CameraFormat format() const;
-  /// Before the work: throws InputError when the number of names is not that of the format's files, or one cannot be
+  /// Call before calibrating: throws InputError when the number of names does not fit the format, or a file cannot be
   /// written.
   void check() const;
   void write(const StereoRig& rig, bool robot) const;
 };
 
-/// Throws InputError when a file of this name cannot be written; "" is none.
+/// Throws InputError when `path` cannot be written; "" means no file and passes.
 void check_writable(const std::string& path);
 
 /// "9x6" as two whole numbers from `min` to `max`; throws InputError that names `option`.

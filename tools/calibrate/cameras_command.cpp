@@ -3,9 +3,9 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "runtime/files.hpp"
+#include "runtime/image_file.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
 #include "tools/calibrate/board_images.hpp"
@@ -112,7 +112,7 @@ int calibrate_cameras(const CamerasOptions& options) {
   options.output.check();
   for (const std::string& path : {options.picture, options.json}) check_writable(path);
 
-  // About how the time is shared.
+  // Approximate shares of the run time, for the progress line.
   const double finding = options.leave_one_out ? 0.3 : 0.7, calibrating = 0.9 * (1 - finding);
   Progress progress;
   const BoardImages images =
@@ -141,8 +141,7 @@ int calibrate_cameras(const CamerasOptions& options) {
 
   const nlohmann::json json = result_json(images, calibration, left_out);
   if (!options.picture.empty()) {
-    std::vector<uint8_t> png;
-    cv::imencode(".png", reprojection_picture(images.pairs, calibration, images.size), png);
+    const std::vector<uint8_t> png = encode_png(reprojection_picture(images.pairs, calibration, images.size));
     OutputFile file(options.picture);
     file.write(png);
     file.finish();

@@ -8,7 +8,7 @@
 namespace multireach {
 namespace {
 
-/// Distance to the nearest of the corners beside corner (column, row), pixels.
+/// Distance from corner (column, row) to its nearest neighbour, pixels.
 double spacing(const Board& board, const Corners& corners, int column, int row) {
   double nearest = std::numeric_limits<double>::infinity();
   const cv::Point2f& here = corners[static_cast<size_t>(row * board.columns + column)];
@@ -20,10 +20,10 @@ double spacing(const Board& board, const Corners& corners, int column, int row) 
   return nearest;
 }
 
-/// Moves each corner to where the grey levels' gradients around it say that it is. The window must be as large as can
-/// be against noise, and never reach the next corner's edges, so each corner has its own.
+/// Refines each corner from the image gradients around it. The window should be as large as possible to suppress noise,
+/// but must not reach the edges of the next corner, so its size is chosen for each corner.
 void refine(const cv::Mat& grey, const Board& board, Corners& corners) {
-  constexpr double kPart = 0.3;  // of the distance to the next corner; least residuals on real boards
+  constexpr double kPart = 0.3;  // of the distance to the next corner; gave the smallest residuals on real boards
   constexpr int kLeast = 2, kMost = 15;
   const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-4);
   const Corners rough = corners;
@@ -62,7 +62,7 @@ std::vector<cv::Point3f> Board::corners() const {
 }
 
 std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
-  // The board is searched in a small image, as that is slow, and its corners are refined in the whole one.
+  // Detection is slow, so it uses a downscaled image; the corners are refined at full resolution.
   constexpr double kSearched = 1000;
   const double scale = std::max(1.0, std::max(grey.cols, grey.rows) / kSearched);
   cv::Mat searched = grey;
@@ -82,7 +82,7 @@ std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
 
 void count_alike(const Board& board, const Corners& left, Corners& right) {
   Corners best = right, turned = right;
-  // A board with as many rows as columns looks the same after a quarter of a turn, any other after half a turn.
+  // A square board is symmetric under quarter turns, any other board under half turns.
   const bool square = board.rows == board.columns;
   for (int turns = 1; turns < (square ? 4 : 2); ++turns) {
     const Corners before = turned;

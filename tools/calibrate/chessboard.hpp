@@ -6,24 +6,24 @@
 
 namespace multireach {
 
-/// A chessboard, by its inner corners: those where four squares meet.
+/// A chessboard, described by its inner corners, where four squares meet.
 struct Board {
   int columns = 9, rows = 6;
   double square_m = 0.025;  ///< side of a square
 
   cv::Size size() const { return {columns, rows}; }
-  /// Its corners in its own frame, m, row by row; z = 0.
+  /// The corners in the board's frame, m, row by row; z = 0.
   std::vector<cv::Point3f> corners() const;
 };
 
 using Corners = std::vector<cv::Point2f>;
 
-/// The board's corners in a grey image, pixels, row by row, to a fraction of a pixel; nothing where it is not seen as a
-/// whole. Which of its ends comes first may differ from image to image.
+/// Finds the board's corners in a grey image with subpixel accuracy, row by row; nothing unless the whole board is
+/// visible. Which end of the board comes first may vary between images.
 std::optional<Corners> find_board(const cv::Mat& grey, const Board& board);
 
-/// Counts the corners of the right image as those of the left one are counted. For cameras that stand upright to each
-/// other: the board's corners lie in about the same directions from its middle in both images.
+/// Reorders the right image's corners to correspond to the left image's. Requires cameras that are upright relative to
+/// each other, so that the directions from the board's centre to its corners are similar in both images.
 void count_alike(const Board& board, const Corners& left, Corners& right);
 
 }  // namespace multireach

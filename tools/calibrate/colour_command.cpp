@@ -12,14 +12,14 @@
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/camera_output.hpp"
 #include "tools/calibrate/commands.hpp"
+#include "vision/colour/colour_table.hpp"
 #include "vision/colour/learn_colour.hpp"
-#include "vision/colour/pixel_class.hpp"
 #include "vision/node/colour_config.hpp"
 
 namespace multireach {
 namespace {
 
-/// What the user says of one camera: a picture, and where the object is in it.
+/// User input for one camera: a picture, and where the object is in it.
 struct Picture {
   std::string name, file, rectangle;
   std::vector<std::string> clicks;
@@ -49,10 +49,10 @@ std::vector<int> integers(const std::string& option, const std::string& text, si
   return values;
 }
 
-/// What is around a clicked pixel and of about its colour.
+/// Bounding rectangle of the connected pixels around a click that have about its colour.
 cv::Rect patch_around(const cv::Mat& bgr, const cv::Point& click) {
-  constexpr int kApart = 30;    // grey levels, in each channel
-  constexpr int kSmallest = 4;  // pixels: a patch of this half size is taken at least
+  constexpr int kApart = 30;    // grey levels; largest difference from the clicked colour, in each channel
+  constexpr int kSmallest = 4;  // pixels; smallest half size of the patch
   const cv::Rect whole({0, 0}, bgr.size());
   cv::Mat mask = cv::Mat::zeros(bgr.rows + 2, bgr.cols + 2, CV_8UC1);
   cv::Mat smooth;
@@ -102,9 +102,9 @@ cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window
   return all;
 }
 
-/// The picture, with all that is not of the class grey and dark, and the rectangle.
+/// The picture, with pixels outside the colour class shown grey and dark, and the rectangle drawn.
 cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const cv::Rect& rectangle) {
-  const vision::PixelClass members(model);
+  const vision::ColourTable members(model);
   cv::Mat shown = bgr.clone();
   for (int row = 0; row < shown.rows; ++row) {
     for (int column = 0; column < shown.cols; ++column) {
@@ -161,8 +161,7 @@ int learn_both(const ColourOptions& options) {
                  cv::Scalar(0, 0, 0));
     left.shown.copyTo(both(cv::Rect({0, 0}, left.shown.size())));
     right.shown.copyTo(both(cv::Rect({left.shown.cols, 0}, right.shown.size())));
-    std::vector<uint8_t> png;
-    cv::imencode(".png", both, png);
+    const std::vector<uint8_t> png = encode_png(both);
     OutputFile file(options.check_picture);
     file.write(png);
     file.finish();

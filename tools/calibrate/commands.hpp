@@ -5,7 +5,7 @@
 
 namespace multireach {
 
-/// One subcommand: its options, added to the program's, and what it does when it was chosen, whose result is the exit
+/// One subcommand: its options, already added to the program, and the function that executes it and returns the exit
 /// code.
 struct Command {
   CLI::App* app;

@@ -21,8 +21,8 @@ using Vector9 = Eigen::Matrix<double, 9, 1>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 using Matrix39 = Eigen::Matrix<double, 3, 9>;
 
-constexpr double kMedianChi2 = 2.366;    // of three degrees of freedom
-constexpr double kLargestChi2 = 21.108;  // of three degrees of freedom: one in 10^4 is above
+constexpr double kMedianChi2 = 2.366;    // three degrees of freedom
+constexpr double kLargestChi2 = 21.108;  // three degrees of freedom; exceeded once in 10^4
 
 double median(std::vector<double> values) {
   std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
@@ -37,7 +37,7 @@ Eigen::Matrix3d cross(const Eigen::Vector3d& v) {
 
 class Solver {
  public:
-  Solver(const std::vector<HandEyePlace>& places, const HandEyeOptions& options)
+  Solver(const std::vector<HandEyePosition>& places, const HandEyeOptions& options)
       : places_(places), options_(options), weights_(places.size(), 1.0) {
     result_.p_HT = options.p_HT;
   }
@@ -61,22 +61,22 @@ class Solver {
 
  private:
   int unknowns() const { return options_.estimate_offset ? 9 : 6; }
-  Eigen::Vector3d said(const HandEyePlace& place) const { return place.X_WH * result_.p_HT; }
-  Eigen::Vector3d residual(const HandEyePlace& place) const { return said(place) - result_.X_WL * place.p_LT; }
+  Eigen::Vector3d said(const HandEyePosition& place) const { return place.X_WH * result_.p_HT; }
+  Eigen::Vector3d residual(const HandEyePosition& place) const { return said(place) - result_.X_WL * place.p_LT; }
 
-  Eigen::Matrix3d information(const HandEyePlace& place) const {
+  Eigen::Matrix3d information(const HandEyePosition& place) const {
     const Eigen::Matrix3d R = result_.X_WL.linear();
     const Eigen::Matrix3d covariance = R * place.covariance * R.transpose() +
                                        options_.hand_sigma_m * options_.hand_sigma_m * Eigen::Matrix3d::Identity();
     return covariance.inverse();
   }
-  double chi2(const HandEyePlace& place) const {
+  double chi2(const HandEyePosition& place) const {
     const Eigen::Vector3d r = residual(place);
     return r.dot(information(place) * r);
   }
   std::vector<double> all_chi2() const {
     std::vector<double> values;
-    for (const HandEyePlace& place : places_) values.push_back(chi2(place));
+    for (const HandEyePosition& place : places_) values.push_back(chi2(place));
     return values;
   }
 
@@ -101,7 +101,7 @@ class Solver {
     }
   }
 
-  /// Least median of squared distances over rigid fits of three places each: up to half of them may be wrong.
+  /// Least median of squares over rigid fits to three positions each: tolerates up to half of them being wrong.
   void start() {
     const CounterRandom random(1);
     constexpr uint64_t kTrials = 500;
@@ -109,7 +109,7 @@ class Solver {
     for (uint64_t trial = 0; trial < kTrials; ++trial) {
       Eigen::Matrix3d seen, hands;
       for (int k = 0; k < 3; ++k) {
-        const HandEyePlace& place = places_[random.bits(3 * trial + static_cast<uint64_t>(k)) % places_.size()];
+        const HandEyePosition& place = places_[random.bits(3 * trial + static_cast<uint64_t>(k)) % places_.size()];
         seen.col(k) = place.p_LT;
         hands.col(k) = said(place);
       }
@@ -118,7 +118,7 @@ class Solver {
       if (!(a.cross(b).norm() > kLeastSine * a.norm() * b.norm())) continue;
       const Eigen::Isometry3d X = rigid_fit(seen, hands);
       std::vector<double> squares;
-      for (const HandEyePlace& place : places_) squares.push_back((said(place) - X * place.p_LT).squaredNorm());
+      for (const HandEyePosition& place : places_) squares.push_back((said(place) - X * place.p_LT).squaredNorm());
       const double middle = median(std::move(squares));
       if (!(middle < best)) continue;
       best = middle;
@@ -129,7 +129,7 @@ class Solver {
     }
   }
 
-  /// Huber's weights, scaled by the median.
+  /// Huber weights, scaled by the median.
   void weigh_softly() {
     const std::vector<double> values = all_chi2();
     const double limit = 2.5 * std::sqrt(std::max(1.0, median(values) / kMedianChi2));
@@ -137,7 +137,7 @@ class Solver {
       weights_[k] = std::min(1.0, limit / std::sqrt(std::max(values[k], 1e-300)));
   }
 
-  /// Whether the places that are used are others than before.
+  /// Rejects outliers; returns whether the set of used positions has changed.
   bool reject() {
     const std::vector<double> values = all_chi2();
     const double limit = kLargestChi2 * std::max(1.0, median(values) / kMedianChi2);
@@ -154,7 +154,7 @@ class Solver {
     Matrix9 JtJ = Matrix9::Zero();
     gradient.setZero();
     for (size_t k = 0; k < places_.size(); ++k) {
-      const HandEyePlace& place = places_[k];
+      const HandEyePosition& place = places_[k];
       Matrix39 J;
       J << cross(result_.X_WL.linear() * place.p_LT), -Eigen::Matrix3d::Identity(), place.X_WH.linear();
       const Eigen::Matrix3d information_k = weights_[k] * information(place);
@@ -168,7 +168,8 @@ class Solver {
     Vector9 gradient;
     const Eigen::MatrixXd JtJ = normal_matrix(gradient);
     Vector9 change = Vector9::Zero();
-    // Directions that nothing determines stay where they are; whether there are any is asked at the end.
+    // Undetermined directions get no change (minimum-norm solution); the end of the solver checks whether there are
+    // any.
     change.head(unknowns()) = -JtJ.completeOrthogonalDecomposition().solve(gradient.head(unknowns()));
     const double angle = change.head<3>().norm();
     if (angle > 0) result_.X_WL.linear() = rotation_about(change.head<3>() / angle, angle) * result_.X_WL.linear();
@@ -215,7 +216,7 @@ class Solver {
     Vector9 gradient;
     const Eigen::MatrixXd JtJ = normal_matrix(gradient);
     const Eigen::FullPivLU<Eigen::MatrixXd> inverse(JtJ);
-    constexpr double kLargestAngle = 0.1, kLargestOffset = 0.02;  // rad, m: more is no calibration
+    constexpr double kLargestAngle = 0.1, kLargestOffset = 0.02;  // rad, m; largest acceptable standard deviations
     const Eigen::MatrixXd covariance = std::max(1.0, result_.chi2_per_dof) * JtJ.inverse();
     const auto sigma = [&covariance](int from) { return std::sqrt(covariance.diagonal().segment<3>(from).maxCoeff()); };
     if (options_.estimate_offset && !(inverse.isInvertible() && sigma(6) < kLargestOffset)) {
@@ -234,7 +235,7 @@ class Solver {
     if (options_.estimate_offset) result_.offset_covariance = covariance.bottomRightCorner<3, 3>();
   }
 
-  const std::vector<HandEyePlace>& places_;
+  const std::vector<HandEyePosition>& places_;
   const HandEyeOptions& options_;
   std::vector<double> weights_;
   HandEye result_;
@@ -242,7 +243,7 @@ class Solver {
 
 }  // namespace
 
-HandEye solve_hand_eye(const std::vector<HandEyePlace>& places, const HandEyeOptions& options) {
+HandEye solve_hand_eye(const std::vector<HandEyePosition>& places, const HandEyeOptions& options) {
   return Solver(places, options).solve();
 }
 

@@ -9,8 +9,9 @@
 #include "runtime/camera_files.hpp"
 #include "runtime/program.hpp"
 #include "runtime/robot_config.hpp"
+#include "tools/calibrate/camera_file_texts.hpp"
 #include "tools/calibrate/commands.hpp"
-#include "tools/calibrate/hand_eye_places.hpp"
+#include "tools/calibrate/hand_eye_positions.hpp"
 #include "vision/node/vision_config.hpp"
 
 namespace multireach {
@@ -33,7 +34,7 @@ HandEyeOptions options_of(const HandEyeArguments& arguments) {
   return options;
 }
 
-std::vector<HandEyePlace> places_of(const HandEyeArguments& arguments) {
+std::vector<HandEyePosition> places_of(const HandEyeArguments& arguments) {
   if (arguments.log.empty() == arguments.pairs.empty()) throw InputError("hand-eye: give either --log or --pairs");
   if (!arguments.pairs.empty()) return places_from_csv(arguments.pairs, arguments.seen_sigma_mm * 1e-3);
   if (arguments.config.empty() || arguments.vision.empty())
@@ -42,7 +43,7 @@ std::vector<HandEyePlace> places_of(const HandEyeArguments& arguments) {
   const RobotConfig robot = RobotConfig::load(arguments.config);
   LogChoice choice = arguments.choice;
   choice.still_m = arguments.still_mm * 1e-3;
-  return places_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
+  return positions_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
 }
 
 nlohmann::json list(const auto& values) {

@@ -1,5 +1,5 @@
-// multireach-calibrate: two cameras from photographs of a chessboard, their place on the robot, an object's colours,
-// and files of others.
+// multireach-calibrate: calibrates two cameras from photographs of a chessboard, their pose relative to the robot, and
+// an object's colours; converts third-party calibration formats.
 #include <opencv2/core.hpp>
 
 #include "runtime/program.hpp"
@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   const std::vector<Command> commands{cameras_command(program.cli()), hand_eye_command(program.cli()),
                                       colour_command(program.cli()), convert_command(program.cli())};
   return program.run(argc, argv, [&] {
-    cv::setNumThreads(1);  // the same numbers on every machine
+    cv::setNumThreads(1);  // for identical results on every machine
     for (const Command& command : commands) {
       if (*command.app) return command.run();
     }

@@ -10,14 +10,14 @@ namespace multireach {
 namespace {
 
 constexpr double kPanelWidth = 800;
-constexpr int kGap = 20, kCaption = 40, kShift = 4;  // drawn to 1/16 of a pixel
+constexpr int kGap = 20, kCaption = 40, kShift = 4;  // kShift: fractional bits, drawing in 1/16 pixel
 const cv::Scalar kPaper(255, 255, 255), kInk(60, 60, 60), kGood(160, 90, 20), kPoor(40, 40, 220);
 
 cv::Point fixed_point(const cv::Point2d& point) {
   return {cvRound(point.x * (1 << kShift)), cvRound(point.y * (1 << kShift))};
 }
 
-/// The power of 2, 5 and 10 that makes a usual residual 15 pixels long.
+/// The largest factor of the series 1, 2, 5, 10, ... that draws a residual of `rms_px` at most 15 pixels long.
 double enlargement(double rms_px) {
   double factor = 1;
   for (const double next : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0}) {

@@ -6,8 +6,8 @@
 
 namespace multireach {
 
-/// Both images' planes beside each other, with all corners where they were seen and their residuals enlarged; poor
-/// pairs in red. BGR.
+/// Draws both image planes side by side, with all detected corners and their magnified residuals; poor pairs in red.
+/// BGR.
 cv::Mat reprojection_picture(const std::vector<BoardPair>& pairs, const StereoCalibration& calibration,
                              cv::Size image_size);
 

@@ -40,7 +40,7 @@ int flags_of(Lens lens) {
   return lens == Lens::kRadtan ? cv::CALIB_FIX_K3 : lens == Lens::kRational ? cv::CALIB_RATIONAL_MODEL : 0;
 }
 
-/// Both cameras and their place to each other, from a guess of K and D.
+/// Calibrates both cameras and their relative pose, from an initial guess of K and D.
 double solve_both(const Views& views, cv::Size size, Lens lens, Cameras& cameras) {
   cv::Mat E, F;
   const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 200, 1e-9);
@@ -72,8 +72,7 @@ StereoRig rig_of(const Cameras& cameras, cv::Size size) {
   return rig;
 }
 
-/// The residuals of a pair with the board where they are least: Gauss-Newton steps over its pose, from the left
-/// image's.
+/// The residuals of a pair for the best board pose: Gauss-Newton steps from the pose found in the left image.
 PairFit fit_of(const BoardPair& pair, const Board& board, const Cameras& cameras) {
   const std::vector<cv::Point3f> points = board.corners();
   const auto count = static_cast<int>(points.size());
@@ -127,9 +126,9 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Residuals beyond this are those of another kind of pair: a board that moved between two images, was bent or was
-/// found wrongly. Five robust standard deviations (1.48 median deviations), and at least twice the median, as few pairs
-/// may agree by chance.
+/// The residual above which a pair is poor: the board moved between the two images, was bent, or was detected wrongly.
+/// Five robust standard deviations (1.48 median deviations), and at least twice the median, because few pairs may agree
+/// by chance.
 double poor_above(const std::vector<PairFit>& fits) {
   std::vector<double> values;
   for (const PairFit& fit : fits) {
@@ -190,7 +189,7 @@ StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& bo
     result.fits = std::move(fits);
     const double doubt =
         std::max(result.left_fx_sigma_px / result.rig.left.fx, result.right_fx_sigma_px / result.rig.right.fx);
-    // Boards that all face the same way fit well with any focal length.
+    // If all boards face the same way, any focal length fits well.
     constexpr double kMostDoubt = 0.02;
     if (!(doubt < kMostDoubt)) {
       throw std::runtime_error(

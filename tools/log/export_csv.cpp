@@ -37,7 +37,7 @@ namespace {
 
 constexpr size_t kBuffer = 1 << 16;
 
-/// The table of one channel; its columns are those of all its messages, in the order in which they first appear.
+/// The table of one channel. Its columns are the values of all its messages, in the order of first appearance.
 class Table {
  public:
   void learn(const std::vector<MessageLeaf>& leaves) {

@@ -1,11 +1,10 @@
 #include <fmt/format.h>
-#include <lodepng.h>
 
 #include <filesystem>
 #include <multireach/images_t.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "imaging/image_codec.hpp"
+#include "runtime/image_file.hpp"
 #include "runtime/image_message.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
@@ -21,7 +20,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   ImageCodec codec;
-  cv::Mat bgr, rgb;
+  cv::Mat bgr;
   int64_t written = 0, messages = 0;
   Progress progress;
   while (const auto event = reader.next()) {
@@ -39,10 +38,9 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
         complaints.push_back(fmt::format("event {}: the {} image cannot be decoded", event->number, side));
         continue;
       }
-      cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-      const unsigned error_code =
-          lodepng::encode(path, rgb.data, static_cast<unsigned>(rgb.cols), static_cast<unsigned>(rgb.rows), LCT_RGB);
-      if (error_code != 0) throw InputError(path + ": cannot be written (" + lodepng_error_text(error_code) + ")");
+      OutputFile file(path);
+      file.write(encode_png(bgr));
+      file.finish();
       ++written;
     }
   }

@@ -39,7 +39,7 @@ double number_in(const MessageLeaf& leaf) {
   }
 }
 
-/// A name that MATLAB takes: letters, digits and underscores, at most 63.
+/// A valid MATLAB name: letters, digits and underscores, at most 63.
 std::string identifier(const std::string& text) {
   std::string name;
   for (const char c : text) {
@@ -53,7 +53,7 @@ std::string identifier(const std::string& text) {
   return name.substr(0, kLongest);
 }
 
-/// One channel's numbers: a column for every element of every field.
+/// The numbers of one channel: a column for every element of every field.
 class Columns {
  public:
   void take(int64_t utime, const std::vector<MessageLeaf>& leaves) {
@@ -62,7 +62,7 @@ class Columns {
       if (leaf.kind == Kind::kString) {
         strings_.emplace(leaf.path, std::string(leaf.bytes.begin(), leaf.bytes.end()));
       } else if (leaf.kind != Kind::kByte || leaf.bytes.size() == 1) {
-        // The last index numbers the columns of a field.
+        // The last array index selects the column within the field.
         const size_t bracket = leaf.path.back() == ']' ? leaf.path.rfind('[') : std::string::npos;
         std::vector<double>& column = column_of(leaf.path.substr(0, bracket), leaf.path);
         column.resize(utime_.size() - 1, NAN);
@@ -130,7 +130,7 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
     throw InputError(file + ": is no file that can be written over");
   }
-  // The library writes by name only; what is begun and not finished must not stay.
+  // The library writes to a file name only, so an incomplete file is written under another name and removed on failure.
   const std::string partial = file + ".partial." + std::to_string(getpid());
   struct Remover {
     const std::string& path;

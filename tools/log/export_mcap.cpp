@@ -28,7 +28,7 @@ const json kBytes = {{"type", "string"}, {"contentEncoding", "base64"}};
 const json kText = {{"type", "string"}};
 const json kInteger = {{"type", "integer"}};
 
-/// foxglove.CompressedImage and foxglove.RawImage, as Foxglove and Lichtblick know them.
+/// The schemas of foxglove.CompressedImage and foxglove.RawImage that Foxglove and Lichtblick expect.
 json compressed_image_schema() {
   return object_schema("foxglove.CompressedImage",
                        {{"timestamp", time_schema()}, {"frame_id", kText}, {"data", kBytes}, {"format", kText}});
@@ -43,7 +43,7 @@ json raw_image_schema() {
                                              {"data", kBytes}});
 }
 
-/// How Foxglove calls a pixel format; nothing for one that it does not know.
+/// Foxglove's name of a pixel format; nothing if it has none.
 std::optional<std::string> encoding_of(int32_t pixel_format) {
   switch (pixel_format) {
     case image_t::PIXEL_FORMAT_GRAY:

@@ -40,7 +40,8 @@ int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep
   return written;
 }
 
-/// The time of the first events, of which one may be damaged: the earliest within a minute of the middle one.
+/// The time of the log's first event, robust to a damaged time stamp: the earliest of the first events within a minute
+/// of their median.
 int64_t begin_of(const std::string& input) {
   LogReader reader(input);
   std::vector<int64_t> times;

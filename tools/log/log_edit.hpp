@@ -8,18 +8,18 @@
 
 namespace multireach {
 
-/// Logs made from logs, event by event in constant memory; events are numbered anew. All throw InputError when a log
-/// cannot be read or written, or when the output is one of the inputs.
+/// Edit logs in a single pass with constant memory; events of the output are numbered from 0. All functions throw
+/// InputError when a log cannot be read or written, or when the output is one of the inputs.
 
-/// Says on standard error what a reader that has come to the end has left out as damaged, if anything.
+/// Reports on standard error how much a reader at its end has skipped as damaged, if anything.
 void say_damage(const std::string& path, const LogReader& reader);
 
-/// The events of several logs in the order of their times (and of the logs, for equal times).
+/// Merges the events of several logs by time; for equal times, in the order of the logs.
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output);
-/// The events that the logger received from `from_s` until `until_s` after the first, seconds. Returns how many.
+/// Keeps the events received from `from_s` until `until_s` after the first event, seconds. Returns their number.
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s);
-/// The events of the channels whose names match one of the shell patterns, as "JOINT_*"; `without`: of all others.
-/// Returns how many.
+/// Keeps the events of channels that match one of the shell patterns, e.g. "JOINT_*"; with `without`, those of all
+/// other channels. Returns their number.
 int64_t filter_log(const std::string& input, const std::string& output, const std::vector<std::string>& patterns,
                    bool without);
 

@@ -1,4 +1,4 @@
-// multireach-log: what is in logs, and logs made from logs.
+// multireach-log: inspects, checks, edits and exports logs.
 #include <iostream>
 #include <limits>
 
@@ -19,7 +19,7 @@ int info(const std::string& log, const std::string& json_path) {
   return 0;
 }
 
-/// Prints a sentence for everything that is wrong with the log; exit code 1 when there is any.
+/// Prints a sentence for each problem in the log; returns exit code 1 if there is any.
 int check(const std::string& log) {
   const LogSummary summary = summary_of(log);
   const auto say = [&](const std::string& sentence) { std::cout << log << ": " << sentence << "\n"; };

@@ -8,7 +8,7 @@ namespace {
 constexpr size_t kChunkSize = 1 << 20;
 constexpr std::string_view kMagic = "\x89MCAP0\r\n";
 
-/// Records' opcodes (mcap.dev/spec, "Records").
+/// Record opcodes (mcap.dev/spec, "Records").
 enum class Record : uint8_t {
   kHeader = 0x01,
   kFooter = 0x02,
@@ -22,7 +22,7 @@ enum class Record : uint8_t {
   kDataEnd = 0x0F,
 };
 
-/// The contents of a record: little-endian integers, strings with their lengths before them.
+/// The content of a record: little-endian integers, and strings preceded by their lengths.
 class Fields {
  public:
   template <class Integer>
@@ -104,7 +104,7 @@ void McapWriter::end_chunk() {
                    .size = chunk_.size(),
                    .message_indexes = {}};
   Fields fields;
-  // Of the checksum, 0 means that there is none.
+  // A checksum of 0 means that there is none.
   fields.number(chunk_begin_ns_).number(chunk_end_ns_).number(static_cast<uint64_t>(chunk_.size())).number(uint32_t{0});
   fields.text("").number(static_cast<uint64_t>(chunk_.size()));
   fields.bytes += chunk_;

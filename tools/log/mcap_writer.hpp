@@ -10,15 +10,15 @@
 
 namespace multireach {
 
-/// Writes an MCAP file (mcap.dev/spec, version 0) in chunks, with the indexes that readers seek by; uncompressed, in
-/// constant memory but for the index of chunks. Throws InputError when it cannot be written.
+/// Writes an MCAP file (mcap.dev/spec, version 0) in uncompressed chunks, with the indexes that readers use for
+/// seeking. Memory is constant except for the index of chunks. Throws InputError when the file cannot be written.
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path);
 
-  /// A schema in JSON Schema. Returns its number.
+  /// Adds a schema in JSON Schema. Returns its number.
   uint16_t add_schema(const std::string& name, const std::string& json_schema);
-  /// A channel of JSON messages. Returns its number.
+  /// Adds a channel of JSON messages. Returns its number.
   uint16_t add_channel(uint16_t schema, const std::string& topic);
   void write(uint16_t channel, uint32_t sequence, uint64_t log_time_ns, uint64_t publish_time_ns,
              std::string_view data);
@@ -35,7 +35,7 @@ class McapWriter {
 
   OutputFile file_;
   uint64_t position_ = 0;
-  std::string definitions_;  // schemas and channels, for the summary
+  std::string definitions_;  // schemas and channels, repeated in the summary section
   std::string chunk_;
   uint64_t chunk_begin_ns_ = 0, chunk_end_ns_ = 0;
   std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> chunk_messages_;

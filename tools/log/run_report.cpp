@@ -12,7 +12,7 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 
-#include "controller/ik/posture_search.hpp"
+#include "controller/ik/multi_start.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
@@ -23,25 +23,25 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReached = 5e-3;    // m: nearer than this is reached
-constexpr double kSamePlace = 8e-3;  // m: the seen target stays this near to the middle of its first sightings
-constexpr size_t kFirstSightings = 5;
-constexpr int64_t kShortestStay = 1000000;  // us
-constexpr int64_t kFinalPart = 250000;      // us: the error of a reach is the median over this last part of the stay
+constexpr double kReached = 5e-3;       // m; largest position error that counts as reached
+constexpr double kSamePosition = 8e-3;  // m; largest distance from the mean of the first matches during one dwell
+constexpr size_t kFirstPositions = 5;
+constexpr int64_t kShortestDwell = 1000000;  // us; shorter dwells are not reported
+constexpr int64_t kFinalPart = 250000;       // us; the error of a reach is the median over this last part of the dwell
 
-struct Seen {
+struct SeenPosition {
   int64_t utime;
   Eigen::Vector3d p_W;
 };
 
-struct Stay {
-  std::vector<Seen> sightings;
+struct Dwell {
+  std::vector<SeenPosition> matches;
   Eigen::Vector3d middle() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const Seen& seen : sightings) sum += seen.p_W;
-    return sum / static_cast<double>(sightings.size());
+    for (const SeenPosition& seen : matches) sum += seen.p_W;
+    return sum / static_cast<double>(matches.size());
   }
-  int64_t duration() const { return sightings.back().utime - sightings.front().utime; }
+  int64_t duration() const { return matches.back().utime - matches.front().utime; }
 };
 
 double quantile(std::vector<double> values, double part) {
@@ -57,7 +57,7 @@ json vector(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Everything that the report needs, gathered in one pass over the log.
+/// Collects all data for the report in one pass over the log.
 class Gathered {
  public:
   Gathered(const std::string& log_path, const Chain& chain) : chain_(chain) {
@@ -68,7 +68,7 @@ class Gathered {
   std::map<std::string, int64_t, std::less<>> counts;
   std::vector<target_t> targets;
   std::map<int64_t, target_t> truths;
-  std::vector<Seen> hand;  // measured, at the times of the commands that the robot had consumed
+  std::vector<SeenPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, node_status_t> nodes;
   int64_t missing_in_log = 0;
@@ -102,10 +102,10 @@ class Gathered {
     const auto command = taken<joint_command_t>(event);
     if (!command) return;
     command_utime_[command->sequence] = command->utime;
-    if (const auto theta = from_fields(chain_, command->joint_name, command->angle_rad)) {
+    if (const auto theta = from_fields(chain_, command->joint_name, command->joint_position)) {
       limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
     }
-    if (const auto velocity = from_fields(chain_, command->joint_name, command->velocity_rad_s)) {
+    if (const auto velocity = from_fields(chain_, command->joint_name, command->joint_velocity)) {
       velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain_.velocity()).maxCoeff());
     }
   }
@@ -113,7 +113,7 @@ class Gathered {
   void take_robot_state(const LogEvent& event) {
     const auto state = taken<robot_state_t>(event);
     if (!state) return;
-    const auto theta = from_fields(chain_, state->joint_name, state->angle_rad);
+    const auto theta = from_fields(chain_, state->joint_name, state->joint_position);
     if (!theta) return;
     measured_limit_excess = std::max(measured_limit_excess, chain_.limit_excess(*theta));
     const auto command = command_utime_.find(state->command_sequence);
@@ -125,33 +125,33 @@ class Gathered {
   std::map<int64_t, int64_t> command_utime_;
 };
 
-std::vector<Stay> stays_of(const std::vector<target_t>& targets) {
-  std::vector<Stay> stays;
-  Stay current;
+std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
+  std::vector<Dwell> dwells;
+  Dwell current;
   const auto finish = [&] {
-    if (!current.sightings.empty() && current.duration() >= kShortestStay) stays.push_back(current);
-    current.sightings.clear();
+    if (!current.matches.empty() && current.duration() >= kShortestDwell) dwells.push_back(current);
+    current.matches.clear();
   };
   Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
   for (const target_t& target : targets) {
     if (target.status != target_t::STATUS_TRACKED) continue;
-    const Seen seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
+    const SeenPosition seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
     if (!seen.p_W.allFinite()) continue;
-    if (!current.sightings.empty() && (seen.p_W - anchor).norm() > kSamePlace) finish();
-    current.sightings.push_back(seen);
-    if (current.sightings.size() <= kFirstSightings) anchor = current.middle();
+    if (!current.matches.empty() && (seen.p_W - anchor).norm() > kSamePosition) finish();
+    current.matches.push_back(seen);
+    if (current.matches.size() <= kFirstPositions) anchor = current.middle();
   }
   finish();
-  return stays;
+  return dwells;
 }
 
-/// One stay of the target and what the hand did about it.
-json reach_of(const Stay& stay, const std::vector<Seen>& hand, int64_t origin) {
-  const Eigen::Vector3d target = stay.middle();
-  const int64_t begin = stay.sightings.front().utime, end = stay.sightings.back().utime;
+/// Reports one dwell of the target, and how the end effector reached it.
+json reach_of(const Dwell& dwell, const std::vector<SeenPosition>& hand, int64_t origin) {
+  const Eigen::Vector3d target = dwell.middle();
+  const int64_t begin = dwell.matches.front().utime, end = dwell.matches.back().utime;
   std::vector<double> final_errors;
   int64_t settled = -1;
-  for (const Seen& at : hand) {
+  for (const SeenPosition& at : hand) {
     if (at.utime < begin || at.utime > end) continue;
     const double error = (at.p_W - target).norm();
     if (error > kReached) {
@@ -212,20 +212,20 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
     return found == run.counts.end() ? int64_t{0} : found->second;
   };
   const int64_t origin = run.targets.empty() ? 0 : run.targets.front().utime;
-  const controller::PostureSearch search(robot.chain);
+  const controller::MultiStartIk search(robot.chain);
   const JointVector anywhere = robot.chain.clamped(JointVector::Zero(robot.chain.size()));
 
   RunReport report;
   json& out = report.json;
-  json reaches = json::array(), out_of_reach = json::array();
+  json reaches = json::array(), unreachable = json::array();
   size_t reached = 0;
-  for (const Stay& stay : stays_of(run.targets)) {
-    const json reach = reach_of(stay, run.hand, origin);
-    if (search.nearest(stay.middle(), anywhere)) {
+  for (const Dwell& dwell : dwells_of(run.targets)) {
+    const json reach = reach_of(dwell, run.hand, origin);
+    if (search.nearest(dwell.middle(), anywhere)) {
       reaches.push_back(reach);
       reached += reach["hand_error_mm"].is_number() && reach["hand_error_mm"].get<double>() <= 1e3 * kReached;
     } else {
-      out_of_reach.push_back(reach);
+      unreachable.push_back(reach);
     }
   }
   int64_t late = 0, dropped = 0, refused = 0;
@@ -244,7 +244,7 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   out["commands"] = count(channel::kJointCommand);
   out["robot_states"] = count(channel::kRobotState);
   out["reaches"] = reaches;
-  out["out_of_reach"] = out_of_reach;
+  out["unreachable"] = unreachable;
   out["lost_intervals"] = lost_intervals_of(run.targets, origin);
   out["vision_error_mm"] = vision_error_of(run);
   out["max_limit_violation_rad"] = run.limit_excess;
@@ -274,8 +274,8 @@ std::string table_of(const json& report) {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
   };
   std::string table =
-      fmt::format("\n{:<24}{:>10}{:>12}{:>12}\n", "place (m, in W)", "stay (s)", "error (mm)", "settle (s)");
-  for (const char* list : {"reaches", "out_of_reach"}) {
+      fmt::format("\n{:<24}{:>10}{:>12}{:>12}\n", "position (m, in W)", "dwell (s)", "error (mm)", "settle (s)");
+  for (const char* list : {"reaches", "unreachable"}) {
     for (const json& reach : report[list]) {
       const json& p = reach["target_m"];
       const std::string place =
@@ -283,7 +283,7 @@ std::string table_of(const json& report) {
       table += fmt::format("{:<24}{:>10.1f}{:>12}{:>12}{}\n", place,
                            reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
                            number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
-                           list == std::string("reaches") ? "" : "  out of reach");
+                           list == std::string("reaches") ? "" : "  unreachable");
     }
   }
   for (const json& lost : report["lost_intervals"]) {

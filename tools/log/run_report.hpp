@@ -7,19 +7,20 @@
 
 namespace multireach {
 
-/// What happened in a recorded run: counts, places reached with error and settling time, vision against truth, lost
-/// intervals, limits, late ticks, lost messages. Times are message times in seconds from the first TARGET.
+/// Report on a recorded run: message counts, reaches with position error and settling time, vision error against ground
+/// truth, intervals without target, limits, late ticks, lost messages. Times are message times in seconds from the
+/// first TARGET.
 struct RunReport {
   nlohmann::json json;
-  /// Every reachable place was reached, and no limit was passed by a command.
+  /// Every reachable target was reached, and no command exceeded a limit.
   bool succeeded = false;
-  std::string reason;  ///< why not, a sentence
+  std::string reason;  ///< a sentence: why the run did not succeed
 };
 
-/// Reads the log of a run (control and image groups merged) of this robot. Throws InputError when it cannot be read.
+/// Reads the log of a run with this robot (control and image groups merged). Throws InputError when it cannot be read.
 RunReport report_on(const std::string& log_path, const RobotConfig& robot);
 
-/// The report as a table for people.
+/// The report as a human-readable table.
 std::string table_of(const nlohmann::json& report);
 
 }  // namespace multireach

@@ -3,28 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
-#include "runtime/channels.hpp"
 #include "tools/replay/message_difference.hpp"
+#include "tools/replay/publishers.hpp"
 #include "tools/replay/recorded_log.hpp"
 
 namespace multireach {
 namespace {
 
 struct Compared {
-  std::string_view channel, node;
+  std::string_view channel, node;  // node: "" for an input of the loop
 };
-/// In the order in which messages depend on one another.
-constexpr std::array kCompared{Compared{channel::kStereoImages, ""},
-                               Compared{channel::kTarget, "vision"},
-                               Compared{channel::kObstacles, ""},
-                               Compared{channel::kJointSetpoint, "controller"},
-                               Compared{channel::kControllerState, "controller"},
-                               Compared{channel::kJointCommand, "bridge"},
-                               Compared{channel::kRobotState, "robot"}};
 
-/// A message by what it is called: the publisher's run, counted by its sequence going back, and the sequence in it.
+/// Channels in the order in which their messages depend on one another.
+std::vector<Compared> compared_channels() {
+  std::vector<Compared> compared{{channel::kStereoImages, ""}, {channel::kObstacles, ""}};
+  for (const Publisher& publisher : kPublishers) {
+    if (publisher.node == "ideal_robot") continue;
+    for (const std::string_view channel : publisher.channels) {
+      if (!channel.empty()) compared.push_back({channel, publisher.node == "robot_sim" ? "robot" : publisher.node});
+    }
+  }
+  return compared;
+}
+
+/// Identifies a message: the publisher's run, counted by restarts of its sequence numbers, and the sequence number.
 using Name = std::pair<int64_t, int64_t>;
 
 std::vector<std::pair<Name, const RecordedMessage*>> named(const std::vector<RecordedMessage>& messages) {
@@ -40,7 +43,7 @@ std::vector<std::pair<Name, const RecordedMessage*>> named(const std::vector<Rec
   return names;
 }
 
-/// What the newest run of a node that was told of by then took in, and with what.
+/// The newest run of a node that the log mentions up to this event, with its inputs.
 const RecordedRun* run_at(const RecordedLog& log, std::string_view node, int64_t event) {
   const RecordedRun* found = nullptr;
   for (const RecordedRun* run : log.runs(node)) {
@@ -54,7 +57,7 @@ std::string told(const std::optional<ConsumedInput>& input) {
   return fmt::format("{} {} after {} ticks", input->channel, input->sequence, input->ticks);
 }
 
-/// Why a node has sent something else.
+/// Explains why a node has sent a different message.
 std::string cause_of(const RecordedLog& old_log, const RecordedLog& new_log, std::string_view node,
                      const RecordedMessage& old_message, const RecordedMessage* new_message) {
   if (node.empty()) return "the sessions differ: this is an input";
@@ -64,7 +67,7 @@ std::string cause_of(const RecordedLog& old_log, const RecordedLog& new_log, std
   if (!a || !b) return "one of the logs does not say what it took in (NODE_INPUTS)";
   for (size_t i = 0; i < std::min(a->inputs.size(), b->inputs.size()); ++i) {
     const auto &one = a->inputs[i], &other = b->inputs[i];
-    // What was taken in after this message does not explain it.
+    // Inputs consumed after this message do not explain it.
     const bool later = one && other && std::min(one->ticks, other->ticks) > std::max<int64_t>(old_message.sequence, 0);
     if (later) break;
     if (one == other) continue;
@@ -91,7 +94,7 @@ class Bisector {
       : old_(old_log), new_(new_log), common_only_(common_only) {}
 
   Comparison compare() {
-    for (const Compared& compared : kCompared) compare(compared);
+    for (const Compared& compared : compared_channels()) compare(compared);
     return std::move(result_);
   }
 

@@ -7,7 +7,7 @@
 
 namespace multireach {
 
-/// What two logs of the same session have in common, and where they part.
+/// How two logs of the same session compare, and where they first differ.
 struct Comparison {
   struct Channel {
     int64_t equal = 0, different = 0, only_old = 0, only_new = 0;
@@ -16,15 +16,15 @@ struct Comparison {
   struct Parting {
     std::string channel, field, old_value, new_value;
     int64_t sequence = -1;
-    std::string node;   ///< that sent it; empty for an input of the session
-    std::string cause;  ///< a sentence
+    std::string node;   ///< sender of the message; empty for an input of the session
+    std::string cause;  ///< a sentence: why the messages differ
   };
-  /// The first message, in the order of the old log, that is not the same or that the new one has not.
+  /// The first message, in the order of the old log, that differs or is missing in the new log.
   std::optional<Parting> first;
 };
 
-/// Compares the logs of two builds or two configurations message by message, by channels and sequence numbers. With
-/// `common_only`, messages that only one log has make no difference. Throws InputError when a log cannot be read.
+/// Compares the logs of two builds or two configurations message by message, matched by channel and sequence number.
+/// With `common_only`, messages that only one log contains are ignored. Throws InputError when a log cannot be read.
 Comparison bisect(const std::string& old_log, const std::string& new_log, bool common_only,
                   const std::function<void(double)>& progress);
 

@@ -37,8 +37,8 @@ void IdealRobotNode::obey() {
   const auto command = take<joint_command_t>(newest_command_);
   newest_command_.clear();
   if (!command) return;
-  const auto theta = from_fields(chain_, command->joint_name, command->angle_rad);
-  const auto velocity = from_fields(chain_, command->joint_name, command->velocity_rad_s);
+  const auto theta = from_fields(chain_, command->joint_name, command->joint_position);
+  const auto velocity = from_fields(chain_, command->joint_name, command->joint_velocity);
   if (!theta || !velocity || !theta->allFinite() || !velocity->allFinite()) {
     ++counters_.refused;
     return;
@@ -56,9 +56,9 @@ void IdealRobotNode::tick(Outbox& out) {
   state.command_sequence = command_sequence_;
   state.num_joints = chain_.size();
   state.joint_name = joint_names_;
-  state.angle_rad = to_field(theta_);
-  state.velocity_rad_s = to_field(velocity_);
-  state.torque_n_m.assign(joint_names_.size(), 0.0);
+  state.joint_position = to_field(theta_);
+  state.joint_velocity = to_field(velocity_);
+  state.joint_effort.assign(joint_names_.size(), 0.0);
   utime_ += period_us_;
   send(out, channel::kRobotState, state);
 }

@@ -5,8 +5,8 @@
 
 namespace multireach {
 
-/// A robot that is where it was last told to be: JOINT_COMMAND in, ROBOT_STATE out. Its joints are those of the chain,
-/// at the start posture of section `robot_sim`. Its time begins at 0 and is its own.
+/// A robot that follows its commands exactly: JOINT_COMMAND in, ROBOT_STATE out. It has the joints of the chain and
+/// starts at the start posture of section `robot_sim`. Its time starts at 0 and is independent of other clocks.
 class IdealRobotNode : public Node {
  public:
   explicit IdealRobotNode(const RobotConfig& robot);

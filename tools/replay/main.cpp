@@ -1,4 +1,4 @@
-// multireach-replay: recorded sessions computed again, and live runs verified.
+// multireach-replay: replays recorded sessions to the same bytes, and verifies live runs.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -18,7 +18,7 @@
 namespace multireach {
 namespace {
 
-/// Which robot and which cameras, as for launch.sh.
+/// Which robot and which cameras, as in launch.sh.
 struct Setup {
   std::string config, vision;
 
@@ -42,7 +42,7 @@ std::string hexadecimal(int64_t digest) {
   return fmt::format("{:016x}", static_cast<uint64_t>(digest));
 }
 
-/// Messages may hold text that is no Unicode.
+/// Messages may hold text that is not valid Unicode; it is replaced.
 void write_report(const std::string& path, const nlohmann::ordered_json& report) {
   write_text_file(path, report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }

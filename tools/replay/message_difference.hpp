@@ -6,13 +6,13 @@
 
 namespace multireach {
 
-/// The first place where two messages of one channel differ.
+/// The first difference between two messages of one channel.
 struct MessageDifference {
-  std::string field;  ///< as "angle_rad[2]"; "byte 17" where the fields cannot be told
+  std::string field;  ///< as "joint_position[2]"; "byte 17" where the fields cannot be told
   std::string first, second;
 };
 
-/// Needs messages that are not equal.
+/// The messages must differ.
 MessageDifference difference_of(std::span<const uint8_t> first, std::span<const uint8_t> second);
 
 }  // namespace multireach

@@ -12,26 +12,18 @@
 #include "runtime/message_clock.hpp"
 #include "runtime/message_schema.hpp"
 #include "tools/replay/message_difference.hpp"
+#include "tools/replay/publishers.hpp"
 
 namespace multireach {
 namespace {
 
-constexpr int64_t kAskAgain = 30000;   // us
+constexpr int64_t kAskAgain = 30000;   // us; period of resending a step
 constexpr int64_t kGiveUp = 10000000;  // us
 
-/// The node that sends on a channel; empty for NODE_INPUTS.
-std::string_view sender_of(std::string_view channel) {
-  if (channel == channel::kTarget) return "vision";
-  if (channel == channel::kJointSetpoint || channel == channel::kControllerState) return "controller";
-  if (channel == channel::kJointCommand) return "bridge";
-  if (channel == channel::kRobotState) return "robot_sim";
-  return "";
-}
-
-/// What a live process has to do, and what it has answered.
+/// The current step of a live process, and its progress.
 struct Process {
   replay_step_t step{};
-  int64_t sent = 0, digest = 0;  // that it should have said by the end of the step
+  int64_t sent = 0, digest = 0;  // expected in its report at the end of the step
   bool done = false;
 };
 
@@ -46,9 +38,13 @@ class Player : public VirtualLoop::Observer {
       Process& process = processes_[node->name()];
       process.step.replay = replay;
       process.step.node = node->name();
-      for (const OutputChannel& output : outputs_of(node->name())) {
-        bus_.subscribe(output, "play",
-                       [this](std::string_view channel, std::span<const uint8_t> bytes) { compare(channel, bytes); });
+      for (const Publisher& publisher : kPublishers) {
+        if (publisher.node != node->name()) continue;
+        for (const std::string_view output : publisher.channels) {
+          if (output.empty()) continue;
+          bus_.subscribe(output, "play",
+                         [this](std::string_view channel, std::span<const uint8_t> bytes) { compare(channel, bytes); });
+        }
       }
     }
     bus_.subscribe(channel::kReplayDone, "play",
@@ -57,7 +53,7 @@ class Player : public VirtualLoop::Observer {
 
   PlayResult play(Session& session, const ReplayProgress& progress) {
     const int64_t begin = monotonic_us();
-    for (int k = 0; k < 2 && ok(); ++k) finish_step();  // all leave their clocks, then begin afresh
+    for (int k = 0; k < 2 && ok(); ++k) finish_step();  // all nodes leave their clocks, then start afresh
     const auto until_us = static_cast<int64_t>(options_.replay.until_s * 1e6);
     int64_t last_us = 0;
     const int64_t started = monotonic_us();
@@ -84,9 +80,9 @@ class Player : public VirtualLoop::Observer {
 
   void sent(int64_t, std::string_view channel, std::span<const uint8_t> bytes) override {
     if (channel == channel::kNodeInputs) return;
-    const auto process = processes_.find(sender_of(channel));
+    const auto process = processes_.find(std::string(publisher_of(channel)));
     if (process == processes_.end()) {
-      publish(channel, bytes);  // of the ideal robot, which is here
+      publish(channel, bytes);  // from the ideal robot, which runs in this process
       return;
     }
     ++process->second.sent;
@@ -99,7 +95,8 @@ class Player : public VirtualLoop::Observer {
     if (process == processes_.end()) return;
     replay_step_t& step = process->second.step;
     step.before_tick.push_back(input.ticks);
-    step.channel.push_back(number_of(input));
+    append_channel(input.channel, step.channel_name, step.channel);
+    step.num_channels = static_cast<int32_t>(step.channel_name.size());
     step.digest.push_back(input.digest);
   }
 
@@ -109,19 +106,9 @@ class Player : public VirtualLoop::Observer {
   }
 
  private:
-  using OutputChannel = std::string_view;
-  static std::vector<OutputChannel> outputs_of(std::string_view node) {
-    std::vector<OutputChannel> channels;
-    for (const std::string_view channel : {channel::kTarget, channel::kJointSetpoint, channel::kControllerState,
-                                           channel::kJointCommand, channel::kRobotState}) {
-      if (sender_of(channel) == node) channels.push_back(channel);
-    }
-    return channels;
-  }
-
   bool ok() const { return result_.failure.empty() && !interrupted(); }
 
-  /// Messages of this step, for those who do not get them at once.
+  /// Keeps the messages of this step, to resend any that a process has not received.
   void keep(std::string_view channel, std::span<const uint8_t> bytes) {
     kept_[digest_of(bytes)] = {channel, {bytes.begin(), bytes.end()}};
   }
@@ -144,7 +131,7 @@ class Player : public VirtualLoop::Observer {
     }
   }
 
-  /// Asks all processes for what has been computed here, and waits until they have done it.
+  /// Sends all processes the step that was computed here, and waits until they have done it.
   void finish_step() {
     for (auto& [name, process] : processes_) {
       process.done = false;
@@ -197,7 +184,8 @@ class Player : public VirtualLoop::Observer {
     if (report->replay != process.step.replay || report->step != process.step.step) return;
     for (const int64_t digest : report->missing) {
       const auto kept = kept_.find(digest);
-      // What a process was to send, it sends when its own turn comes; then, if it was lost, it is sent again here.
+      // A message from another live process is resent only once that process is done: until then it may not have been
+      // sent yet.
       if (kept == kept_.end() || (report->done || !sender_is_done(kept->second.channel))) continue;
       bus_.publish(kept->second.channel, kept->second.bytes);
       ++result_.again;
@@ -213,11 +201,11 @@ class Player : public VirtualLoop::Observer {
   }
 
   bool sender_is_done(std::string_view channel) const {
-    const auto process = processes_.find(sender_of(channel));
+    const auto process = processes_.find(std::string(publisher_of(channel)));
     return process == processes_.end() || process->second.done;
   }
 
-  /// Looks at what a process sends while it is being waited for; says the first field that is not as computed here.
+  /// Compares a message from a process with the one computed here, and reports the first field that differs.
   void compare(std::string_view channel, std::span<const uint8_t> bytes) {
     if (kept_.contains(digest_of(bytes))) return;
     const MessageSchema* schema = MessageSchemas::project().of(bytes);
@@ -227,7 +215,7 @@ class Player : public VirtualLoop::Observer {
       if (kept.channel != channel || sequence_of(*schema, kept.bytes).value_or(-1) != sequence) continue;
       const MessageDifference difference = difference_of(bytes, kept.bytes);
       result_.failure = fmt::format("{} {}: {} is {} from {}, and {} when computed here", channel, sequence,
-                                    difference.field, difference.first, sender_of(channel), difference.second);
+                                    difference.field, difference.first, publisher_of(channel), difference.second);
       return;
     }
   }

@@ -10,21 +10,21 @@ namespace multireach {
 struct PlayOptions {
   ReplayOptions replay;
   std::string control_url, image_url;
-  double speed = 0;  ///< seconds of the session per second at most; 0 for as fast as the nodes answer
+  double speed = 0;  ///< largest speed, session seconds per second; 0: as fast as the nodes answer
 };
 
 struct PlayResult {
   int64_t frames = 0;
   double span_s = 0, took_s = 0;
-  int64_t again = 0;    ///< messages that were sent again because a node had not received them
-  std::string failure;  ///< a sentence, when the nodes did not answer or sent other bytes
+  int64_t again = 0;    ///< messages resent because a node had not received them
+  std::string failure;  ///< a sentence when a node did not answer or sent different bytes
 };
 
-/// Plays a session to live processes in lockstep: vision, controller and bridge, and the simulated robot when the
-/// replay has one. Sends a frame, tells each process which messages to take between which of its ticks, and sends the
-/// next frame when all have answered; so they send the same bytes as `replay` computes, at any speed and whatever the
-/// network loses. The processes begin afresh. Throws InputError when LCM cannot be started or the session cannot be
-/// read.
+/// Plays a session to live processes in lockstep: vision, controller and bridge, and the simulated robot if the replay
+/// uses it. For each frame, sends the messages and tells each process which to consume between which of its ticks, then
+/// waits until all have answered. So the processes send the same bytes as `replay` computes, at any speed and despite
+/// message loss. The processes start with fresh nodes. Throws InputError when LCM cannot be started or the session
+/// cannot be read.
 PlayResult play(const PlayOptions& options, const ReplayProgress& progress);
 
 }  // namespace multireach

@@ -8,7 +8,7 @@
 namespace multireach {
 namespace {
 
-/// So long may what a node sent be missing in a log, before it is taken to have ended.
+/// Longest gap in a node's recorded outputs before the run counts as ended.
 constexpr int64_t kLongestLoss = 5000000;  // us
 
 }  // namespace
@@ -29,11 +29,13 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
   const std::unique_ptr<Node> node = make_node(run.node, configs);
   if (!node) return result;
   Outbox out;
-  int64_t ticked = 0, sent = 0;
+  int64_t ticked = 0, sent = 0;  // sent: sequence numbers that it has used
   const auto hand_on = [&] {
     bool known = false;
-    for (const OutMessage& message : out) known = io.sent(message, result.certain) || known;
-    sent += static_cast<int64_t>(out.size());
+    for (const OutMessage& message : out) {
+      known = io.sent(message, result.certain) || known;
+      if (message.channel == out.front().channel) ++sent;
+    }
     out.clear();
     return known;
   };
@@ -43,11 +45,12 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     return hand_on();
   };
   const int64_t per_input = node->sent_per_input();
-  // Takes what was sent for an input in its place: whatever was missing before, it is certain what comes after.
+  // Restores the node's state from the recorded outputs for an input. Afterwards the state is certain, whatever was
+  // missing before.
   const auto adopt = [&] {
     std::vector<std::span<const uint8_t>> recorded;
     for (int64_t k = 0; k < per_input; ++k) recorded.push_back(io.recorded(sent + k));
-    if (!node->adopt(recorded)) return false;
+    if (!node->deserialize(recorded)) return false;
     for (int64_t k = 0; k < per_input; ++k) io.adopted(sent + k);
     sent += per_input;
     result.certain = true;
@@ -57,7 +60,7 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
     if (result.certain || !io.doubtful || node->name() != "vision") return;
     for (int64_t k = 0; k < inputs * per_input; ++k) io.doubtful(sent + k);
   };
-  // What it took in before the log tells of it.
+  // Inputs consumed before the first NODE_INPUTS in the log.
   result.inputs = result.missing = run.untold;
   result.certain = run.untold == 0;
   node->skip(run.untold);

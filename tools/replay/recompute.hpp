@@ -11,42 +11,42 @@
 
 namespace multireach {
 
-/// With what the nodes of a recorded run are made again.
+/// The configurations from which the nodes of a recorded run are created again.
 struct NodeConfigs {
   RobotConfig robot;
   std::optional<VisionConfig> vision;
 };
 
-/// A fresh node of this name (vision, controller, bridge, ideal_robot); null for another name. Throws InputError where
-/// it needs a vision file and there is none.
+/// Creates a node by name (vision, controller, bridge, ideal_robot); null for another name. Throws InputError when a
+/// vision file is needed and not given.
 std::unique_ptr<Node> make_node(const std::string& name, const NodeConfigs& configs);
 
-/// The bytes of the message with this digest; empty where nobody has them.
+/// The bytes of the message with this digest; empty when unknown.
 using FindMessage = std::function<std::span<const uint8_t>(int64_t digest)>;
 
-/// What a recomputation needs to know of the log, and whom it tells.
+/// Callbacks of a recomputation: access to the log, and results.
 struct Recomputation {
   FindMessage find;
-  /// The message that the node is recorded to have sent with this sequence number; empty where it is not.
+  /// The recorded message of the node with this sequence number; empty if there is none.
   std::function<std::span<const uint8_t>(int64_t sequence)> recorded;
-  /// The message with this sequence number was taken as it is recorded.
+  /// Called when the recorded message with this sequence number was used unchecked to restore the node's state.
   std::function<void(int64_t sequence)> adopted{};
-  /// What it sent with this sequence number cannot be computed: something is missing that it may depend on. Only of a
-  /// node whose messages are counted by those that it takes in.
+  /// Called when the message with this sequence number cannot be computed, because an input that it may depend on is
+  /// missing. Only for a node that sends a fixed number of messages per input.
   std::function<void(int64_t sequence)> doubtful{};
-  /// A message, as the node sends it; `certain` is false while something is missing that it may depend on. Returns
-  /// whether it is in the log.
+  /// Called for each computed message; `certain` is false while an input that it may depend on is missing. Returns
+  /// whether the message is in the log.
   std::function<bool(const OutMessage& message, bool certain)> sent;
 };
 
 struct Recomputed {
   int64_t inputs = 0;
-  int64_t missing = 0;  ///< inputs that are not in the log, or whose telling was lost
-  int64_t adopted = 0;  ///< inputs in whose place what was sent for them was taken
-  bool certain = true;  ///< in the end, nothing is missing that what it sends may depend on
+  int64_t missing = 0;  ///< inputs that are not in the log, or whose NODE_INPUTS was lost
+  int64_t adopted = 0;  ///< inputs replaced by the recorded outputs for them
+  bool certain = true;  ///< at the end, the node's state no longer depends on a missing input
 };
 
-/// Computes a run again from what it took in, and goes on to tick for as long as the log knows what it sends.
+/// Computes a run again from its recorded inputs, then continues to tick as long as the log contains the outputs.
 Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const Recomputation& io);
 
 }  // namespace multireach

@@ -1,7 +1,6 @@
 #include "tools/replay/recorded_log.hpp"
 
 #include <algorithm>
-#include <array>
 #include <multireach/node_status_t.hpp>
 
 #include "runtime/channels.hpp"
@@ -11,11 +10,7 @@
 namespace multireach {
 namespace {
 
-constexpr std::array kIndexed{channel::kStereoImages,    channel::kTarget,       channel::kObstacles,
-                              channel::kJointSetpoint,   channel::kJointCommand, channel::kRobotState,
-                              channel::kControllerState, channel::kNodeInputs,   channel::kNodeStatus};
-
-/// A recorder that lost the telling of so many messages in one place is a damaged number.
+/// A larger gap in the listed inputs means that a number is damaged.
 constexpr int64_t kLongestSilence = 1 << 22;
 
 }  // namespace
@@ -23,10 +18,16 @@ constexpr int64_t kLongestSilence = 1 << 22;
 void RecordedLog::take(const LogEvent& event) {
   const int64_t number = events_++;
   if (number == 0) first_utime_ = event.utime;
-  if (std::ranges::find(kIndexed, event.channel) == kIndexed.end()) return;
   RecordedMessage message{.event = number, .digest = 0, .sequence = -1, .utime = event.utime, .bytes = event.data};
   if (event.channel == channel::kNodeStatus) return take_status(message);
   if (event.channel == channel::kNodeInputs) return take_inputs(message);
+  if (event.channel == channel::kSimStep) {
+    if (!sealed(event.data)) {
+      broken_.emplace_back(channel::kSimStep, message);
+      return;
+    }
+    ++whole_[std::string(channel::kSimStep)];
+  }
   message.digest = digest_of(event.data);
   if (event.channel != channel::kStereoImages) {
     const MessageSchema* schema = MessageSchemas::project().of(event.data);
@@ -62,7 +63,7 @@ void RecordedLog::take_inputs(const RecordedMessage& message) {
     run.first_event = message.event;
     run.untold = said->first;
   }
-  if (said->first < run.untold && run.untold - said->first < kLongestSilence) {  // they came in another order
+  if (said->first < run.untold && run.untold - said->first < kLongestSilence) {  // recorded out of order
     run.inputs.insert(run.inputs.begin(), static_cast<size_t>(run.untold - said->first), std::nullopt);
     run.untold = said->first;
   }

@@ -10,31 +10,31 @@
 
 namespace multireach {
 
-/// A message in a log that is verified.
+/// A message in a log to be verified.
 struct RecordedMessage {
-  int64_t event = 0;  ///< its number in the log, counted here
+  int64_t event = 0;  ///< index of the event in the log
   int64_t digest = 0;
   int64_t sequence = -1;
-  int64_t utime = 0;  ///< when it was recorded, wall clock, microseconds
+  int64_t utime = 0;  ///< time of recording, wall clock, microseconds
   std::span<const uint8_t> bytes;
 };
 
-/// One run of a node, from start to end, as NODE_INPUTS tells it.
+/// One run of a node, from start to end, as recorded in NODE_INPUTS.
 struct RecordedRun {
   std::string node;
   int64_t run = 0, config_digest = 0;
-  int64_t first_event = 0;  ///< where the log first tells of it
-  /// How many messages it had taken in before those that the log tells of.
+  int64_t first_event = 0;  ///< event of its first NODE_INPUTS
+  /// Number of messages consumed before the first one that NODE_INPUTS lists.
   int64_t untold = 0;
-  /// What it took in then, in order; nothing where the recorder lost the telling.
+  /// The inputs consumed from then on, in order; nothing where the recorder lost the NODE_INPUTS that lists them.
   std::vector<std::optional<ConsumedInput>> inputs;
 };
 
-/// A log, sorted for being verified. Reads the log once and keeps some 90 bytes for every message of a computed
-/// channel; the messages themselves stay in the file.
+/// A log, sorted for being verified. Reads the log once and keeps some 90 bytes for every message; the messages
+/// themselves stay in the file.
 class RecordedLog {
  public:
-  /// `progress` is called with the part that is read, 0 to 1. Throws InputError when the log cannot be read.
+  /// `progress` is called with the part read, 0 to 1. Throws InputError when the log cannot be read.
   template <class ReportProgress>
   RecordedLog(const std::string& path, ReportProgress&& progress) : log_(path) {
     while (const auto event = log_.next()) {
@@ -45,17 +45,17 @@ class RecordedLog {
   }
 
   const std::vector<RecordedMessage>& messages(std::string_view channel) const;
-  /// The runs of a node, in the order in which the log tells of them.
+  /// The runs of a node, in the order of their first NODE_INPUTS.
   std::vector<const RecordedRun*> runs(std::string_view node) const;
-  /// The bytes of the message with this digest; empty where the log has none.
+  /// The bytes of the message with this digest; empty if the log has none.
   std::span<const uint8_t> bytes_of(int64_t digest) const;
-  /// Messages that carry a check of themselves and do not fit it, or contradict one another.
+  /// NODE_INPUTS and NODE_STATUS messages whose field `check` does not match, or that contradict one another.
   const std::vector<std::pair<std::string, RecordedMessage>>& broken() const { return broken_; }
-  /// How many messages of NODE_INPUTS or NODE_STATUS fit their checks.
+  /// How many messages of NODE_INPUTS, NODE_STATUS or SIM_STEP fit their checks.
   int64_t whole(std::string_view channel) const;
-  /// When the first event was recorded, wall clock, microseconds.
+  /// Time of the first event, wall clock, microseconds.
   int64_t first_utime() const { return first_utime_; }
-  /// The builds that the nodes say they are.
+  /// The build of each node, from NODE_STATUS.
   const std::map<std::string, std::string>& builds() const { return builds_; }
 
  private:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <multireach/robot_state_t.hpp>
+#include <multireach/sim_step_t.hpp>
 #include <optional>
 #include <vector>
 
@@ -9,23 +10,17 @@
 
 namespace multireach {
 
-/// Computes each state of the simulated robot again from the state before it and the commands that it says to have
-/// followed. Real robots' states say no such thing, and cannot be.
+/// Computes states of the simulated robot again, each from the state before it and the commands that SIM_STEP says the
+/// robot followed. Real robots send no SIM_STEP, and their states cannot be computed.
 class RobotSimCheck {
  public:
   RobotSimCheck(const RobotConfig& robot, FindMessage find);
 
-  struct Outcome {
-    bool simulated = false;
-    bool equal = false;
-    bool broken = false;                           ///< its check does not fit it
-    std::optional<std::vector<uint8_t>> expected;  ///< what was computed, where that can be
-  };
-  Outcome check(const RecordedMessage& message);
+  /// The ROBOT_STATE that a step led to, encoded; nothing where the state before or a command is missing.
+  std::optional<std::vector<uint8_t>> compute(const sim_step_t& step);
 
  private:
-  std::optional<std::vector<uint8_t>> compute(const robot_state_t& state);
-  /// The sequence number of the command that was followed; nothing where nobody has it.
+  /// The sequence number of the command that was followed; nothing where the log does not have it.
   std::optional<int64_t> follow_command(int64_t digest);
 
   FindMessage find_;

@@ -11,7 +11,7 @@
 namespace multireach {
 namespace {
 
-/// Digests what the nodes send, and hands it on.
+/// Digests all messages of the nodes and passes them to the sink.
 class Recorder : public VirtualLoop::Observer {
  public:
   Recorder(const ReplaySink& sink, ReplayResult& result) : sink_(sink), result_(result) {}
@@ -23,7 +23,7 @@ class Recorder : public VirtualLoop::Observer {
     ++sum.messages;
     const int64_t digest = digest_of(bytes);
     sum.digest = digest_of({sum.digest, digest});
-    // What it says of configurations changes with their comments.
+    // NODE_INPUTS contains configuration digests, which change even with comments in the files.
     if (channel != channel::kNodeInputs)
       result_.digest = digest_of({result_.digest, now_us, digest_of(channel), digest});
     sink_(now_us, channel, bytes, false);

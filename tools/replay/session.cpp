@@ -10,11 +10,11 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kOtherClock = 1000000;       // us
+constexpr int64_t kOtherClock = 1000000;       // us; a larger jump of the camera's time means another clock
 constexpr int64_t kLongestPause = 3600000000;  // us
 constexpr int64_t kReadAhead = 1000000;        // us
 
-/// The first field of images_t and target_t, after the fingerprint.
+/// The time that images_t and target_t carry in their first field, after the fingerprint.
 std::optional<int64_t> camera_time(const LogEvent& event) {
   const bool timed = event.channel == channel::kStereoImages || event.channel == channel::kTarget ||
                      event.channel == channel::kTargetTruth;
@@ -57,7 +57,7 @@ void Session::rewind() {
 }
 
 int64_t Session::later(const LogEvent& event) const {
-  // A damaged time may be anything.
+  // A damaged time stamp can have any value.
   if (!event_utime_ || event.utime <= *event_utime_) return 0;
   const uint64_t pause = static_cast<uint64_t>(event.utime) - static_cast<uint64_t>(*event_utime_);
   return static_cast<int64_t>(std::min<uint64_t>(pause, kLongestPause));
@@ -88,7 +88,7 @@ std::optional<SessionInput> Session::next() {
     camera_at_ = now_us_;
   } else {
     const int64_t at = now_us_ + later(event);
-    // The recorder's clock must not push the camera's about.
+    // Jitter of the recorder's clock must not delay the following image.
     const auto next_image = camera_time(waiting_.back());
     now_us_ = next_image ? std::min(at, time_of(waiting_.back(), *next_image)) : at;
   }

@@ -9,34 +9,34 @@
 
 namespace multireach {
 
-/// What a replay takes from a recorded session; everything else in it is computed again.
+/// Which inputs a replay takes from a recorded session; everything else is computed again.
 enum class ReplayFrom { kImages, kTargets };
 
-/// An input of a replay.
+/// One input of a replay.
 struct SessionInput {
-  int64_t at_us = 0;  ///< in the replay's time, which begins with the first input
+  int64_t at_us = 0;  ///< replay time, 0 at the first input
   std::string_view channel;
   std::span<const uint8_t> data;
 };
 
-/// The inputs in a log, with their times. Images and targets carry the camera's time and come when it says; where that
-/// goes back or jumps by more than a second (a log that was played twice, another camera), and for all other messages,
-/// the recorder's clock says how long after the message before they come.
+/// The inputs in a log, with their replay times. Images and targets carry the camera's time and keep its intervals.
+/// Where the camera's time goes back or jumps by more than a second (a log that was played twice, another camera), and
+/// for all other messages, the recorder's clock gives the interval since the previous message.
 class Session {
  public:
   /// Throws InputError when the log cannot be read.
   Session(const std::string& path, ReplayFrom from, bool with_robot_states);
 
-  /// The next input; nothing at the end. Its views live as long as the session.
+  /// The next input; nothing at the end. Its views are valid as long as the session.
   std::optional<SessionInput> next();
   void rewind();
-  /// When the recorder received the first input, wall clock, microseconds; 0 where there is none.
+  /// Time of receipt of the first input, wall clock, microseconds; 0 if there is none.
   int64_t recorded_utime() const { return recorded_utime_; }
   const LogReader& log() const { return log_; }
 
  private:
   bool wanted(std::string_view channel) const;
-  /// Reads up to the next message with the camera's time, or a second ahead.
+  /// Reads ahead to the next message with a camera time, but at most one second.
   bool read_ahead();
   int64_t later(const LogEvent& event) const;
   int64_t time_of(const LogEvent& event, int64_t camera_utime) const;
@@ -46,11 +46,11 @@ class Session {
   std::vector<std::string_view> channels_;
   int64_t recorded_utime_ = 0;
   int64_t now_us_ = 0;
-  std::optional<int64_t> event_utime_;               // of the input before, by the recorder
-  std::optional<int64_t> camera_utime_, camera_at_;  // of the image before, by the camera and by the replay
+  std::optional<int64_t> event_utime_;               // previous input, recorder's clock
+  std::optional<int64_t> camera_utime_, camera_at_;  // previous image, camera's clock and replay time
 };
 
-/// Whether the log holds images, or else targets. Throws InputError when it has neither.
+/// kImages if the log holds images, else kTargets. Throws InputError when it has neither.
 ReplayFrom what_to_replay(const std::string& path);
 
 }  // namespace multireach

@@ -12,35 +12,23 @@
 #include "runtime/message_schema.hpp"
 #include "runtime/program.hpp"
 #include "tools/replay/message_difference.hpp"
+#include "tools/replay/publishers.hpp"
 #include "tools/replay/robot_sim_check.hpp"
 
 namespace multireach {
 namespace {
-
-/// Nodes in the order in which they depend on one another, and what they send. The first channel counts its ticks.
-struct Publisher {
-  std::string_view node;
-  std::vector<std::string_view> channels;
-};
-const std::vector<Publisher>& publishers() {
-  static const std::vector<Publisher> kPublishers{{"vision", {channel::kTarget}},
-                                                  {"controller", {channel::kJointSetpoint, channel::kControllerState}},
-                                                  {"bridge", {channel::kJointCommand}},
-                                                  {"ideal_robot", {channel::kRobotState}}};
-  return kPublishers;
-}
 
 class Verifier {
  public:
   Verifier(const RecordedLog& log, const NodeConfigs& configs) : log_(log), configs_(configs) {}
 
   Verification verify(const std::function<void(double)>& progress) {
-    for (size_t i = 0; i < publishers().size(); ++i) {
-      verify_node(publishers()[i]);
-      progress(0.5 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(publishers().size()));
+    for (size_t i = 0; i < kPublishers.size(); ++i) {
+      verify_node(kPublishers[i]);
+      progress(0.5 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(kPublishers.size()));
     }
-    verify_simulated_robot();
-    for (const std::string_view channel : {channel::kNodeInputs, channel::kNodeStatus}) {
+    for (const std::string_view channel : {channel::kNodeInputs, channel::kNodeStatus, channel::kSimStep}) {
+      if (log_.whole(channel) == 0) continue;
       Verification::Channel& sum = sum_of(channel);
       sum.equal = sum.messages = log_.whole(channel);
       sum.computed = true;
@@ -58,7 +46,7 @@ class Verifier {
   }
 
  private:
-  using Digests = std::unordered_map<int64_t, size_t>;  // of computed messages, to the run's number
+  using Digests = std::unordered_map<int64_t, size_t>;  // digest of a computed message -> index of its run
 
   Verification::Channel& sum_of(std::string_view channel) { return result_.channels[std::string(channel)]; }
 
@@ -88,9 +76,10 @@ class Verifier {
 
   struct Played {
     const RecordedRun* run;
-    std::map<std::string_view, int64_t> uncertain_from;  // sequence, where an input was missing
-    std::set<int64_t> doubtful{};                        // sequences of what cannot be computed, of vision
-    int64_t end = INT64_MAX;                             // event where the log tells of the next run
+    std::map<std::string_view, int64_t> uncertain_from;  // by channel: first sequence number that lacks an input
+    std::set<int64_t> doubtful{};                        // sequence numbers of vision that cannot be computed
+    std::set<int64_t> adopted{};                         // sequences of what was taken as it is recorded
+    int64_t end = INT64_MAX;                             // first event of the next run
   };
 
   static int64_t sequence_in(std::span<const uint8_t> bytes) {
@@ -99,6 +88,7 @@ class Verifier {
   }
 
   void verify_node(const Publisher& publisher) {
+    if (publisher.node == "robot_sim") return verify_simulated_robot();
     const auto runs = log_.runs(publisher.node);
     std::map<std::string_view, Digests> computed;
     std::vector<Played> played;
@@ -107,13 +97,15 @@ class Verifier {
       if (played.size() < runs.size()) played.back().end = runs[played.size()]->first_event;
       play(publisher, played.back(), played.size() - 1, computed);
     }
-    for (const std::string_view channel : publisher.channels) compare(publisher, channel, played, computed[channel]);
+    for (const std::string_view channel : publisher.channels) {
+      if (!channel.empty()) compare(publisher, channel, played, computed[channel]);
+    }
   }
 
-  /// What a run is recorded to have sent, by sequence number; of a node that sends on one channel.
-  std::map<int64_t, const RecordedMessage*> recorded_by(const Publisher& publisher, const Played& played) const {
+  /// What vision's run is recorded to have remembered after each TARGET, by sequence number.
+  std::map<int64_t, const RecordedMessage*> recorded_states(const Played& played) const {
     std::map<int64_t, const RecordedMessage*> found;
-    for (const RecordedMessage& message : log_.messages(publisher.channels.front())) {
+    for (const RecordedMessage& message : log_.messages(channel::kTrackerState)) {
       if (message.event > played.run->first_event && message.event < played.end)
         found.emplace(message.sequence, &message);
     }
@@ -122,17 +114,17 @@ class Verifier {
 
   void play(const Publisher& publisher, Played& played, size_t number, std::map<std::string_view, Digests>& computed) {
     const RecordedRun& run = *played.run;
-    std::map<std::string_view, int64_t> next;  // sequence
+    std::map<std::string_view, int64_t> next;  // sequence number, by channel
     std::optional<std::map<int64_t, const RecordedMessage*>> recorded;
     const Recomputation io{.find = [this](int64_t digest) { return find(digest); },
                            .recorded = [&](int64_t sequence) -> std::span<const uint8_t> {
-                             if (publisher.channels.size() > 1) return {};
-                             if (!recorded) recorded = recorded_by(publisher, played);
+                             if (publisher.node != "vision") return {};
+                             if (!recorded) recorded = recorded_states(played);
                              const auto found = recorded->find(sequence);
                              if (found == recorded->end()) return {};
                              return found->second->bytes;
                            },
-                           .adopted = [&](int64_t sequence) { adopted_.insert(recorded->at(sequence)->event); },
+                           .adopted = [&](int64_t sequence) { played.adopted.insert(sequence); },
                            .doubtful = [&](int64_t sequence) { played.doubtful.insert(sequence); },
                            .sent =
                                [&](const OutMessage& message, bool certain) {
@@ -146,16 +138,16 @@ class Verifier {
                                  }
                                  next[message.channel] = sequence + 1;
                                  const bool known = !log_.bytes_of(digest).empty();
-                                 // Others took it in, and the recorder lost it.
+                                 // Other nodes may have consumed this message although the recorder lost it.
                                  const bool lost = certain && !known && message.channel != channel::kControllerState;
                                  if (lost) recomputed_.emplace(digest, message.bytes);
                                  return known;
                                }};
     const Recomputed result = recompute(run, configs_, io);
     if (!result.certain) {
-      // What it sent beyond what can be computed is as uncertain.
+      // Messages after the last one that can be computed are uncertain too.
       for (const std::string_view channel : publisher.channels) {
-        played.uncertain_from.try_emplace(channel, next[channel]);
+        if (!channel.empty()) played.uncertain_from.try_emplace(channel, next[channel]);
       }
       note(
           fmt::format("{}: {} of {} messages that it took in are not in the log; what it sent afterwards cannot all be "
@@ -176,7 +168,7 @@ class Verifier {
     }
   }
 
-  /// For each run, where the log has its last message that was computed without anything missing.
+  /// For each run, the event of its last message that was computed with all inputs present.
   static std::vector<int64_t> last_certain(std::string_view channel, const std::vector<RecordedMessage>& messages,
                                            const std::vector<Played>& played, const Digests& computed) {
     std::vector<int64_t> last(played.size(), -1);
@@ -206,7 +198,7 @@ class Verifier {
         expected = message.sequence + 1;
         continue;
       }
-      if (played.empty() || adopted_.contains(message.event)) {
+      if (played.empty()) {
         ++sum.unchecked;
         continue;
       }
@@ -214,14 +206,14 @@ class Verifier {
       for (size_t i = 0; i < played.size(); ++i) {
         if (played[i].run->first_event <= message.event) of = i;
       }
-      // Told by its place in the log, and by what it says itself only at the edge.
+      // The position in the log decides; at the boundary the message's sequence number decides.
       const auto uncertain = played[of].uncertain_from.find(channel);
       if (uncertain != played[of].uncertain_from.end() && message.event > certain_until[of] &&
           (message.sequence < 0 || message.sequence >= uncertain->second)) {
         ++sum.unchecked;
         continue;
       }
-      if (played[of].doubtful.contains(message.sequence)) {
+      if (played[of].doubtful.contains(message.sequence) || played[of].adopted.contains(message.sequence)) {
         ++sum.unchecked;
         continue;
       }
@@ -236,7 +228,7 @@ class Verifier {
     }
   }
 
-  /// Computes the run once more to find what the message should have been.
+  /// Computes the run once more to find out what the message should have been.
   void report(const Publisher& publisher, std::string_view channel, const RecordedRun& run,
               const RecordedMessage& message, int64_t expected) {
     std::vector<uint8_t> nearest;
@@ -264,24 +256,51 @@ class Verifier {
     differs(channel, publisher.node, message, place);
   }
 
+  /// A state that no SIM_STEP names is not the one that the robot sent, where the step after it in the log belongs to
+  /// it; else its step was lost by the recorder, and it cannot be checked.
+  static bool altered(const RecordedMessage& state, int64_t previous_sequence, const sim_step_t& step) {
+    if (step.previous_state_digest == state.digest) return false;
+    return state.sequence == step.sequence || state.sequence <= previous_sequence || state.sequence > step.sequence;
+  }
+
   void verify_simulated_robot() {
-    if (!log_.runs("ideal_robot").empty() || log_.messages(channel::kRobotState).empty()) return;
+    const auto& states = log_.messages(channel::kRobotState);
+    if (!log_.runs("ideal_robot").empty() || states.empty()) return;
     RobotSimCheck check(configs_.robot, [this](int64_t digest) { return find(digest); });
     Verification::Channel& sum = sum_of(channel::kRobotState);
-    sum.messages = static_cast<int64_t>(log_.messages(channel::kRobotState).size());
-    for (const RecordedMessage& message : log_.messages(channel::kRobotState)) {
-      const auto outcome = check.check(message);
-      sum.computed = sum.computed || outcome.simulated;
-      if (outcome.equal) {
+    sum.messages = static_cast<int64_t>(states.size());
+    std::unordered_map<int64_t, sim_step_t> by_state;
+    std::map<int64_t, int64_t> by_event;  // to the state's digest
+    for (const RecordedMessage& message : log_.messages(channel::kSimStep)) {
+      auto step = decode<sim_step_t>(message.bytes);
+      if (!step || !sealed(message.bytes)) continue;
+      by_event[message.event] = step->state_digest;
+      by_state.emplace(step->state_digest, std::move(*step));
+    }
+    sum.computed = !by_state.empty();
+    for (size_t i = 0; i < states.size(); ++i) {
+      const RecordedMessage& state = states[i];
+      auto named = by_state.find(state.digest);
+      if (named == by_state.end()) {
+        const auto next = by_event.upper_bound(state.event);
+        const bool nearby = next != by_event.end() && (i + 1 == states.size() || next->first < states[i + 1].event);
+        if (!nearby || !altered(state, i > 0 ? states[i - 1].sequence : -1, by_state.at(next->second))) {
+          ++sum.unchecked;
+          continue;
+        }
+        named = by_state.find(next->second);
+      }
+      const auto expected = check.compute(named->second);
+      if (expected && std::ranges::equal(*expected, state.bytes)) {
         ++sum.equal;
-      } else if (!outcome.expected && !outcome.broken) {
+      } else if (!expected && named->first == state.digest) {
         ++sum.unchecked;
       } else {
         ++sum.different;
-        const MessageDifference place = outcome.expected && !std::ranges::equal(message.bytes, *outcome.expected)
-                                            ? difference_of(message.bytes, *outcome.expected)
-                                            : MessageDifference{"check", "does not fit the rest of the message", ""};
-        differs(channel::kRobotState, "robot_sim", message, place);
+        const MessageDifference place = expected
+                                            ? difference_of(state.bytes, *expected)
+                                            : MessageDifference{"SIM_STEP.state_digest", "that of another message", ""};
+        differs(channel::kRobotState, "robot_sim", state, place);
       }
     }
     if (!sum.computed) note("ROBOT_STATE: not from the simulated robot; they are taken as they are");
@@ -290,8 +309,7 @@ class Verifier {
   const RecordedLog& log_;
   const NodeConfigs& configs_;
   Verification result_;
-  std::unordered_map<int64_t, std::vector<uint8_t>> recomputed_;  // that the recorder lost
-  std::set<int64_t> adopted_;                                     // events that were taken as they are
+  std::unordered_map<int64_t, std::vector<uint8_t>> recomputed_;  // computed messages that the recorder lost
 };
 
 }  // namespace

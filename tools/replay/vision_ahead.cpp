@@ -5,7 +5,7 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kAhead = 24;  // messages: with full-HD images some 300 MB
+constexpr int64_t kAhead = 24;  // messages decoded ahead; some 300 MB with full-HD images
 
 }  // namespace
 
@@ -62,7 +62,7 @@ Receipt VisionAhead::receive(std::string_view channel, std::span<const uint8_t> 
   if (!opened_.contains(concluded_)) std::rethrow_exception(failure_);
   StereoFrames frames = std::move(opened_.extract(concluded_).mapped());
   ++concluded_;
-  // The threads are woken when there is room for many.
+  // Wake the threads only when there is room for many images.
   if (begun_ <= concluded_ + kAhead / 2) changed_.notify_all();
   lock.unlock();
   return vision_.conclude(frames, out);

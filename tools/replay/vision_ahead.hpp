@@ -10,8 +10,8 @@
 
 namespace multireach {
 
-/// Vision for a replay, whose threads decode the session's images before the loop comes to them. Sends the same as a
-/// VisionNode that gets the same images: how an image is decoded does not depend on those before.
+/// The vision node for a replay, with threads that decode the session's images ahead of the loop. Sends the same
+/// messages as a VisionNode with the same images, because the decoding of an image does not depend on earlier images.
 class VisionAhead : public Node {
  public:
   explicit VisionAhead(const ReplayOptions& options);
@@ -27,7 +27,7 @@ class VisionAhead : public Node {
   void work();
 
   VisionNode vision_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   Session session_;
   int64_t begun_ = 0, concluded_ = 0;

@@ -1,4 +1,4 @@
-// multireach-view: a live line of the traffic, or waiting until nodes run, or what vision sees as a picture.
+// multireach-view: prints a live status line, waits until nodes run, or saves what vision sees as a picture.
 #include <unistd.h>
 
 #include <iostream>

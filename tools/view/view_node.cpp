@@ -26,7 +26,7 @@ Receipt ViewNode::receive(std::string_view channel, std::span<const uint8_t> byt
     }
   } else if (channel == channel::kRobotState) {
     const auto state = take<robot_state_t>(bytes);
-    const auto theta = state ? from_fields(chain_, state->joint_name, state->angle_rad) : std::nullopt;
+    const auto theta = state ? from_fields(chain_, state->joint_name, state->joint_position) : std::nullopt;
     if (theta) hand_ = chain_.position(*theta);
   } else if (channel == channel::kNodeStatus) {
     if (const auto status = take<node_status_t>(bytes)) {

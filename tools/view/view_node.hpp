@@ -9,11 +9,11 @@
 namespace multireach {
 
 struct ViewOptions {
-  std::set<std::string> wait_for;  ///< end when each of these nodes has said that it runs
-  bool terminal = false;           ///< overwrite one line; else a new line every few seconds
+  std::set<std::string> wait_for;  ///< finish when each of these nodes has sent NODE_STATUS
+  bool terminal = false;           ///< update one line in place; else print a new line every few seconds
 };
 
-/// Shows the traffic: target, hand, their distance, and rates, on standard error.
+/// Prints a live status line on standard error: target, hand, their distance, and message rates.
 class ViewNode : public Node {
  public:
   ViewNode(const RobotConfig& robot, ViewOptions options) : chain_(robot.chain), options_(std::move(options)) {}
@@ -27,9 +27,9 @@ class ViewNode : public Node {
   bool finished() const override { return !options_.wait_for.empty() && missing().empty(); }
   std::string state() const override { return "watching"; }
 
-  /// The nodes waited for that have not been heard of.
+  /// The awaited nodes that have not been heard from.
   std::set<std::string> missing() const;
-  /// The line as it is now.
+  /// The current status line.
   std::string line() const;
 
  private:

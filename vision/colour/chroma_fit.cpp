@@ -7,7 +7,7 @@
 namespace multireach::vision {
 namespace {
 
-constexpr double kSmallestSigma = 0.05;  // one picture does not show how much a colour varies
+constexpr double kSmallestSigma = 0.05;  // added to the fit, because one image does not show how much a colour varies
 constexpr double kFirstSigma = 0.2;
 constexpr double kRadius2 = 9;  // three standard deviations
 constexpr double kSmallestShare = 0.1;
@@ -19,7 +19,7 @@ double total_weight(const std::vector<ChromaSample>& samples) {
   return total;
 }
 
-/// Where the samples are densest, on a grid of squares of 0.2.
+/// Chroma with the highest sample density, on a grid with 0.2 spacing.
 Eigen::Vector2d densest(const std::vector<ChromaSample>& samples) {
   constexpr int kBins = 30;
   constexpr double kFrom = -2, kBin = 0.2;
@@ -37,7 +37,7 @@ double distance2(const ChromaComponent& component, const Eigen::Matrix2d& inform
   return from.dot(information * from);
 }
 
-/// Mean and covariance of the samples that are near the component; its weight becomes theirs.
+/// Mean, covariance and total weight of the samples near the component.
 ChromaComponent refined(const ChromaComponent& component, const std::vector<ChromaSample>& samples) {
   const Eigen::Matrix2d information = component.covariance.inverse();
   ChromaComponent result{Eigen::Vector2d::Zero(), Eigen::Matrix2d::Zero(), 0};

@@ -6,7 +6,7 @@
 
 namespace multireach::vision {
 
-/// A pixel to learn from.
+/// A pixel used as a training sample.
 struct ChromaSample {
   Rgb colour;
   Eigen::Vector2d chroma{0, 0};
@@ -14,9 +14,9 @@ struct ChromaSample {
   double weight = 1;
 };
 
-/// Up to `most` normal distributions for the chroma of some pixels, the heaviest first: each begins where the remaining
-/// pixels are densest and takes those within three standard deviations. The weights are shares of all pixels. Those
-/// that would have less than a tenth are left out. Nothing for no pixels.
+/// Fits up to `most` normal distributions to the chroma of the samples. Each starts where the remaining samples are
+/// densest and takes those within three standard deviations. The weights are shares of all samples; distributions with
+/// less than a tenth are dropped. Empty for no samples.
 std::vector<ChromaComponent> fit_chroma(std::vector<ChromaSample> samples, size_t most);
 
 }  // namespace multireach::vision

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "vision/colour/chroma_gauge.hpp"
+#include "vision/colour/chroma_classifier.hpp"
 
 namespace multireach::vision {
 
@@ -27,8 +27,8 @@ ColourModel model_of(const ColourClass& colours) {
   if (colours.references.empty()) throw std::invalid_argument("the colour class needs at least one reference colour");
   if (!(colours.tolerance > 0)) throw std::invalid_argument("the colour class's tolerance must be positive");
   ColourModel model;
-  model.darkest = colours.darkest;
-  model.brightest = colours.brightest;
+  model.min_luma = colours.min_luma;
+  model.max_luma = colours.max_luma;
   const double sigma = colours.tolerance / model.tolerance;
   for (const Rgb& reference : colours.references) {
     if (!(luma_of(reference) > 0)) throw std::invalid_argument("a reference colour must not be black");
@@ -44,7 +44,7 @@ void check(const ColourModel& model) {
   };
   require(!model.object.empty(), "a colour model needs at least one component of the object");
   require(model.tolerance > 0, "a colour model's tolerance must be positive");
-  require(model.darkest >= 0 && model.brightest > model.darkest,
+  require(model.min_luma >= 0 && model.max_luma > model.min_luma,
           "a colour model's brightest value must be above its darkest, and that not negative");
   require(model.noise_grey_levels >= 0, "a colour model's noise must not be negative");
   for (const auto* components : {&model.object, &model.background}) {
@@ -57,8 +57,8 @@ void check(const ColourModel& model) {
   }
 }
 
-bool is_member(const ColourModel& model, const ColourShift& shift, const Rgb& pixel) {
-  return ChromaTest(model, shift).contains(pixel);
+bool is_member(const ColourModel& model, const WhiteBalanceGains& gains, const Rgb& pixel) {
+  return ChromaClassifier(model, gains).contains(pixel);
 }
 
 }  // namespace multireach::vision

@@ -7,56 +7,55 @@
 
 namespace multireach::vision {
 
-/// A normal distribution of the chroma (U, V) = ((R - G)/Y, (B - G)/Y), Y = (R + 2G + B)/4, which does not change with
+/// A normal distribution of the chroma (U, V) = ((R - G)/Y, (B - G)/Y), Y = (R + 2G + B)/4. Chroma does not change with
 /// exposure. U and V lie between -2 and 4.
 struct ChromaComponent {
   Eigen::Vector2d mean{0, 0};
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
-  double weight = 1;  ///< its share of all pixels of what it describes, or any multiple of that
+  double weight = 1;  ///< proportional to its share of all pixels
 };
 
-/// The light of one camera, relative to that in which a model was learned: what red and blue are to be multiplied by to
-/// look as they did then, green being left as it is. This is all that changes as a camera adapts to its light.
-struct ColourShift {
+/// White balance of one camera relative to the light in which a model was learned: factors that map its current red and
+/// blue to the values at that time; green stays. Automatic white balance changes only these.
+struct WhiteBalanceGains {
   double red = 1, blue = 1;  ///< kSmallestGain to kLargestGain
-  friend bool operator==(const ColourShift&, const ColourShift&) = default;
+  friend bool operator==(const WhiteBalanceGains&, const WhiteBalanceGains&) = default;
 };
-/// White balance that differs by more than this is another scene.
+/// Bounds of the gains; beyond them it is another scene.
 inline constexpr double kSmallestGain = 0.5, kLargestGain = 2;
 
 /// The colours of one object as one camera sees them. A pixel belongs to the object when
-/// - its Y is between `darkest` and `brightest`, and not all its channels are clipped (kClipped or more); Y = 0, where
-/// that
-///   is allowed, is enough,
-/// - its Mahalanobis distance from one of `object` is at most `tolerance`, the uncertainty of its own chroma, from
-/// noise of
-///   `noise_grey_levels` in each channel, added to the component's covariance,
-/// - none of `background` is a likelier source of it.
-/// A clipped channel was at least as bright as it looks: it counts as whatever value above fits best.
+/// - its Y is between `min_luma` and `max_luma` and at least one channel is not clipped (below kClipped); for Y = 0,
+/// where `min_luma` allows it, the other conditions do not apply,
+/// - its Mahalanobis distance from a component of `object` is at most `tolerance`, where the chroma's covariance from
+/// pixel noise (`noise_grey_levels` in each channel) is added to the component's,
+/// - no component of `background` is more likely.
+/// A clipped channel may have been brighter than its value: it is replaced by the best-fitting value at or above it.
 struct ColourModel {
   std::vector<ChromaComponent> object, background;
   double tolerance = 3;
-  double darkest = 12, brightest = 250;  ///< Y, grey levels
+  double min_luma = 12, max_luma = 250;  ///< Y, grey levels
   double noise_grey_levels = 2;          ///< standard deviation
 };
 inline constexpr int kClipped = 248;
 
 /// The chroma of a colour whose Y is positive.
 Eigen::Vector2d chroma_of(const Rgb& colour);
-/// The colour of unit Y that has this chroma.
+/// The colour with this chroma and Y = 1.
 Rgb colour_of(const Eigen::Vector2d& chroma);
-/// Y, grey levels.
+/// Brightness Y, grey levels.
 double luma_of(const Rgb& colour);
 
-/// The model of a class that is given by reference colours: without noise, its members are exactly those of the class.
-/// Throws std::invalid_argument for a class without references, with a black one, or a tolerance that is not positive.
+/// Converts a colour class to a model. Without pixel noise both contain the same pixels. Throws std::invalid_argument
+/// for a class without references, with a black reference, or with a tolerance that is not positive.
 ColourModel model_of(const ColourClass& colours);
 
-/// Says what is wrong with a model, by std::invalid_argument: no component of the object, a covariance that is not
-/// positive definite, a limit or a tolerance that is not positive.
+/// Throws std::invalid_argument, with the reason, for an invalid model: no component of the object, a covariance that
+/// is not positive definite, a tolerance or weight that is not positive, negative or reversed limits, negative noise.
 void check(const ColourModel& model);
 
-/// Whether a pixel belongs to the object, as ColourModel says: the definition, for one pixel at a time.
-bool is_member(const ColourModel& model, const ColourShift& shift, const Rgb& pixel);
+/// Whether a pixel belongs to the object, as ColourModel defines. Slow: for many pixels use ChromaClassifier or
+/// ColourTable.
+bool is_member(const ColourModel& model, const WhiteBalanceGains& gains, const Rgb& pixel);
 
 }  // namespace multireach::vision

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "vision/colour/class_bits.hpp"
+#include "vision/colour/colour_mask.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -47,7 +47,7 @@ void Finder::Sums::add(const Sums& other) {
 }
 
 void Finder::cut_row(const uint64_t* bits, int row, int width) {
-  uint64_t before = 0;  // the last pixel of the word before, in the lowest bit
+  uint64_t before = 0;  // last pixel of the previous word, in the lowest bit
   bool open = false;
   for (size_t k = 0; k < words_for(width); ++k) {
     const uint64_t word = bits[k];
@@ -73,7 +73,7 @@ uint32_t Finder::root_of(uint32_t label) {
 void Finder::join(uint32_t a, uint32_t b) {
   a = root_of(a);
   b = root_of(b);
-  // The older label stays, so that a set's root is the one of its first run.
+  // Keep the older label, so that the root of a component is the label of its first run.
   if (a < b) parent_[b] = a;
   if (b < a) parent_[a] = b;
 }
@@ -102,7 +102,7 @@ void Finder::connect_row(size_t above, size_t row) {
   }
 }
 
-bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, bool opened,
+bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, bool opened,
                          int64_t& members) {
   runs_.clear();
   label_.clear();
@@ -124,7 +124,8 @@ bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelCl
     uint64_t* bits = opening_.next();
     int here = 0;
     if (row < part.height) {
-      here = class_bits(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width, bits);
+      here = colour_mask_row(colours, bgr.ptr<uint8_t>(part.y + row) + 3 * static_cast<ptrdiff_t>(part.x), part.width,
+                             bits);
       members += here;
     }
     if (!opened) {
@@ -176,7 +177,7 @@ void Finder::fill_blobs(const cv::Point& corner) {
   }
 }
 
-Found Finder::find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, const FindOptions& options) {
+Found Finder::find(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, const FindOptions& options) {
   const cv::Rect inside = part & cv::Rect(0, 0, bgr.cols, bgr.rows);
   Found found;
   if (bgr.type() != CV_8UC3 || inside.empty()) return found;

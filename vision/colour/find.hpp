@@ -4,45 +4,46 @@
 #include <vector>
 
 #include "vision/colour/blob.hpp"
-#include "vision/colour/pixel_class.hpp"
+#include "vision/colour/colour_table.hpp"
 #include "vision/colour/row_opening.hpp"
 
 namespace multireach::vision {
 
 struct FindOptions {
-  double min_area = 30;  ///< pixels; smaller blobs are left out
-  int most = 8;          ///< blobs that are returned, at least 1
-  /// Without specks and bridges of less than three pixels: the opening of the class's pixels by a cross of five.
+  double min_area = 30;  ///< pixels; smaller blobs are dropped
+  int most = 8;          ///< largest number of blobs returned, at least 1
+  /// Morphological opening of the mask by a cross of five pixels; removes specks and bridges narrower than three
+  /// pixels.
   bool opened = true;
 };
 
-/// What one part of an image shows of a colour.
+/// Blobs of a colour in one part of an image.
 struct Found {
-  std::span<const Blob> blobs;  ///< the largest first; of equal ones the one that begins in an earlier row, then column
-  int64_t members = 0;          ///< pixels of the class, also those that are in no blob
-  bool crowded = false;         ///< more than kMostRuns runs: the colour is all over the place; `blobs` is empty
+  std::span<const Blob> blobs;  ///< by decreasing area; equal areas by the first pixel's row, then column
+  int64_t members = 0;          ///< pixels in the mask, including those in no blob
+  bool crowded = false;         ///< more than kMostRuns runs: the colour is everywhere; `blobs` is empty
 };
-/// More runs than this are no image of an object: one on every second pixel of a full VGA image is 153 600.
+/// An image with more runs does not show an object. For comparison: a run on every second pixel of a VGA image gives
+/// 153 600.
 inline constexpr size_t kMostRuns = 1 << 16;
 
-/// Finds the blobs of a class of colours: its pixels, with those that touch at a side or a corner together. Keeps its
-/// memory from image to image, so each thread has its own.
+/// Finds the blobs of a colour: 8-connected components of its mask. Reuses memory from image to image, so use one
+/// object per thread.
 class Finder {
  public:
-  /// In `part` of an 8-bit BGR image; what of the part is outside of the image is ignored. The answer's blobs stay
-  /// until the next call.
-  Found find(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, const FindOptions& options = {});
+  /// Searches `part` of an 8-bit BGR image, clipped to the image. The returned blobs are valid until the next call.
+  Found find(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, const FindOptions& options = {});
 
  private:
-  /// The pixels of a set of runs, added up; places relative to the part.
+  /// Sums over the pixels of a set of runs; positions relative to the part.
   struct Sums {
     int64_t area = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
-    int left = 0, top = 0, right = 0, bottom = 0;  // right and bottom are beyond the last pixel
+    int left = 0, top = 0, right = 0, bottom = 0;  // right and bottom are exclusive
     void add(const Run& run);
     void add(const Sums& other);
   };
 
-  bool gather_runs(const cv::Mat& bgr, const cv::Rect& part, const PixelClass& colours, bool opened, int64_t& members);
+  bool gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, bool opened, int64_t& members);
   void cut_row(const uint64_t* bits, int row, int width);
   void connect_row(size_t above, size_t row);
   uint32_t root_of(uint32_t label);
@@ -53,11 +54,11 @@ class Finder {
   RowOpening opening_;
   std::vector<Run> runs_;         // relative to the part
   std::vector<uint32_t> label_;   // of each run
-  std::vector<uint32_t> parent_;  // of each label; roots are their own
-  std::vector<Sums> sums_;        // of each label; those of a whole set with its root
-  std::vector<uint32_t> ranked_;  // labels of the blobs, in order
-  std::vector<int32_t> place_;    // of each label's blob in the answer, or -1
-  std::vector<Blob> blobs_;       // as many as were ever needed, so that their runs keep their memory
+  std::vector<uint32_t> parent_;  // of each label (union-find); a root is its own parent
+  std::vector<Sums> sums_;        // of each label; the root's holds the whole component
+  std::vector<uint32_t> ranked_;  // root labels of the returned blobs, largest first
+  std::vector<int32_t> place_;    // index of each label's blob in ranked_, or -1
+  std::vector<Blob> blobs_;       // never shrinks, so that the runs keep their memory
 };
 
 }  // namespace multireach::vision

@@ -4,21 +4,21 @@
 #include <array>
 #include <cmath>
 
+#include "vision/colour/chroma_classifier.hpp"
 #include "vision/colour/chroma_fit.hpp"
-#include "vision/colour/chroma_gauge.hpp"
 
 namespace multireach::vision {
 namespace {
 
-constexpr int kFewest = 40;              // pixels
+constexpr int kFewest = 40;              // pixels, smallest area of the rectangle
 constexpr double kDark = 12;             // grey levels, below which chroma is noise
-constexpr double kMoreFrequent = 2;      // in the rectangle than elsewhere
-constexpr double kSmallestObject = 0.2;  // share of the rectangle
-constexpr double kEnough = 0.3;          // of the object, whose colour is known
-constexpr double kSwamped = 0.05;        // share of the background beyond which chroma is no help: grey things
-constexpr double kClean = 0.002;         // share of the background that may be members of a model that is good
+constexpr double kMoreFrequent = 2;      // an object colour is this many times more frequent inside than outside
+constexpr double kSmallestObject = 0.2;  // smallest share of object colours in the rectangle
+constexpr double kEnough = 0.3;          // smallest share of object pixels with known colour, i.e. not overexposed
+constexpr double kSwamped = 0.05;        // misclassified background share above which brightness limits are tried
+constexpr double kClean = 0.002;         // misclassified share of the background that is acceptable
 
-/// The pixels of `part` that are not in `without`, at most about `most` of them, on a grid.
+/// Samples the pixels of `part` outside `without` on a grid, at most about `most` of them.
 std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Rect& without, double most) {
   const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
   std::vector<ChromaSample> samples;
@@ -30,7 +30,7 @@ std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, c
       sample.colour = {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
       sample.luma = luma_of(sample.colour);
       if (sample.luma >= kDark) sample.chroma = chroma_of(sample.colour);
-      // The middle of the rectangle is the object's more surely than its corners.
+      // The middle of the rectangle shows the object more likely than its corners.
       const double x = (column + 0.5 - part.x) / part.width * 2 - 1, y = (row + 0.5 - part.y) / part.height * 2 - 1;
       if (without.empty()) sample.weight = std::max(0.0, 1 - 0.6 * (x * x + y * y));
       samples.push_back(sample);
@@ -54,7 +54,7 @@ double total_weight(const std::vector<ChromaSample>& samples) {
   return total;
 }
 
-/// How frequent the colours of some pixels are: shares of the cells of chroma and brightness.
+/// Histogram of samples over chroma and brightness, as shares.
 class Frequencies {
  public:
   explicit Frequencies(const std::vector<ChromaSample>& samples) : shares_(kChroma * kChroma * kLuma) {
@@ -74,7 +74,7 @@ class Frequencies {
 };
 
 double share_of_members(const ColourModel& model, const std::vector<ChromaSample>& samples) {
-  const ChromaTest test(model, {});
+  const ChromaClassifier test(model, {});
   double members = 0;
   for (const ChromaSample& sample : samples) members += test.contains(sample.colour) ? sample.weight : 0;
   return samples.empty() ? 0 : members / total_weight(samples);
@@ -86,14 +86,14 @@ struct Pictures {
 
 struct Grade {
   double kept, background;
-  /// A hundredth of the background is worse than a tenth of the object.
+  /// 1 % of the background misclassified costs as much as 10 % of the object missed.
   double score() const { return kept - 10 * background; }
 };
 Grade grade(const ColourModel& model, const Pictures& pictures) {
   return {share_of_members(model, pictures.object), share_of_members(model, pictures.rest)};
 }
 
-/// The widest tolerance that does not reach into the background, or the best.
+/// Sets the widest tolerance that excludes the background; if there is none, the one with the best score.
 void choose_tolerance(ColourModel& model, const Pictures& pictures) {
   double best_score = -1e9, best = model.tolerance;
   for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
@@ -107,9 +107,9 @@ void choose_tolerance(ColourModel& model, const Pictures& pictures) {
   model.tolerance = best;
 }
 
-/// Components of the background where it is taken for the object, if they help.
+/// Adds components for the background pixels that are classified as the object, if that improves the score.
 void add_background(ColourModel& model, const Pictures& pictures) {
-  const ChromaTest test(model, {});
+  const ChromaClassifier test(model, {});
   std::vector<ChromaSample> confused;
   for (const ChromaSample& sample : pictures.rest) {
     if (sample.luma >= kDark && !clipped(sample) && test.contains(sample.colour)) confused.push_back(sample);
@@ -122,10 +122,11 @@ void add_background(ColourModel& model, const Pictures& pictures) {
   if (grade(with, pictures).score() > grade(model, pictures).score()) model = with;
 }
 
-/// A limit of brightness between the object and those of the rest that have its chroma, where there is one.
+/// Sets a limit of brightness that separates the object from background pixels of its chroma. Returns false, and
+/// changes nothing, when that does not improve the score.
 bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
-  std::array<double, 257> object{}, rest{};  // shares of pixels darker than so many grey levels
-  const ChromaTest test(model, {});
+  std::array<double, 257> object{}, rest{};  // cumulative histograms: share of pixels darker than the index
+  const ChromaClassifier test(model, {});
   const auto accumulate = [](std::array<double, 257>& shares, const std::vector<ChromaSample>& samples, auto counts) {
     double total = 0;
     for (const ChromaSample& sample : samples) {
@@ -137,8 +138,7 @@ bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
   };
   accumulate(object, pictures.object, [](const ChromaSample&) { return true; });
   accumulate(rest, pictures.rest, [&](const ChromaSample& sample) { return test.contains(sample.colour); });
-  // What is on the wrong side of a limit: the object's pixels that are brighter and the rest's that are darker, or vice
-  // versa.
+  // Shares on the wrong side of a limit, for an object that is darker, or brighter, than the rest.
   const auto wrong = [&](size_t limit, bool darker) {
     return darker ? 1 - object[limit] + rest[limit] : object[limit] + 1 - rest[limit];
   };
@@ -146,20 +146,20 @@ bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
   for (const bool darker : {true, false}) {
     double least = 2;
     for (size_t limit = 1; limit < 256; ++limit) least = std::min(least, wrong(limit, darker));
-    size_t first = 256, last = 0;  // limits that are about as good
+    size_t first = 256, last = 0;  // range of limits within 0.01 of the best
     for (size_t limit = 1; limit < 256; ++limit) {
       if (wrong(limit, darker) > least + 0.01) continue;
       first = std::min(first, limit);
       last = std::max(last, limit);
     }
     ColourModel with = model;
-    // Light changes by factors: the limit that is as far from both, as a ratio.
+    // Light scales brightness, so use the geometric mean of the range.
     const double limit = std::sqrt(static_cast<double>(first) * static_cast<double>(last));
     if (darker) {
-      with.darkest = 0;
-      with.brightest = limit;
+      with.min_luma = 0;
+      with.max_luma = limit;
     } else {
-      with.darkest = std::min(limit, with.brightest - 1);
+      with.min_luma = std::min(limit, with.max_luma - 1);
     }
     if (grade(with, pictures).score() > grade(best, pictures).score()) best = with;
   }
@@ -168,7 +168,8 @@ bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
   return better;
 }
 
-/// All that is chosen for given components of the object. Returns whether the brightness is needed.
+/// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
+/// limit of brightness.
 bool tune(ColourModel& model, const Pictures& pictures) {
   choose_tolerance(model, pictures);
   const Grade by_chroma = grade(model, pictures);
@@ -231,17 +232,18 @@ LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
   std::vector<ChromaSample> coloured = pictures.object;
   std::erase_if(coloured, clipped);
   if (total_weight(coloured) < kEnough * object) {
-    // One channel at its end: a bright, pure colour is at least as pure as it looks. Two: it may be any.
+    // Accept one clipped channel: the true colour is at least as saturated as it appears. With two clipped channels the
+    // colour is unknown.
     coloured = pictures.object;
     std::erase_if(coloured, overexposed);
     if (total_weight(coloured) < kEnough * object) return failed(Status::kOverexposed);
   }
   std::erase_if(coloured, [](const ChromaSample& sample) { return sample.luma < kDark; });
   result.model.object = fit_chroma(coloured, 3);
-  // A black object has no chroma; then noise decides, and that is about none.
+  // A black object has no chroma: use a neutral component for its noise.
   if (result.model.object.empty()) result.model.object.push_back({{0, 0}, 0.04 * Eigen::Matrix2d::Identity(), 1});
 
-  // Some of them may be of what is before the object, or beside it, and is elsewhere too.
+  // Some components may describe other things inside the rectangle, so try every subset and keep the best.
   const std::vector<ChromaComponent> components = result.model.object;
   double best = -1e9;
   for (size_t some = 1; some < size_t{1} << components.size(); ++some) {

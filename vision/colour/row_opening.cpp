@@ -3,7 +3,8 @@
 namespace multireach::vision {
 namespace {
 
-/// The pixels to the left and to the right of each of a word's, of a row that has a word before and behind.
+/// Word k of the row shifted by one pixel: each bit is its left, or right, neighbour. The row has a padding word at
+/// each end.
 inline uint64_t left_of(const uint64_t* words, size_t k) {
   return words[k] << 1 | words[k - 1] >> 63;
 }
@@ -31,8 +32,8 @@ uint64_t* RowOpening::next() {
 
 const uint64_t* RowOpening::advance(bool any) {
   raw(0).any = any;
-  // The row before this one can be eroded now, and the one before that dilated. Rows that are empty keep what was in
-  // them.
+  // Now the previous row can be eroded and the one before that dilated. Empty rows keep stale words: test `any` before
+  // reading them.
   Row& middle = eroded(1);
   middle.any = raw(0).any && raw(1).any && raw(2).any;
   if (middle.any) {

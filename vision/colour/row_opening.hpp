@@ -7,25 +7,25 @@
 
 namespace multireach::vision {
 
-/// Morphological opening of a mask by a cross of five pixels, row by row: what remains are the pixels of all such
-/// crosses that lie in the mask. So specks and bridges of less than three pixels go. Outside of the mask nothing is
-/// set. A row is one bit per pixel, in words as class_bits() writes them. Keeps its memory.
+/// Morphological opening of a mask by a cross of five pixels, row by row: keeps the pixels of all such crosses that lie
+/// in the mask. This removes specks and bridges narrower than three pixels. Pixels outside the image count as not set.
+/// A row has one bit per pixel, in words as colour_mask_row() writes them. Reuses its memory.
 class RowOpening {
  public:
-  /// How many rows later a row comes out.
+  /// Delay of the output in rows.
   static constexpr int kDelay = 2;
 
-  /// Begins a mask whose rows have so many words.
+  /// Starts a mask whose rows have `words` words.
   void begin(size_t words);
-  /// The next row's words, to be filled; stays until advance().
+  /// Buffer for the next row's words, to be filled; valid until advance().
   uint64_t* next();
-  /// Takes the row that was filled and returns the row kDelay before, opened; null when nothing of it remains or it is
-  /// before the first. `any`: whether the filled row has a bit; one without need not be filled.
+  /// Takes the filled row and returns the opened row kDelay rows before it; null when that row is empty or before the
+  /// first. `any`: whether the row has a set bit; if not, it need not be filled.
   const uint64_t* advance(bool any);
 
  private:
   struct Row {
-    std::vector<uint64_t> words;  // with a zero before and behind
+    std::vector<uint64_t> words;  // with a zero word before and after
     bool any = false;
   };
   Row& raw(int back) { return raw_[static_cast<size_t>((at_ + 3 - back) % 3)]; }
@@ -33,7 +33,7 @@ class RowOpening {
 
   size_t words_ = 0;
   int at_ = 0;
-  std::array<Row, 3> raw_, eroded_;  // by row modulo 3
+  std::array<Row, 3> raw_, eroded_;  // ring buffers, indexed by row modulo 3
   std::vector<uint64_t> opened_;
 };
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr int kSide = EdgeModel::kSide;
 constexpr double kLeastContrast = 12;  // grey levels
-// How far the colours of both sides are from the truth in any direction, whatever the noise, grey levels. Without it
-// the rim's brightness is not used at all in images without noise, and before a dark background there is little else.
+// Error of the colours of both sides in any direction, apart from the noise, grey levels. Without it, noise-free images
+// would not use the rim's brightness at all, which is most of the contrast in front of a dark background.
 constexpr double kColourError = 1.5;
 
 /// The direction of brightness in BGR (Rec. 601), of unit length.
@@ -32,16 +32,16 @@ Eigen::Vector3d mean_outside(const EdgeProfile& profile, const EdgeModel& model)
 
 }  // namespace
 
-bool read_profile(const cv::Mat& image, const EdgeSite& site, EdgeProfile& profile) {
+bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile) {
   constexpr int kReach = EdgeProfile::kReach;
-  const int limit = site.along_row ? image.cols : image.rows, lines = site.along_row ? image.rows : image.cols;
-  if (site.line < 0 || site.line >= lines) return false;
-  const double place = std::floor(site.at + 0.5);
+  const int limit = edgel.along_row ? image.cols : image.rows, lines = edgel.along_row ? image.rows : image.cols;
+  if (edgel.line < 0 || edgel.line >= lines) return false;
+  const double place = std::floor(edgel.at + 0.5);
   if (!(place >= kReach && place < limit - kReach)) return false;
   profile.middle = static_cast<int>(place);
-  const ptrdiff_t step = (site.along_row ? ptrdiff_t{3} : static_cast<ptrdiff_t>(image.step[0])) * site.outward;
-  const uint8_t* pixel = (site.along_row ? image.ptr<uint8_t>(site.line) + ptrdiff_t{3} * profile.middle
-                                         : image.ptr<uint8_t>(profile.middle) + ptrdiff_t{3} * site.line) -
+  const ptrdiff_t step = (edgel.along_row ? ptrdiff_t{3} : static_cast<ptrdiff_t>(image.step[0])) * edgel.outward;
+  const uint8_t* pixel = (edgel.along_row ? image.ptr<uint8_t>(edgel.line) + ptrdiff_t{3} * profile.middle
+                                          : image.ptr<uint8_t>(profile.middle) + ptrdiff_t{3} * edgel.line) -
                          step * kReach;
   for (Eigen::Vector3d& colour : profile.bgr) {
     colour = Eigen::Vector3d(pixel[0], pixel[1], pixel[2]);
@@ -50,12 +50,12 @@ bool read_profile(const cv::Mat& image, const EdgeSite& site, EdgeProfile& profi
   return true;
 }
 
-Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site, double radius_px, int outwards) {
-  const double edge = (site.at - profile.middle) * site.outward;
+Eigen::Vector3d surface_normal(const EdgeProfile& profile, const Edgel& edgel, double radius_px, int outwards) {
+  const double edge = (edgel.at - profile.middle) * edgel.outward;
   const double begin = outwards - 0.5, end = std::clamp(edge, begin, outwards + 0.5);
   const double place = std::min(edge, 0.5 * (begin + end));
-  Eigen::Vector2d from_centre = site.normal;
-  from_centre[site.along_row ? 0 : 1] += site.outward * (place - edge) / radius_px;
+  Eigen::Vector2d from_centre = edgel.normal;
+  from_centre[edgel.along_row ? 0 : 1] += edgel.outward * (place - edge) / radius_px;
   const double r2 = from_centre.squaredNorm();
   if (r2 > 1) from_centre /= std::sqrt(r2);
   return {from_centre.x(), from_centre.y(), std::sqrt(std::max(0.0, 1 - r2))};
@@ -85,15 +85,15 @@ void Shading::add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
 }
 
 void Shading::solve() {
-  // Light of second order is weaker than that of the first, and that than the whole.
+  // Ridge penalties: second-order shading terms are weaker than first-order terms, and those than the constant.
   constexpr double kFirst = 0.02, kSecond = 0.5;
   Terms kept_small;
   for (int k = 0; k < kTerms; ++k) kept_small[k] = k == 0 ? 0 : k < 4 ? kFirst : kSecond;
   normal_equations_.diagonal() += kept_small;
-  // LDLT reads the lower half alone.
+  // LDLT reads the lower triangle only.
   const Matrix inverse = normal_equations_.ldlt().solve(Matrix::Identity());
   terms_.noalias() = inverse * products_;
-  // Of a ridge regression: what is kept small does not vary with the places' colours.
+  // Covariance of a ridge regression: the penalties carry no noise.
   covariance_ = inverse - inverse * kept_small.asDiagonal() * inverse;
   known_ = true;
 }
@@ -102,9 +102,9 @@ Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model
   return (profile.at(model.half + kSide) - profile.at(model.half + 1)) / (kSide - 1);
 }
 
-EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model) {
+EdgeBlur blur_of(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model) {
   const Eigen::Vector3d outside = mean_outside(profile, model), difference = mean_inside(profile, model) - outside;
-  const double tilt2 = 1 / (site.cosine * site.cosine) - 1;
+  const double tilt2 = 1 / (edgel.cosine * edgel.cosine) - 1;
   const auto along = [&](const Eigen::Vector3d& w) {
     const double span = w.dot(difference);
     double moment = 0, moment2 = 0, previous = 1;
@@ -115,7 +115,7 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
       moment2 += (previous - share) * place * place;
       previous = share;
     }
-    // The pixels' own width counts twice: in each of them, and in the difference of two.
+    // Subtract the variance of the pixel's width (1/12) twice: once for each pixel's average, once for the difference.
     return moment2 - moment * moment - 1.0 / 6 - tilt2 / 12;
   };
   EdgeBlur blur;
@@ -128,8 +128,8 @@ EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeMod
 
 namespace {
 
-/// How much of each pixel is the object's when the edge is at a place: pixels average over their width, and the edge's
-/// slant and the light's spread over that of another box.
+/// The object's share of a pixel as a function of the edge position. The edge is averaged over two boxes: the pixel's
+/// width, and a box for the edge's slant and the blur.
 class Coverage {
  public:
   explicit Coverage(double spread_px) {
@@ -139,9 +139,9 @@ class Coverage {
     flat_ = 0.5 * std::abs(1 - spread);
     ramp_ = std::min(1.0, spread);
   }
-  /// Share of the object for an edge `d` px outwards of the pixel's middle.
+  /// The object's share for an edge `d` px outwards of the pixel's centre.
   double share(double d) const { return 0.5 + std::copysign(half_share(std::abs(d)), d); }
-  /// Its derivative.
+  /// Derivative of share().
   double slope(double d) const {
     const double beyond = std::abs(d) - flat_;
     return beyond <= 0 ? height_ : beyond < ramp_ ? height_ * (1 - beyond / ramp_) : 0;
@@ -153,17 +153,17 @@ class Coverage {
     const double rest = std::max(0.0, 1 - (d - flat_) / ramp_);
     return height_ * (flat_ + 0.5 * ramp_ * (1 - rest * rest));
   }
-  double height_, flat_, ramp_;  // of a trapezoid
+  double height_, flat_, ramp_;  // trapezoid: its height, half its flat top and the width of each ramp
 };
 
-/// The object's shares of the pixels in a window, and by how much the edge's place changes with each.
+/// The object's share of each pixel in a window, and the derivative of the edge position with respect to each share.
 struct Window {
   static constexpr int kMost = 7;
   int half = 2;
   std::array<double, kMost> share{}, influence{};
   double& share_of(int k) { return share[static_cast<size_t>(half + k)]; }
 
-  /// The edge's place from the sum of the shares, whatever the light's spread.
+  /// Edge position from the sum of the shares; needs no blur model.
   double by_area() {
     double covered = 0;
     for (int k = -half; k <= half; ++k) {
@@ -173,8 +173,8 @@ struct Window {
     return covered - (half + 0.5);
   }
 
-  /// Least squares from a place nearby, for a spread that is known: then the pixels that the edge does not touch do not
-  /// bring in their noise. Leaves what `by_area` found where no pixel tells.
+  /// Edge position by least squares from the start `place`, for a known blur: the noise of pixels that the edge does
+  /// not touch has no effect. Returns `place` when the fit fails.
   double by_shape(double place, double spread_px) {
     const Coverage coverage(spread_px);
     constexpr int kSteps = 3;
@@ -201,28 +201,28 @@ struct Window {
 
 }  // namespace
 
-bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
+bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading,
                   Edge& edge) {
   const int half = model.half;
   const double noise2 = model.noise * model.noise;
-  // A slope of three pixels has the variance noise^2 / 2: it is believed as far as slopes are usual here.
+  // A slope over three pixels has the noise variance noise^2 / 2: shrink it by the usual variance of slopes (Wiener).
   const double slope_noise2 = noise2 / 2, belief = model.outside_slope2 / (model.outside_slope2 + slope_noise2);
   const Eigen::Vector3d slope = belief * outside_slope(profile, model);
   const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
   const double outside_middle = half + 0.5 * (kSide + 1);
-  // The object's colours relative to that of the pixels next to the window, which their middle one stands for.
-  const auto terms_at = [&](int k) { return Shading::terms_of(surface_normal(profile, site, model.radius_px, k)); };
+  // Shading of the object relative to the pixels next to the window, represented by the middle one of them.
+  const auto terms_at = [&](int k) { return Shading::terms_of(surface_normal(profile, edgel, model.radius_px, k)); };
   Shading::Terms beside = Shading::Terms::Zero(), at_rim = Shading::Terms::Zero(), sum = Shading::Terms::Zero();
-  const double expected = (site.at - profile.middle) * site.outward;
-  const int last_inside = static_cast<int>(std::floor(expected + 0.5));  // the pixel in which the edge is
+  const double expected = (edgel.at - profile.middle) * edgel.outward;
+  const int last_inside = static_cast<int>(std::floor(expected + 0.5));  // pixel that contains the edge
   if (shading.known()) {
     beside = terms_at(-half - (kSide + 1) / 2);
     at_rim = terms_at(last_inside) - beside;
   }
   const Eigen::Vector3d rim = inside + shading.colour(at_rim);
 
-  // Fisher's discriminant for noise that is equal in all channels, and larger along the object's own colour and, where
-  // hues are not to be trusted, across the direction of brightness.
+  // Fisher's discriminant. The noise is equal in all channels, plus shading error along the object's own colour, plus,
+  // where the chroma is unreliable, chroma error perpendicular to the brightness direction.
   const Eigen::Vector3d difference = rim - (outside - slope * outside_middle);
   const double brightness2 = std::max(1.0, rim.squaredNorm());
   const double shading2 = model.shading_error * model.shading_error * brightness2;
@@ -248,11 +248,11 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   }
   double from_middle = window.by_area();  // outwards
   if (model.blur2 >= 0) {
-    const double tilt2 = 1 / (site.cosine * site.cosine) - 1;
+    const double tilt2 = 1 / (edgel.cosine * edgel.cosine) - 1;
     from_middle = window.by_shape(from_middle, std::sqrt(tilt2 + 12 * model.blur2));
   }
   if (!(std::abs(from_middle - expected) < half)) return false;
-  edge.at = profile.middle + site.outward * from_middle;
+  edge.at = profile.middle + edgel.outward * from_middle;
   // d at / d inside = -covered, d at / d outside = -uncovered, each the mean of kSide pixels; d at / d slope = -lever.
   double covered = 0, uncovered = 0, lever = 0, pixels = 0;
   for (int k = -half; k <= half; ++k) {
@@ -268,14 +268,14 @@ bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeMo
   const double random =
       noise2 * (pixels + (covered * covered + uncovered * uncovered) / kSide) +
       lever * lever * (belief * belief * slope_noise2 + (1 - belief) * (1 - belief) * model.outside_slope2);
-  // What neither a level nor a slope tells of the background, from how far it is from straight beyond the noise.
+  // Background texture: curvature of the background beyond what the noise explains.
   const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
   const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
   edge.sigma_px = std::sqrt(gain2 * random + texture);
-  // Errors of the shading's model under one pixel at most, about, and of its fit under all that is covered.
+  // The shading model's error acts on about one pixel at most; the error of its fit acts on all covered pixels.
   edge.shading_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
   edge.shading_terms = sum;
-  edge.shading_gain = -site.outward / span * w;
+  edge.shading_gain = -edgel.outward / span * w;
   return true;
 }
 
@@ -290,7 +290,7 @@ void NoiseGauge::add(const EdgeProfile& profile) {
 double NoiseGauge::sigma() const {
   constexpr double kRounding = 0.29;  // 1 / sqrt(12)
   if (total_ == 0) return 1;
-  // The median of whole numbers, as if each bin's were spread evenly over it.
+  // Median of the histogram, with the counts spread evenly over each bin.
   int below = 0;
   size_t bin = 0;
   while (2 * (below + counts_[bin]) < total_) below += counts_[bin++];

@@ -8,47 +8,47 @@
 
 namespace multireach::vision {
 
-/// Where to look for the outline of a sphere: on a row or a column of pixels, near a place, and which way is out.
-struct EdgeSite {
-  bool along_row = true;         ///< the edge is crossed along a row; else along a column
-  int line = 0;                  ///< that row or column
+/// Where to measure an edge of a sphere contour: a row or column, the expected position on it and the outward
+/// direction.
+struct Edgel {
+  bool along_row = true;         ///< the profile runs along a row; else along a column
+  int line = 0;                  ///< index of that row or column
   double at = 0;                 ///< expected column or row of the edge, pixels
-  int outward = 1;               ///< +1 when the object is on the side of the smaller coordinates, -1 else
+  int outward = 1;               ///< +1 when the object is on the side of smaller coordinates, else -1
   double cosine = 1;             ///< of the angle between the line and the edge's normal
-  Eigen::Vector2d normal{1, 0};  ///< of the edge, outwards, in pixels' axes, of unit length
+  Eigen::Vector2d normal{1, 0};  ///< outward unit normal of the edge in the image
 };
 
-/// The pixels about a site, from inside to outside.
+/// The pixels around an edgel, from inside to outside.
 struct EdgeProfile {
-  static constexpr int kReach = 6;  ///< pixels on each side of the middle one
+  static constexpr int kReach = 6;  ///< number of pixels on each side of the middle one
   int middle = 0;                   ///< column or row of the middle pixel
   std::array<Eigen::Vector3d, 2 * kReach + 1> bgr;
 
   const Eigen::Vector3d& at(int outwards) const { return bgr[static_cast<size_t>(kReach + outwards)]; }
 };
 
-/// Reads the pixels about a site of an 8-bit BGR image; false when some are outside the image.
-bool read_profile(const cv::Mat& image, const EdgeSite& site, EdgeProfile& profile);
+/// Reads the pixels around an edgel of an 8-bit BGR image; false when some are outside the image.
+bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile);
 
-/// What is known of all edges of one outline.
+/// Parameters common to all edges of one contour.
 struct EdgeModel {
-  static constexpr int kSide = 3;  ///< pixels next to the window that tell the colour of each side
+  static constexpr int kSide = 3;  ///< pixels on each side of the window that give that side's colour
   int half = 2;                    ///< the window is 2 half + 1 pixels wide, at most 7
   double noise = 2;                ///< standard deviation of a pixel's independent noise, grey levels
-  double radius_px = 1e3;          ///< of the disc
+  double radius_px = 1e3;          ///< of the contour
   double outside_slope2 = 0;       ///< variance of the background's slope, grey levels^2 per pixel^2
-  double blur2 = -1;               ///< variance of the light's spread across the edges, px^2; negative: not known
-  double chroma_error = 0;         ///< how far the hue next to an edge may be wrong, of the difference of both sides
-  double shading_error = 0.15;  ///< how far the object's brightness at its rim may be from the one expected, relative
+  double blur2 = -1;               ///< variance of the blur across the edges, px^2; negative: not known
+  double chroma_error = 0;         ///< chroma error next to an edge, relative to the colour difference of both sides
+  double shading_error = 0.15;     ///< relative error of the object's predicted brightness at its rim
 };
 
-/// The direction of a lit sphere's surface in the camera's axes, at a pixel of a profile: of the part of the pixel that
-/// is inside the outline.
-Eigen::Vector3d surface_normal(const EdgeProfile& profile, const EdgeSite& site, double radius_px, int outwards);
+/// Surface normal of the sphere, in the camera's axes, at a pixel of a profile: at the centre of the part of the pixel
+/// that is inside the contour.
+Eigen::Vector3d surface_normal(const EdgeProfile& profile, const Edgel& edgel, double radius_px, int outwards);
 
-/// How the object's colour changes with the direction of its surface: second-order polynomials of the normal, which
-/// hold any distant light on a matt surface to about a hundredth (Ramamoorthi & Hanrahan, SIGGRAPH 2001), fitted to
-/// what is inside the outline.
+/// Shading model: the object's colour as second-order polynomials of the surface normal, fitted to pixels inside the
+/// contour. They represent any distant light on a matt surface to about 1 % (Ramamoorthi & Hanrahan, SIGGRAPH 2001).
 class Shading {
  public:
   static constexpr int kTerms = 9;
@@ -57,16 +57,16 @@ class Shading {
   static Terms terms_of(const Eigen::Vector3d& normal);
 
   void clear();
-  /// Takes the colour of a place on the surface.
+  /// Adds the colour of a surface point.
   void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr);
-  /// After all were added; the strength of what few places tell is kept small.
+  /// Fits the model to all points added, by ridge regression: terms that few points determine stay small.
   void solve();
   bool known() const { return known_; }
   /// The colour for a sum of terms; zero before `solve`.
   Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose().lazyProduct(terms); }
-  /// Its variance in each channel for places whose colours have the variance 1.
+  /// Variance of colour(terms) in each channel, for points whose colours have variance 1.
   double variance(const Terms& terms) const { return terms.dot(covariance_.lazyProduct(terms)); }
-  /// The covariance of the terms of each channel, likewise.
+  /// Covariance of each channel's coefficients, likewise for variance 1.
   const Matrix& covariance() const { return covariance_; }
 
  private:
@@ -75,43 +75,42 @@ class Shading {
   bool known_ = false;
 };
 
-/// How the background's colour changes per pixel, from the pixels outside of the window.
+/// Slope of the background's colour per pixel, from the pixels outside the window.
 Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model);
 
-/// An edge as measured.
+/// A measured edge.
 struct Edge {
-  double at = 0;          ///< column or row
-  double sigma_px = 0;    ///< standard deviation of `at` from what differs from edge to edge: noise, texture
-  double shading_px = 0;  ///< standard deviation from what shading is in truth, which neighbouring edges share
-  /// By how much `at` changes with the fitted shading, whose noise all edges share: gain . (colour of these terms).
+  double at = 0;          ///< column or row, pixels
+  double sigma_px = 0;    ///< standard deviation of `at` from errors independent between edges: noise, texture
+  double shading_px = 0;  ///< standard deviation from errors of the shading model, which neighbouring edges share
+  /// Sensitivity of `at` to the fitted shading, whose noise all edges share: gain . (colour of these terms).
   Shading::Terms shading_terms = Shading::Terms::Zero();
   Eigen::Vector3d shading_gain{0, 0, 0};
 };
 
-/// How the light of an edge is spread beyond the pixels' own width: variances across the edge, px^2, from one edge and
-/// so noisy.
+/// Blur of one edge beyond the pixels' own width: variances across the edge, px^2. Noisy, because from a single edge.
 struct EdgeBlur {
-  double colour2 = 0;     ///< along the difference of both colours
-  double luma2 = 0;       ///< of the brightness alone: less where an image's hues were stored at a lower resolution
-  double luma_share = 0;  ///< of the difference of both colours; `luma2` is meaningful only when it is not small
+  double colour2 = 0;     ///< of the colour, along the difference of both sides' colours
+  double luma2 = 0;       ///< of the brightness only: smaller where the image has subsampled chroma
+  double luma_share = 0;  ///< brightness's share of the colour difference; `luma2` is meaningless when this is small
 };
-EdgeBlur blur_of(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model);
+EdgeBlur blur_of(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model);
 
-/// Measures an edge by the partial-area principle: the share of the object's colour in the pixels across the edge,
-/// added up, is the length of the object's part. Unbiased for pixels that average over their area and for any symmetric
-/// blur narrower than the window. Where the blur is known (`model.blur2`), least squares then fit the shares of an edge
-/// of that blur to the pixels that it touches, which leaves out the noise of the others. The colours of both sides are
-/// those next to the window, carried on to the edge with the slopes that are given; they are compared along the
-/// direction in colour space that tells them best when the object's brightness at the rim is less sure than its hue.
-/// False when there is no edge near the expected place.
-bool measure_edge(const EdgeProfile& profile, const EdgeSite& site, const EdgeModel& model, const Shading& shading,
+/// Measures an edge by the partial-area principle: the object's shares of the pixels across the edge add up to the
+/// length of the object's part. Unbiased for pixels that average over their area and for any symmetric blur narrower
+/// than the window. Where the blur is known (`model.blur2`), least squares then fits an edge of that blur to the pixels
+/// that it touches, which excludes the noise of the others. The colours of both sides are taken next to the window and
+/// extrapolated to the edge: inside by `shading`, outside by the background's slope. They are compared along the most
+/// discriminative direction in colour space, given that brightness at the rim is less certain than hue. False when
+/// there is no edge near the expected position.
+bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading,
                   Edge& edge);
 
-/// The noise of an image, from the second differences of neighbouring pixels inside the object.
+/// Estimates an image's noise from second differences of neighbouring pixels inside the object.
 class NoiseGauge {
  public:
   void add(const EdgeProfile& profile);
-  /// Standard deviation in grey levels, from the median; at least that of rounding.
+  /// Standard deviation in grey levels, from the median; at least the rounding error.
   double sigma() const;
 
  private:

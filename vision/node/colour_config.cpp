@@ -25,8 +25,8 @@ vision::ColourClass class_from(const Config& config) {
   }
   if (colours.references.empty()) config.fail("references", "at least one colour");
   colours.tolerance = config.number("tolerance", 1e-6, 100, colours.tolerance);
-  colours.darkest = config.number("darkest", 0, 255, colours.darkest);
-  colours.brightest = config.number("brightest", 0, 255, colours.brightest);
+  colours.min_luma = config.number("min_luma", 0, 255, colours.min_luma);
+  colours.max_luma = config.number("max_luma", 0, 255, colours.max_luma);
   config.finish();
   return colours;
 }
@@ -54,8 +54,8 @@ ColourModel model_from(const Config& config) {
   if (model.object.empty()) config.fail("object", "at least one component");
   model.background = components_from(config, "background");
   model.tolerance = config.number("tolerance", 1e-6, 100, model.tolerance);
-  model.darkest = config.number("darkest", 0, 255, model.darkest);
-  model.brightest = config.number("brightest", 0, 255, model.brightest);
+  model.min_luma = config.number("min_luma", 0, 255, model.min_luma);
+  model.max_luma = config.number("max_luma", 0, 255, model.max_luma);
   model.noise_grey_levels = config.number("noise_grey_levels", 0, 100, model.noise_grey_levels);
   config.finish();
   return model;
@@ -109,8 +109,8 @@ std::string colour_text(const std::array<ColourModel, 2>& models) {
   for (size_t side = 0; side < 2; ++side) {
     const ColourModel& model = models[side];
     text += side == 0 ? "left:\n" : "right:\n";
-    text += fmt::format("  tolerance: {}\n  darkest: {}\n  brightest: {}\n  noise_grey_levels: {}\n", model.tolerance,
-                        model.darkest, model.brightest, model.noise_grey_levels);
+    text += fmt::format("  tolerance: {}\n  min_luma: {}\n  max_luma: {}\n  noise_grey_levels: {}\n", model.tolerance,
+                        model.min_luma, model.max_luma, model.noise_grey_levels);
     text += "  object:\n" + text_of(model.object);
     if (!model.background.empty()) text += "  background:\n" + text_of(model.background);
   }

@@ -11,15 +11,15 @@ namespace multireach {
 /// The colours of one target, as the left and the right camera see it.
 struct ColourConfig {
   std::array<vision::ColourModel, 2> models;
-  std::string file;  ///< the bytes of the file that the section names, which belong to its digest; "" for none
+  std::string file;  ///< content of the file that the section names, to be included in the digest; "" for none
 };
 
-/// Section `colour` of a vision file. Either `references` with tolerance, darkest and brightest, for both cameras; or
-/// the `file` that `multireach-calibrate colour` wrote (as seen from the vision file), or what is in it: `left` and
-/// `right`. Throws InputError.
+/// Reads section `colour` of a vision file. The section has one of: `references` with `tolerance`, `min_luma` and
+/// `max_luma`, for both cameras; `file`, written by `multireach-calibrate colour`, its path relative to the vision
+/// file; or that file's content, `left` and `right`. Throws InputError.
 ColourConfig colour_config_from(const Config& colour);
 
-/// The text of a file of both models.
+/// The YAML text of both models, readable as `file`.
 std::string colour_text(const std::array<vision::ColourModel, 2>& models);
 
 }  // namespace multireach

@@ -16,12 +16,13 @@ cv::Point sixteenths(const Eigen::Vector2d& pixel) {
 
 void mark(cv::Mat picture, const DebugMarks& target, const DebugMarks::OneSide& side) {
   if (!side.window.empty()) cv::rectangle(picture, side.window, target.colour, 1);
-  for (const DebugMarks::Disc& disc : side.discs) {
-    const int radius = cvRound(std::clamp(disc.radius_px, 0.5, 1e4) * (1 << kBits));
-    cv::circle(picture, sixteenths(disc.centre_px), radius, target.colour, disc.chosen ? 2 : 1, cv::LINE_AA, kBits);
-    if (!disc.chosen) continue;
+  for (const DebugMarks::Disc& contour : side.contours) {
+    const int radius = cvRound(std::clamp(contour.radius_px, 0.5, 1e4) * (1 << kBits));
+    cv::circle(picture, sixteenths(contour.centre_px), radius, target.colour, contour.chosen ? 2 : 1, cv::LINE_AA,
+               kBits);
+    if (!contour.chosen) continue;
     for (const Eigen::Vector2d& arm : {Eigen::Vector2d(5, 0), Eigen::Vector2d(0, 5)}) {
-      cv::line(picture, sixteenths(disc.centre_px - arm), sixteenths(disc.centre_px + arm), target.colour, 1,
+      cv::line(picture, sixteenths(contour.centre_px - arm), sixteenths(contour.centre_px + arm), target.colour, 1,
                cv::LINE_AA, kBits);
     }
   }
@@ -38,7 +39,7 @@ cv::Mat debug_picture(const cv::Mat& left, const cv::Mat& right, const std::vect
   int baseline = 18;
   for (const DebugMarks& target : targets) {
     for (size_t side = 0; side < 2; ++side) mark(halves[side], target, target.sides[side]);
-    // Dark below, so that the text can be read on any background.
+    // Dark outline first, so that the text is readable on any background.
     for (const auto& [colour, thickness] : {std::pair(cv::Scalar(0, 0, 0), 3), {target.colour, 1}}) {
       cv::putText(picture, target.text, {6, baseline}, cv::FONT_HERSHEY_SIMPLEX, 0.45, colour, thickness, cv::LINE_AA);
     }

@@ -8,24 +8,24 @@
 
 namespace multireach::vision {
 
-/// What a picture for people shows of one target.
+/// What a debug picture shows of one target.
 struct DebugMarks {
   struct Disc {
     Eigen::Vector2d centre_px{0, 0};
     double radius_px = 0;
-    bool chosen = false;  ///< it is the target, and not one of the others of its colour
+    bool chosen = false;  ///< it was matched as the target; false for other objects of its colour
   };
   struct OneSide {
-    cv::Rect window;  ///< where it was looked for
-    std::vector<Disc> discs;
+    cv::Rect window;  ///< search window
+    std::vector<Disc> contours;
   };
   std::string text;
   cv::Scalar colour;             ///< BGR
   std::array<OneSide, 2> sides;  ///< left, right
 };
 
-/// Both 8-bit BGR images side by side with what was found in them: windows, discs (the chosen one with a cross), and a
-/// line of text for each target. Images of different heights are made equal by black rows.
+/// Draws both 8-bit BGR images side by side with the search windows, the contours (the chosen one with a cross) and a
+/// line of text for each target. A lower image is padded with black rows.
 cv::Mat debug_picture(const cv::Mat& left, const cv::Mat& right, const std::vector<DebugMarks>& targets);
 
 }  // namespace multireach::vision

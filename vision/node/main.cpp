@@ -1,4 +1,4 @@
-// multireach-vision: stereo images in, targets out; or one pair of image files, answered once.
+// multireach-vision: stereo images in, targets out; or processes one pair of image files and exits.
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -36,16 +36,16 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                      std::to_string(camera->height));
   }
   vision::StereoTracker tracker(target.options);
-  const vision::Sighting sighting = tracker.find(left, right);
-  const bool seen = sighting.status == vision::Sighting::Status::kSeen;
+  const vision::StereoMatch match = tracker.find(left, right);
+  const bool seen = match.status == vision::StereoMatch::Status::kSeen;
   nlohmann::json answer{{"name", target.name},
                         {"status", seen ? "tracked" : "lost"},
-                        {"reason", description(sighting.status)},
-                        {"left_px", vector(sighting.left_px)},
-                        {"right_px", vector(sighting.right_px)},
-                        {"hidden", sighting.hidden}};
+                        {"reason", description(match.status)},
+                        {"left_px", vector(match.left_px)},
+                        {"right_px", vector(match.right_px)},
+                        {"occlusion", match.occlusion}};
   if (seen) {
-    const vision::Triangulation& point = sighting.point;
+    const vision::Triangulation& point = match.point;
     answer["position_m"] = vector(point.p_W);
     for (int row = 0; row < 3; ++row) answer["covariance_m2"].push_back(vector(point.covariance.row(row)));
     answer["depth_m"] = point.depth_left_m;
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
-    cv::setNumThreads(1);  // the same bytes on every machine
+    cv::setNumThreads(1);  // for identical output on every machine
     const VisionConfig config = VisionConfig::load(config_path);
     if (!pair.empty()) return answer_once(config, pair, target, json);
     return run_live([&] { return std::make_unique<VisionNode>(config, 2); }, live);

@@ -12,16 +12,16 @@
 namespace multireach {
 namespace {
 
-/// Section `colour`, and from `keys` what else tells the target; `name` excepted.
+/// The tracker's options of one target: `colour`, `rig`, and all other keys except `name` from `keys`.
 vision::TrackerOptions tracker_options_from(const Config& keys, const ColourConfig& colour, const StereoRig& rig) {
   vision::TrackerOptions options;
   options.rig = rig;
   options.colour = colour.models;
-  vision::SightingOptions& sighting = options.sighting;
-  sighting.radius_m = keys.number("ball_radius_m", 0, 10, sighting.radius_m);
-  sighting.radius_tolerance_m = keys.number("ball_radius_tolerance_m", 0, 10, sighting.radius_tolerance_m);
-  sighting.max_epipolar_px = keys.number("max_epipolar_px", 1e-6, 1e6, sighting.max_epipolar_px);
-  sighting.max_hidden = keys.number("max_hidden", 0.01, 1, sighting.max_hidden);
+  vision::MatchOptions& match = options.match;
+  match.radius_m = keys.number("ball_radius_m", 0, 10, match.radius_m);
+  match.radius_tolerance_m = keys.number("ball_radius_tolerance_m", 0, 10, match.radius_tolerance_m);
+  match.max_epipolar_px = keys.number("max_epipolar_px", 1e-6, 1e6, match.max_epipolar_px);
+  match.max_occlusion = keys.number("max_occlusion", 0.01, 1, match.max_occlusion);
   options.sigma_px = keys.number("sigma_px", 0, 1000, options.sigma_px);
   options.min_area_px = keys.number("min_area_px", 1, 1e9, options.min_area_px);
   options.adapt_colour = keys.flag("adapt_colour", options.adapt_colour);
@@ -29,7 +29,8 @@ vision::TrackerOptions tracker_options_from(const Config& keys, const ColourConf
   track.coast_s = keys.number("coast_s", 0, 1e3, track.coast_s);
   track.coast_sigma_m = keys.number("coast_sigma_m", 1e-6, 1e3, track.coast_sigma_m);
   track.confirmations = static_cast<int>(keys.integer("confirmations", 1, 1000, track.confirmations));
-  track.agile_m2_s3 = keys.number("agile_m2_s3", track.unseen_m2_s3, 1e6, track.agile_m2_s3);
+  track.max_process_noise_m2_s3 =
+      keys.number("max_process_noise_m2_s3", track.coasting_process_noise_m2_s3, 1e6, track.max_process_noise_m2_s3);
   return options;
 }
 

@@ -7,18 +7,18 @@
 
 namespace multireach {
 
-/// What vision looks for, and with which cameras, from a vision file: section `cameras`, and either `targets` (a list,
-/// each with its `name`, `colour` and tracker's keys) or, for one target, the sections `colour` and `tracker`.
+/// A vision file: cameras and targets. It has section `cameras`, and either `targets` (a list, each with its `name`,
+/// `colour` and the tracker's keys) or, for one target, the sections `colour` and `tracker`.
 struct VisionConfig {
   struct Target {
     std::string name;
-    vision::TrackerOptions options;  ///< with the rig
+    vision::TrackerOptions options;  ///< including the rig
   };
   StereoRig rig;
   std::vector<Target> targets;
-  int64_t digest = 0;  ///< of the bytes of the file and of those that it names
+  int64_t digest = 0;  ///< of the file and of the files that it names
 
-  /// Throws InputError.
+  /// Reads and checks a vision file. Throws InputError.
   static VisionConfig load(const std::string& path);
 };
 

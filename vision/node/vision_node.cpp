@@ -12,11 +12,11 @@
 namespace multireach {
 namespace {
 
-using vision::Sighting;
+using vision::StereoMatch;
 using Status = vision::TargetTrack::Status;
 
 constexpr std::array kSides{Side::kLeft, Side::kRight};
-constexpr int64_t kPicturesFor = 2000000;  // us
+constexpr int64_t kPicturesFor = 2000000;  // us, how long one request sends debug pictures
 
 int8_t wire_status(Status status) {
   switch (status) {
@@ -59,7 +59,7 @@ std::vector<std::string_view> VisionNode::inputs() const {
   return {channel::kStereoImages, channel::kVisionDebugRequest};
 }
 
-/// Looks for every target in one image: where each is expected, or everywhere for those that were not seen there.
+/// Searches one image for every target: in its window, or, when `everywhere`, in the whole image for those not found.
 bool VisionNode::look(StereoFrames& frames, Side side, bool everywhere) {
   const auto at = static_cast<size_t>(index(side));
   std::vector<cv::Rect> windows;
@@ -85,33 +85,33 @@ bool VisionNode::look_at_both(StereoFrames& frames, bool everywhere) {
   if (!right.get() || !left) return false;
   for (Target& target : targets_) {
     if (everywhere && target.enough) continue;
-    target.sighting = target.tracker.sight(times_of(frames), target.views[0], target.views[1]);
-    target.enough = target.tracker.enough(target.sighting, target.views[0], target.views[1]);
+    target.match = target.tracker.match(times_of(frames), target.views[0], target.views[1]);
+    target.enough = target.tracker.enough(target.match, target.views[0], target.views[1]);
   }
   return true;
 }
 
-/// Looks at the pair; says what is wrong with it as a whole, or nothing.
+/// Processes the pair for all targets. Returns why the pair as a whole is unusable, or null.
 const char* VisionNode::fault_of(StereoFrames& frames) {
   const StereoRig& rig = config_.rig;
   for (Target& target : targets_) {
     if (target.tracker.begin(frames.utime())) watch_ = {};
     target.views = {};
-    target.sighting = {};
+    target.match = {};
     target.enough = false;
   }
   if (frames.frame_utime(Side::kLeft) < 0) return "there is no left image";
   if (frames.frame_utime(Side::kRight) < 0) return "there is no right image";
-  // Before decoding: an image of another size is of no use, whatever memory it asks for.
+  // Check sizes before decoding, so that a wrong or damaged size allocates no memory.
   if (!frames.has(Side::kLeft, rig.left.width, rig.left.height) ||
       !frames.has(Side::kRight, rig.right.width, rig.right.height)) {
-    return vision::description(Sighting::Status::kWrongImageSize);
+    return vision::description(StereoMatch::Status::kWrongImageSize);
   }
   watch_.take(frames.fingerprint(Side::kLeft), frames.fingerprint(Side::kRight));
   if (!look_at_both(frames, false)) return "an image cannot be decoded";
   const bool all = std::ranges::all_of(targets_, &Target::enough);
   if (!all && !look_at_both(frames, true)) return "an image cannot be decoded";
-  // A covered camera gives the same black image again and again, which has a sentence of its own.
+  // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto frozen = watch_.frozen();
   const auto black = [&](const Target& target) { return target.views[static_cast<size_t>(index(*frozen))].dark; };
   if (frozen && std::ranges::none_of(targets_, black)) {
@@ -124,48 +124,56 @@ const char* VisionNode::fault_of(StereoFrames& frames) {
 target_t VisionNode::target_of(Target& target, const StereoFrames& frames, const char* fault) {
   const vision::TargetReport report =
       fault ? target.tracker.take_unseen(frames.utime(), fault)
-            : target.tracker.take(times_of(frames), target.sighting, target.views[0], target.views[1]);
+            : target.tracker.take(times_of(frames), target.match, target.views[0], target.views[1]);
   target_t said{};
   said.utime = frames.utime();
   said.sequence = sequence_++;
   said.left_frame_utime = frames.frame_utime(Side::kLeft);
   said.right_frame_utime = frames.frame_utime(Side::kRight);
   said.pair_sequence = frames.pair_sequence();
-  said.seen_utime = report.seen_utime.value_or(-1);
+  said.last_seen_utime = report.last_seen_utime.value_or(-1);
   said.status = wire_status(report.status);
   said.name = target.name;
   said.reason = report.reason;
-  put(said.position_m, report.place.position);
-  put(said.covariance_m2, report.place.covariance);
+  put(said.position_m, report.estimate.position);
+  put(said.covariance_m2, report.estimate.covariance);
   if (report.status != Status::kLost) {
     put(said.velocity_m_s, report.velocity);
     put(said.velocity_covariance_m2_s2, report.velocity_covariance);
   }
   if (!fault) {
-    Eigen::Map<Eigen::Vector2d>(said.left_px) = target.sighting.left_px;
-    Eigen::Map<Eigen::Vector2d>(said.right_px) = target.sighting.right_px;
-    said.epipolar_error_px = target.sighting.point.epipolar_error_px;
-    said.hidden = target.sighting.hidden;
+    Eigen::Map<Eigen::Vector2d>(said.left_px) = target.match.left_px;
+    Eigen::Map<Eigen::Vector2d>(said.right_px) = target.match.right_px;
+    said.epipolar_error_px = target.match.point.epipolar_error_px;
+    said.occlusion = target.match.occlusion;
   }
-  said.memory = target.tracker.memory(frames.utime());
-  const std::vector<double> watched = watch_.memory();
-  said.memory.insert(said.memory.end(), watched.begin(), watched.end());
-  said.num_memory = static_cast<int32_t>(said.memory.size());
   return said;
 }
 
-bool VisionNode::adopt(const std::vector<std::span<const uint8_t>>& sent) {
-  constexpr size_t kWatched = vision::FrameWatch::kMemory;
+tracker_state_t VisionNode::state_of(const Target& target) const {
+  tracker_state_t state{};
+  state.utime = target.last.utime;
+  state.sequence = target.last.sequence;
+  state.value = target.tracker.serialize(target.last.utime);
+  const std::vector<double> watched = watch_.serialize();
+  state.value.insert(state.value.end(), watched.begin(), watched.end());
+  state.num_values = static_cast<int32_t>(state.value.size());
+  return state;
+}
+
+bool VisionNode::deserialize(const std::vector<std::span<const uint8_t>>& sent) {
+  constexpr size_t kWatched = vision::FrozenFrameDetector::kSerializedSize;
   if (sent.size() != targets_.size()) return false;
-  vision::FrameWatch watch;
+  vision::FrozenFrameDetector watch;
   std::vector<vision::StereoTracker> trackers;
   for (size_t k = 0; k < sent.size(); ++k) {
-    const auto said = decode<target_t>(sent[k]);
-    if (!said || said->sequence != sequence_ + static_cast<int64_t>(k) || said->memory.size() < kWatched) return false;
-    const std::span<const double> memory = said->memory;
+    const auto said = decode<tracker_state_t>(sent[k]);
+    if (!said || said->sequence != sequence_ + static_cast<int64_t>(k) || said->value.size() < kWatched) return false;
+    const std::span<const double> memory = said->value;
     const size_t own = memory.size() - kWatched;
     trackers.push_back(targets_[k].tracker);
-    if (!trackers[k].restore(said->utime, memory.first(own)) || !watch.restore(memory.subspan(own))) return false;
+    if (!trackers[k].deserialize(said->utime, memory.first(own)) || !watch.deserialize(memory.subspan(own)))
+      return false;
   }
   for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = std::move(trackers[k]);
   watch_ = watch;
@@ -197,6 +205,7 @@ Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
   for (Target& target : targets_) {
     target.last = target_of(target, frames, fault);
     send(out, channel::kTarget, target.last);
+    send(out, channel::kTrackerState, state_of(target));
   }
   if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
   send_debug_picture(frames, out);
@@ -208,7 +217,7 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
     pictures_until_ = frames.utime() + kPicturesFor;
     shown_ = *std::exchange(picture_of_, std::nullopt);
   }
-  // A log that is played again begins at an earlier time.
+  // The time may also jump back, when a log is played again.
   if (frames.utime() > pictures_until_ || frames.utime() < pictures_until_ - kPicturesFor) return;
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
@@ -228,10 +237,10 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
                             {}};
     for (size_t side = 0; side < 2; ++side) {
       mark.sides[side].window = target.views[side].window;
-      const int chosen = side == 0 ? target.sighting.left : target.sighting.right;
-      for (size_t k = 0; k < target.views[side].discs.size(); ++k) {
-        const vision::DiscMeasurement& disc = target.views[side].discs[k];
-        mark.sides[side].discs.push_back({disc.centre_px, disc.radius_px, static_cast<int>(k) == chosen});
+      const int chosen = side == 0 ? target.match.left : target.match.right;
+      for (size_t k = 0; k < target.views[side].contours.size(); ++k) {
+        const vision::SphereContour& contour = target.views[side].contours[k];
+        mark.sides[side].contours.push_back({contour.centre_px, contour.radius_px, static_cast<int>(k) == chosen});
       }
     }
     marks.push_back(std::move(mark));

@@ -7,9 +7,9 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kSteps = 5;  // converges quadratically from an error that is already second order in the noise
+constexpr int kSteps = 5;  // enough: quadratic convergence from a start whose error is second order in the noise
 
-/// Where both rays come nearest to each other, in the left camera's frame.
+/// Midpoint between two rays where they are closest, in the left camera's frame, and the gap between them.
 struct Meeting {
   Eigen::Vector3d p_L;
   double gap_m;
@@ -19,7 +19,7 @@ std::optional<Meeting> meeting_of(const StereoRig& rig, const Eigen::Vector2d& l
                                   const Eigen::Vector2d& right_ray) {
   const Eigen::Vector3d a = left_ray.homogeneous(), b = rig.X_RL.linear().transpose() * right_ray.homogeneous();
   const Eigen::Vector3d right_L = rig.X_RL.inverse().translation();
-  // The points nearest to each other on both rays: s a and right_L + t b.
+  // The closest points of both rays are s a and right_L + t b.
   const Eigen::Vector3d normal = a.cross(b);
   const double area2 = normal.squaredNorm();
   if (!(area2 > 1e-18)) return std::nullopt;

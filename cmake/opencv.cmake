@@ -1,0 +1,23 @@
+# OpenCV's modules as targets opencv_MODULE, for those whose development packages are installed. OpenCVConfig.cmake is only in
+# libopencv-dev, which asks for all modules and brings Qt, GDAL and VTK; this project needs two of them for the loop.
+find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+function(multireach_opencv)
+  foreach(module IN LISTS ARGN)
+    if(TARGET opencv_${module})
+      continue()
+    endif()
+    find_library(OPENCV_${module} opencv_${module})
+    if(OPENCV_${module})
+      add_library(opencv_${module} UNKNOWN IMPORTED GLOBAL)
+      set_target_properties(opencv_${module} PROPERTIES IMPORTED_LOCATION "${OPENCV_${module}}"
+        INTERFACE_INCLUDE_DIRECTORIES "${OPENCV_INCLUDE}")
+      if(NOT module STREQUAL core)
+        set_target_properties(opencv_${module} PROPERTIES INTERFACE_LINK_LIBRARIES opencv_core)
+      endif()
+    endif()
+  endforeach()
+endfunction()
+multireach_opencv(core imgproc calib3d highgui imgcodecs videoio)
+if(NOT TARGET opencv_core OR NOT TARGET opencv_imgproc)
+  message(FATAL_ERROR "OpenCV's core and imgproc are missing: install libopencv-core-dev and libopencv-imgproc-dev")
+endif()

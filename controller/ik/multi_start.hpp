@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+
+#include "controller/ik/closed_form.hpp"
+#include "controller/ik/ik_options.hpp"
+#include "controller/ik/levenberg_marquardt.hpp"
+#include "kinematics/chain.hpp"
+
+namespace multireach::controller {
+
+/// A joint configuration and its task error (distance and weighted rotation, m).
+struct IkSolution {
+  JointVector theta;
+  double error_m = 0;
+};
+
+/// Limits a finite target to ten times the arm's reach, along its direction from the shoulder, and its velocity to one
+/// reach per step.
+TaskTarget within_ten_reaches(const Chain& chain, TaskTarget target);
+
+/// Finds the IK solution inside the joint limits that is nearest to a given configuration: the first theta_T of Sect.
+/// 3.4. Position targets of a shoulder-elbow arm have a closed form. All others use damped Newton steps from seeded
+/// random starts, then move the best solutions along their self-motion towards the given configuration.
+class MultiStartIk {
+ public:
+  explicit MultiStartIk(const Chain& chain, const IkOptions& options = {}, const Tool& tool = {});
+
+  /// The solution for the position `x_T` nearest to `theta`. nullopt when none was found: the point is unreachable, or,
+  /// for an arm without closed form, no start converged to it.
+  std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
+  /// The solution for any target nearest to `theta`. When there is none, the configuration found with the smallest task
+  /// error. The target and `theta` must be finite.
+  IkSolution best(const TaskTarget& target, const JointVector& theta) const;
+  /// The first solution found, starting from `theta`, then from the seeded starts. Takes a fraction of the time of
+  /// `best`, but the solution may be far from `theta`. When there is none, the configuration with the smallest error.
+  IkSolution first(const TaskTarget& target, const JointVector& theta) const;
+  /// Like `nearest`, by the closed form alone, which may miss solutions between two samples. nullopt without a closed
+  /// form.
+  std::optional<JointVector> closed_form_nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
+    if (!closed_form_ik_) return std::nullopt;
+    return closed_form_ik_->nearest(x_T, theta);
+  }
+  bool closed_form() const { return closed_form_ik_.has_value(); }
+  /// Requires closed_form().
+  const ClosedFormIk& closed_form_ik() const { return *closed_form_ik_; }
+  const IkOptions& options() const { return options_; }
+
+ private:
+  IkSolution multi_start(const TaskTarget& target, const JointVector& theta) const;
+
+  Chain chain_;
+  IkOptions options_;
+  LevenbergMarquardtIk solver_;
+  std::optional<ClosedFormIk> closed_form_ik_;
+};
+
+}  // namespace multireach::controller

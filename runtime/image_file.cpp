@@ -1,0 +1,70 @@
+#include "runtime/image_file.hpp"
+
+#include <lodepng.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "imaging/image_codec.hpp"
+#include "imaging/jpeg_decoder.hpp"
+#include "runtime/files.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kMaxPixels = int64_t{1} << 28;
+
+bool is_png(const std::vector<uint8_t>& bytes) {
+  return bytes.size() > 8 && bytes[0] == 0x89 && bytes[1] == 'P' && bytes[2] == 'N' && bytes[3] == 'G';
+}
+
+[[noreturn]] void fail(const std::string& name, const std::string& what) {
+  throw InputError(name + ": " + what);
+}
+
+void check_size(const std::string& name, int64_t width, int64_t height) {
+  if (width * height > kMaxPixels) fail(name, "has more than 2^28 pixels");
+}
+
+cv::Mat decode_png(const std::vector<uint8_t>& bytes, const std::string& name) {
+  unsigned width = 0, height = 0;
+  lodepng::State state;
+  unsigned fault = lodepng_inspect(&width, &height, &state, bytes.data(), bytes.size());
+  if (fault == 0) check_size(name, width, height);
+  std::vector<uint8_t> rgb;
+  if (fault == 0) fault = lodepng::decode(rgb, width, height, bytes, LCT_RGB, 8);
+  if (fault != 0) fail(name, std::string("is not a PNG that can be read: ") + lodepng_error_text(fault));
+  cv::Mat bgr;
+  cv::cvtColor(cv::Mat(static_cast<int>(height), static_cast<int>(width), CV_8UC3, rgb.data()), bgr, cv::COLOR_RGB2BGR);
+  return bgr;
+}
+
+}  // namespace
+
+cv::Mat decode_image(const std::vector<uint8_t>& bytes, const std::string& name) {
+  if (is_png(bytes)) return decode_png(bytes, name);
+  const auto size = jpeg_size(bytes);
+  if (!size) fail(name, "is neither a PNG nor a JPEG that can be read");
+  check_size(name, size->width, size->height);
+  cv::Mat bgr;
+  const EncodedImage image{.width = size->width, .height = size->height, .format = PixelFormat::kMjpeg, .data = bytes};
+  if (!ImageCodec().decode(image, bgr)) fail(name, "is a damaged JPEG");
+  return bgr;
+}
+
+cv::Mat read_image(const std::string& path) {
+  return decode_image(read_binary_file(path), path);
+}
+
+std::vector<uint8_t> encode_png(const cv::Mat& image) {
+  const bool grey = image.channels() == 1;
+  cv::Mat pixels = image;
+  if (!grey) cv::cvtColor(image, pixels, cv::COLOR_BGR2RGB);
+  if (!pixels.isContinuous()) pixels = pixels.clone();
+  std::vector<uint8_t> png;
+  const unsigned fault = lodepng::encode(png, pixels.data, static_cast<unsigned>(pixels.cols),
+                                         static_cast<unsigned>(pixels.rows), grey ? LCT_GREY : LCT_RGB, 8);
+  if (fault != 0) throw InputError(std::string("a PNG cannot be made: ") + lodepng_error_text(fault));
+  return png;
+}
+
+}  // namespace multireach

@@ -1,0 +1,169 @@
+#include "vision/colour/illumination.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iostream>
+
+#include "numeric/random.hpp"
+#include "tests/allocation_count.hpp"
+#include "vision/colour/find.hpp"
+
+namespace multireach::vision {
+namespace {
+
+/// Gains of the colour channels, exposure included.
+struct Light {
+  double red = 1, green = 1, blue = 1;
+};
+
+constexpr int kWidth = 160, kHeight = 120, kRadius = 18;
+
+/// A picture of a shaded pink ball before a textured grey wall with a red, an orange and a purple disc.
+cv::Mat scene(const Light& light, uint64_t frame) {
+  const CounterRandom random(77, frame);
+  cv::Mat image(kHeight, kWidth, CV_8UC3);
+  uint64_t counter = 0;
+  const double ball_x = 80 + 30 * std::sin(0.1 * static_cast<double>(frame)), ball_y = 60;
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      const auto inside = [&](double x, double y, double radius) { return std::hypot(column - x, row - y) < radius; };
+      const double shade = 0.5 + 0.5 * std::clamp((ball_y - row) / kRadius, 0.0, 1.0);
+      const double wall = 95 + 40 * (1 + std::sin(0.2 * column) * std::sin(0.3 * row));
+      Rgb colour{1.02 * wall, wall, 0.95 * wall};
+      if (inside(30, 25, 12)) colour = {230, 140, 40};
+      if (inside(130, 25, 12)) colour = {110, 60, 150};
+      if (inside(30, 95, 12)) colour = {200, 50, 40};
+      if (inside(ball_x, ball_y, kRadius)) colour = {220 * shade, 40 * shade, 110 * shade};
+      const auto pixel = [&](double value) {
+        const double noise = 3 * std::sqrt(12.0) * (random.uniform(counter++) - 0.5);
+        return static_cast<uint8_t>(std::clamp(value + noise + 0.5, 0.0, 255.0));
+      };
+      image.at<cv::Vec3b>(row, column) = {pixel(light.blue * colour.b), pixel(light.green * colour.g),
+                                          pixel(light.red * colour.r)};
+    }
+  }
+  return image;
+}
+
+struct Outcome {
+  int lost = 0;             ///< frames in which the largest blob did not match the ball in position and area
+  double most_members = 0;  ///< largest number of class pixels in a frame, relative to the ball's area
+  WhiteBalanceGains shift;
+};
+
+Outcome track(const std::function<Light(int)>& light, int frames, bool adapting) {
+  AdaptedColourModel lit(model_of({.references = {{220, 40, 110}}, .tolerance = 0.36}));
+  Finder finder;
+  Outcome outcome;
+  const double area = 3.14159 * kRadius * kRadius;
+  for (int frame = 0; frame < frames; ++frame) {
+    const cv::Mat image = scene(light(frame), static_cast<uint64_t>(frame));
+    const Found found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members(outcome.shift));
+    const double x = 80 + 30 * std::sin(0.1 * frame);
+    const bool seen = !found.blobs.empty() && (found.blobs[0].centroid - Eigen::Vector2d(x, 60)).norm() < 2 &&
+                      found.blobs[0].area > 0.8 * area && found.blobs[0].area < 1.1 * area;
+    outcome.lost += seen ? 0 : 1;
+    outcome.most_members = std::max(outcome.most_members, static_cast<double>(found.members) / area);
+    if (!adapting) continue;
+    outcome.shift = found.blobs.empty() ? relaxed(outcome.shift)
+                                        : adapted(outcome.shift, lit.sample(outcome.shift, image, found.blobs[0]), 1);
+  }
+  return outcome;
+}
+
+TEST(Light, ExposureMayJump) {
+  std::cout << "seed 77\n";
+  const auto light = [](int frame) {
+    const std::array<double, 6> exposures{1, 0.4, 2, 0.4, 1, 2};
+    const double gain = exposures[static_cast<size_t>(frame / 10) % 6];
+    return Light{gain, gain, gain};
+  };
+  for (const bool adapting : {false, true}) {
+    const Outcome outcome = track(light, 60, adapting);
+    EXPECT_EQ(outcome.lost, 0);
+    EXPECT_LT(outcome.most_members, 1.1);
+  }
+}
+
+TEST(Light, WhiteBalanceMayDriftBackAndForthWithinASecond) {
+  std::cout << "seed 77\n";
+  int lost_without = 0;
+  for (const double red : {-0.25, 0.25}) {
+    for (const double green : {-0.25, 0.25}) {
+      for (const double blue : {-0.25, 0.25}) {
+        const auto light = [&](int frame) {
+          const double t = std::clamp(frame < 90 ? frame / 30.0 : (120 - frame) / 30.0, 0.0, 1.0);
+          return Light{1 + red * t, 1 + green * t, 1 + blue * t};
+        };
+        const Outcome outcome = track(light, 150, true);
+        EXPECT_EQ(outcome.lost, 0) << red << " " << green << " " << blue;
+        EXPECT_LT(outcome.most_members, 1.15);
+        EXPECT_NEAR(outcome.shift.red, 1, 0.05) << "back where it began";
+        EXPECT_NEAR(outcome.shift.blue, 1, 0.05);
+        lost_without += track(light, 150, false).lost;
+      }
+    }
+  }
+  EXPECT_GT(lost_without, 50) << "a light that needs no adapting tests nothing";
+}
+
+TEST(Light, FindsTheGainsOfTheCamera) {
+  const Outcome outcome = track(
+      [](int frame) {
+        const double t = std::min(frame / 30.0, 1.0);
+        return Light{1 + 0.25 * t, 1, 1 - 0.25 * t};
+      },
+      120, true);
+  EXPECT_NEAR(outcome.shift.red, 1 / 1.25, 0.03);
+  EXPECT_NEAR(outcome.shift.blue, 1 / 0.75, 0.05);
+}
+
+TEST(Light, AdaptsByLittleAndWithinBounds) {
+  const IlluminationSample red{.pixels = 1000, .seen = {200, 100, 100}, .expected = {100, 100, 100}};
+  WhiteBalanceGains shift;
+  EXPECT_EQ(adapted(shift, red, 0), shift) << "not sure that it is the object";
+  EXPECT_EQ(adapted(shift, {.pixels = 5, .seen = {2, 1, 1}, .expected = {1, 1, 1}}, 1), shift) << "too few pixels";
+  EXPECT_EQ(adapted(shift, {.pixels = 500, .seen = {0, 1, 1}, .expected = {1, 1, 1}}, 1), shift) << "no red at all";
+  EXPECT_NEAR(adapted(shift, red, 1).red, 0.95, 1e-12);
+  EXPECT_GT(adapted(shift, red, 0.1).red, adapted(shift, red, 1).red);
+  EXPECT_EQ(adapted(shift, red, 1).blue, 1);
+  const IlluminationSample far{.pixels = 1000, .seen = {900, 100, 10}, .expected = {100, 100, 100}};
+  for (int i = 0; i < 1000; ++i) shift = adapted(shift, far, 1);
+  EXPECT_EQ(shift, (WhiteBalanceGains{kSmallestGain, kLargestGain}));
+  for (int i = 0; i < 1000; ++i) shift = relaxed(shift);
+  EXPECT_NEAR(shift.red, 1, 1e-3);
+  EXPECT_NEAR(shift.blue, 1, 1e-3);
+}
+
+TEST(Light, TheAnswerDependsOnTheShiftAlone) {
+  const ColourModel model = model_of({.references = {{220, 40, 110}}, .tolerance = 0.36});
+  AdaptedColourModel walked(model), fresh(model);
+  for (int i = 0; i <= 20; ++i) walked.members({1 + 0.013 * i, 1 - 0.011 * i});
+  const WhiteBalanceGains last{1.26, 0.78};
+  const ColourTable &a = walked.members(last), &b = fresh.members(last);
+  int members = 0;
+  for (int i = 0; i < 256 * 256 * 256; i += 7) {
+    const auto blue = static_cast<uint8_t>(i), green = static_cast<uint8_t>(i >> 8),
+               red = static_cast<uint8_t>(i >> 16);
+    ASSERT_EQ(a.contains(blue, green, red), b.contains(blue, green, red));
+    members += a.contains(blue, green, red) ? 1 : 0;
+  }
+  EXPECT_GT(members, 1000);
+}
+
+TEST(Light, AdaptingAllocatesNothing) {
+  AdaptedColourModel lit(model_of({.references = {{220, 40, 110}}, .tolerance = 0.36}));
+  Finder finder;
+  const cv::Mat image = scene({}, 0);
+  const Found found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members({}));
+  ASSERT_FALSE(found.blobs.empty());
+  const testing::AllocationCount before = testing::allocations();
+  for (int i = 0; i < 20; ++i) lit.sample({1 + 0.02 * i, 1}, image, found.blobs[0]);
+  EXPECT_EQ(testing::allocations().number, before.number);
+}
+
+}  // namespace
+}  // namespace multireach::vision

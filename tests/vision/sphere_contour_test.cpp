@@ -1,0 +1,210 @@
+// Fits contours to images of spheres that are rendered here, independently of the fitter, so the true centre and
+// radius are known.
+#include "vision/contour/sphere_contour.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "numeric/random.hpp"
+#include "tests/vision/mask_blobs.hpp"
+
+namespace multireach::vision {
+namespace {
+
+using Kind = SphereContour::Kind;
+
+CameraModel camera(bool distorted = false) {
+  CameraModel camera{.width = 320, .height = 240, .fx = 300, .fy = 301, .cx = 158, .cy = 121, .distortion = {}};
+  if (distorted) camera.distortion = {-0.3, 0.1, 0.001, -0.0008, 0, 0, 0, 0};
+  return camera;
+}
+
+struct Scene {
+  Eigen::Vector3d ball_rgb{210, 50, 60}, wall_rgb{100, 110, 120};
+  double noise = 0;
+  std::function<bool(double, double)> hides = [](double, double) { return false; };  // pixels
+  Eigen::Vector3d hiding_rgb{60, 120, 70};
+};
+
+/// The picture of a sphere of one colour without shading: a pixel's colour is the mean over 8 x 8 rays, each of which
+/// either hits the sphere or misses it.
+cv::Mat picture(const CameraModel& camera, const Eigen::Vector3d& p_CB, double radius, const Scene& scene) {
+  cv::Mat image(camera.height, camera.width, CV_8UC3);
+  const CounterRandom random(5);
+  uint64_t counter = 0;
+  constexpr int kGrid = 8;
+  const Eigen::Vector2d middle = camera.project(p_CB);
+  const double near = 1.6 * camera.fx * radius / (p_CB.z() - radius) + 3;
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      if ((Eigen::Vector2d(column, row) - middle).norm() > near) {
+        sum = kGrid * kGrid * (scene.hides(column, row) ? scene.hiding_rgb : scene.wall_rgb);
+      } else {
+        std::vector<Eigen::Vector2d> pixels;
+        for (int k = 0; k < kGrid * kGrid; ++k)
+          pixels.emplace_back(column + (k % kGrid + 0.5) / kGrid - 0.5, row + (k / kGrid + 0.5) / kGrid - 0.5);
+        const std::vector<Eigen::Vector2d> rays = camera.rays(pixels);
+        for (size_t k = 0; k < rays.size(); ++k) {
+          const Eigen::Vector3d e = rays[k].homogeneous().normalized();
+          const bool ball = (p_CB - e * e.dot(p_CB)).norm() < radius;
+          const bool hidden = scene.hides(pixels[k].x(), pixels[k].y());
+          sum += hidden ? scene.hiding_rgb : ball ? scene.ball_rgb : scene.wall_rgb;
+        }
+      }
+      for (int channel = 0; channel < 3; ++channel) {
+        // The sum of twelve uniform numbers, minus six, is about normal with unit variance.
+        double normal = -6;
+        for (int k = 0; k < 12 && scene.noise > 0; ++k) normal += random.uniform(counter++);
+        const double value = sum[2 - channel] / (kGrid * kGrid) + (scene.noise > 0 ? scene.noise * normal : 0);
+        image.at<cv::Vec3b>(row, column)[channel] = static_cast<uint8_t>(std::clamp(value + 0.5, 0.0, 255.0));
+      }
+    }
+  }
+  return image;
+}
+
+/// The blobs of pixels that have about the ball's colour.
+std::vector<Blob> red_blobs(const cv::Mat& image) {
+  cv::Mat mask(image.size(), CV_8UC1);
+  for (int row = 0; row < image.rows; ++row) {
+    for (int column = 0; column < image.cols; ++column) {
+      const auto& bgr = image.at<cv::Vec3b>(row, column);
+      mask.at<uint8_t>(row, column) = bgr[2] > 2 * bgr[1] - 10 ? 255 : 0;
+    }
+  }
+  return blobs_of(mask, 20);
+}
+
+SphereContour measured(const CameraModel& camera, const cv::Mat& image) {
+  const std::vector<Blob> blobs = red_blobs(image);
+  EXPECT_FALSE(blobs.empty());
+  return SphereContourFitter(camera).fit(image, blobs.at(0));
+}
+
+TEST(SphereContourFit, IsExactToHundredthsOfAPixelWherePicturesAreClean) {
+  // Away from the optical axis the contour is an ellipse, and its middle is not the image of the sphere's centre.
+  for (const bool distorted : {false, true}) {
+    const CameraModel c = camera(distorted);
+    for (const Eigen::Vector3d& p : {Eigen::Vector3d(0.003, -0.004, 0.5), {0.14, 0.09, 0.4}, {-0.1, 0.05, 0.3}}) {
+      constexpr double kRadius = 0.03;
+      const SphereContour disc = measured(c, picture(c, p, kRadius, {}));
+      ASSERT_EQ(disc.kind, Kind::kEdges);
+      EXPECT_NEAR(c.fx * (disc.ray() - p.hnormalized()).norm(), 0, 0.03) << p.transpose();
+      EXPECT_NEAR(c.fx * (disc.value.z() - kRadius / p.norm()), 0, 0.06) << p.transpose();
+      EXPECT_NEAR((disc.centre_px - c.project(p)).norm(), 0, 0.03);
+      EXPECT_GT(disc.visible_fraction, 0.97);
+      EXPECT_EQ(disc.occlusion, 0);
+      EXPECT_FALSE(disc.cut_off);
+    }
+  }
+}
+
+TEST(SphereContourFit, SmallDiscsBeforeBlackAreMeasuredByTheirEdges) {
+  // Only brightness distinguishes these balls from the background, and the image has no noise, so the fitter could
+  // wrongly trust the hue far more than the brightness.
+  const CameraModel c = camera();
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d p(0.05 + 0.0007 * k, -0.03 + 0.0004 * k, 1 + 0.03 * k);
+    const SphereContour disc = measured(c, picture(c, p, 0.02, {.wall_rgb = {2, 6, 1}}));
+    EXPECT_EQ(disc.kind, Kind::kEdges) << "at " << p.z() << " m";
+    EXPECT_LT((disc.centre_px - c.project(p)).norm(), 0.05) << "at " << p.z() << " m";
+  }
+}
+
+TEST(SphereContourFit, CovarianceIsThatOfTheErrors) {
+  const CameraModel c = camera();
+  const CounterRandom random(7);
+  double nees = 0;
+  constexpr int kPictures = 40;
+  for (int k = 0; k < kPictures; ++k) {
+    const auto at = static_cast<uint64_t>(3 * k);
+    const Eigen::Vector3d p(random.uniform(at, -0.1, 0.1), random.uniform(at + 1, -0.08, 0.08),
+                            random.uniform(at + 2, 0.4, 0.9));
+    const SphereContour disc = measured(c, picture(c, p, 0.025, {.noise = 10}));
+    ASSERT_EQ(disc.kind, Kind::kEdges);
+    const Eigen::Vector2d error = disc.ray() - p.hnormalized();
+    nees += error.dot(disc.ray_covariance().inverse() * error) / 2;
+  }
+  // The mean over 40 pictures, of two coordinates each, has a standard deviation of 0.16.
+  EXPECT_GT(nees / kPictures, 0.55);
+  EXPECT_LT(nees / kPictures, 1.5);
+}
+
+TEST(SphereContourFit, WhatIsHiddenIsRejectedAndDeclared) {
+  const CameraModel c = camera();
+  const Eigen::Vector3d p(0.02, 0.01, 0.45);
+  const double r = c.fx * 0.03 / p.z();
+  const Eigen::Vector2d centre = c.project(p);
+  // A straight occluding edge at `at` times the radius from the centre occludes the fraction `share` of a disc's area.
+  for (const auto& [at, share] : {std::pair(0.687, 0.1), {0.3, 0.312}}) {
+    Scene scene;
+    scene.noise = 3;
+    scene.hides = [&, from = at * r](double x, double y) {
+      return 0.6 * (x - centre.x()) + 0.8 * (y - centre.y()) > from;
+    };
+    const SphereContour disc = measured(c, picture(c, p, 0.03, scene));
+    ASSERT_EQ(disc.kind, Kind::kEdges) << share;
+    EXPECT_NEAR(disc.occlusion, share, 0.05);
+    EXPECT_LT(disc.visible_fraction, 0.85);
+    const Eigen::Vector2d error = disc.ray() - p.hnormalized();
+    EXPECT_LT(c.fx * error.norm(), 0.25) << share;
+    EXPECT_LT(error.dot(disc.ray_covariance().inverse() * error), 14) << "one in a thousand";
+  }
+}
+
+TEST(SphereContourFit, AtTheBorderItFitsWhatIsThere) {
+  const CameraModel c = camera();
+  const Eigen::Vector3d p(0.03 * 0.4 + 0.4 * (c.width - 1 - c.cx) / c.fx - 0.025, 0, 0.4);
+  const SphereContour disc = measured(c, picture(c, p, 0.03, {.noise = 2}));
+  EXPECT_TRUE(disc.cut_off);
+  const Eigen::Vector2d error = disc.ray() - p.hnormalized();
+  EXPECT_LT(error.dot(disc.ray_covariance().inverse() * error), 14);
+}
+
+TEST(SphereContourFit, WhatIsNoDiscIsMeasuredByItsMiddleAndSaysSo) {
+  const CameraModel c = camera();
+  cv::Mat image(c.height, c.width, CV_8UC3, cv::Scalar(120, 110, 100));
+  image(cv::Rect(100, 80, 70, 24)).setTo(cv::Scalar(60, 50, 210));
+  const SphereContour bar = measured(c, image);
+  EXPECT_EQ(bar.kind, Kind::kCentroid);
+  EXPECT_NEAR((bar.centre_px - Eigen::Vector2d(134.5, 91.5)).norm(), 0, 1e-6);
+  const double along = c.fx * std::sqrt(bar.covariance(0, 0)), across = c.fx * std::sqrt(bar.covariance(1, 1));
+  EXPECT_GT(along, 2) << "the middle of what is seen may be several pixels from that of the object";
+  EXPECT_LT(along, 10);
+  EXPECT_LT(across, along);
+}
+
+TEST(SphereContourFit, AnswersWhateverTheBlobIs) {
+  const CameraModel c = camera();
+  const cv::Mat red(c.height, c.width, CV_8UC3, cv::Scalar(60, 50, 210));
+  SphereContourFitter measurer(c);
+  const SphereContour all = measurer.fit(red, red_blobs(red).at(0));
+  EXPECT_EQ(all.kind, Kind::kCentroid);
+  EXPECT_TRUE(all.cut_off);
+  const Blob pixel{.runs = {{10, 20, 21}}, .box = {20, 10, 1, 1}, .area = 1, .centroid = {20, 10}};
+  const Blob corner{.runs = {{239, 319, 320}}, .box = {319, 239, 1, 1}, .area = 1, .centroid = {319, 239}};
+  const Blob line{.runs = {{0, 0, 320}}, .box = {0, 0, 320, 1}, .area = 320, .centroid = {159.5, 0}};
+  for (const Blob& blob : {pixel, corner, line}) {
+    const SphereContour disc = measurer.fit(red, blob);
+    EXPECT_EQ(disc.kind, Kind::kCentroid);
+    EXPECT_TRUE(disc.value.allFinite() && disc.covariance.allFinite());
+    EXPECT_GT(disc.covariance(0, 0), 0);
+  }
+}
+
+TEST(SphereContourFit, KeepsNothingFromOneDiscToTheNext) {
+  const CameraModel c = camera();
+  const cv::Mat first = picture(c, {0.02, 0.01, 0.45}, 0.03, {.noise = 3});
+  const cv::Mat second = picture(c, {-0.05, 0.02, 0.3}, 0.03, {.noise = 3});
+  SphereContourFitter warm(c);
+  warm.fit(second, red_blobs(second).at(0));
+  const SphereContour again = warm.fit(first, red_blobs(first).at(0)), fresh = measured(c, first);
+  EXPECT_EQ(again.value, fresh.value);
+  EXPECT_EQ(again.covariance, fresh.covariance);
+}
+
+}  // namespace
+}  // namespace multireach::vision

@@ -1,0 +1,137 @@
+#include "vision/stereo/stereo_match.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace multireach::vision {
+namespace {
+
+using Status = StereoMatch::Status;
+constexpr double kRadius = 0.02;
+
+StereoRig rig() {
+  StereoRig rig;
+  rig.left = {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 320, .cy = 240, .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation() = Eigen::Vector3d(-0.06, 0, 0);
+  rig.X_WL.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  rig.X_WL.translation() = Eigen::Vector3d(0.1, 0.2, 0.3);
+  return rig;
+}
+
+/// The contour that a perfect camera would measure of a sphere.
+SphereContour disc_of(const CameraModel& camera, const Eigen::Vector3d& p_C, double radius = kRadius,
+                      double sigma_px = 0.03) {
+  SphereContour disc;
+  disc.kind = SphereContour::Kind::kEdges;
+  disc.value << p_C.hnormalized(), radius / p_C.norm();
+  disc.covariance = std::pow(sigma_px / camera.fx, 2) * Eigen::Matrix3d::Identity();
+  disc.centre_px = camera.project(p_C);
+  disc.radius_px = disc.value.z() * camera.fx;
+  disc.area = M_PI * disc.radius_px * disc.radius_px;
+  disc.visible_fraction = 1;
+  return disc;
+}
+
+struct Pair {
+  SphereContour left, right;
+};
+Pair pair_of(const Eigen::Vector3d& p_L, double radius = kRadius) {
+  const StereoRig r = rig();
+  return {disc_of(r.left, p_L, radius), disc_of(r.right, r.X_RL * p_L, radius)};
+}
+
+StereoMatch match_candidates(const std::vector<SphereContour>& left, const std::vector<SphereContour>& right,
+                             const std::optional<Prediction>& prediction = std::nullopt,
+                             const MatchOptions& options = {.radius_m = kRadius}) {
+  return vision::match_candidates(rig(), left, right, prediction, options);
+}
+
+const Eigen::Vector3d kBall(0.03, -0.02, 0.5);
+
+TEST(StereoMatching, PlaceAndSizeAreExactWithoutNoise) {
+  const Pair ball = pair_of(kBall);
+  for (const double known : {kRadius, 0.0}) {
+    const StereoMatch match = match_candidates({ball.left}, {ball.right}, std::nullopt, {.radius_m = known});
+    ASSERT_EQ(match.status, Status::kSeen) << description(match.status);
+    EXPECT_LT((match.point.p_W - rig().X_WL * kBall).norm(), 1e-9);
+    EXPECT_NEAR(match.point.radius_m, kRadius, 1e-9);
+    EXPECT_NEAR(match.epipolar_px, 0, 1e-6);
+    EXPECT_EQ(match.left, 0);
+    EXPECT_EQ(match.right, 0);
+  }
+}
+
+TEST(StereoMatching, TakesThePairThatFitsAmongOthers) {
+  const Pair ball = pair_of(kBall), small = pair_of({-0.1, 0.05, 0.6}, 0.008),
+             other = pair_of({-0.05, 0.08, 0.7}, 0.05);
+  const StereoMatch match = match_candidates({other.left, small.left, ball.left}, {small.right, ball.right});
+  ASSERT_EQ(match.status, Status::kSeen);
+  EXPECT_EQ(match.left, 2);
+  EXPECT_EQ(match.right, 1);
+}
+
+TEST(StereoMatching, OfTwoAlikeTheExpectedOneIsTaken) {
+  const Eigen::Vector3d elsewhere(-0.1, 0.08, 0.5);
+  const Pair first = pair_of(kBall), second = pair_of(elsewhere);
+  for (const Eigen::Vector3d& p_L : {kBall, elsewhere}) {
+    const Prediction prediction{rig().X_WL * (p_L + Eigen::Vector3d(0.01, 0, 0.01)),
+                                1e-4 * Eigen::Matrix3d::Identity()};
+    const StereoMatch match = match_candidates({first.left, second.left}, {second.right, first.right}, prediction);
+    ASSERT_EQ(match.status, Status::kSeen);
+    EXPECT_LT((match.point.p_W - rig().X_WL * p_L).norm(), 1e-6);
+  }
+  const Prediction far{rig().X_WL * Eigen::Vector3d(0.3, 0.3, 0.5), 1e-4 * Eigen::Matrix3d::Identity()};
+  EXPECT_EQ(match_candidates({first.left}, {first.right}, far).status, Status::kNotWhereExpected);
+}
+
+TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
+  const Pair ball = pair_of(kBall);
+  EXPECT_EQ(match_candidates({}, {ball.right}).status, Status::kNotInLeft);
+  EXPECT_EQ(match_candidates({ball.left}, {}).status, Status::kNotInRight);
+  EXPECT_EQ(match_candidates({ball.left}, {pair_of(kBall, 0.04).right}).status, Status::kNotTheSame);
+  EXPECT_EQ(match_candidates({ball.left}, {ball.right}, std::nullopt, {.radius_m = 0.04}).status, Status::kWrongRadius);
+
+  Pair tilted = ball;  // as if a camera had been knocked out of place: 10 px
+  tilted.right.value.y() += 10 / 500.0;
+  const StereoMatch missed = match_candidates({tilted.left}, {tilted.right});
+  EXPECT_EQ(missed.status, Status::kEpipolarMismatch);
+  EXPECT_NEAR(missed.epipolar_px, 10, 0.2) << "the right ray passes below";
+  EXPECT_FALSE(missed.fits_swapped);
+
+  const StereoMatch swapped = match_candidates({ball.right}, {ball.left});
+  EXPECT_EQ(swapped.status, Status::kBehindCameras);
+  EXPECT_TRUE(swapped.fits_swapped);
+
+  Pair hidden = ball;
+  hidden.right.occlusion = 0.3;
+  const StereoMatch declared = match_candidates({hidden.left}, {hidden.right});
+  EXPECT_EQ(declared.status, Status::kOccludedTooMuch);
+  EXPECT_EQ(declared.occlusion, 0.3);
+  hidden.right.cut_off = true;
+  EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kCutOff);
+
+  std::vector<std::string> sentences;
+  for (int status = 0; status <= static_cast<int>(Status::kNotWhereExpected); ++status)
+    sentences.emplace_back(description(static_cast<Status>(status)));
+  std::ranges::sort(sentences);
+  EXPECT_EQ(std::ranges::adjacent_find(sentences), sentences.end()) << "no sentence twice";
+  EXPECT_FALSE(sentences.front().empty());
+}
+
+TEST(StereoMatching, AKnownRadiusHelpsWhereADirectionIsUnsure) {
+  Pair ball = pair_of(kBall);
+  ball.right.covariance(0, 0) *= 1e4;  // occluded on one side: the disparity is uncertain by 3 px
+  const StereoMatch with = match_candidates({ball.left}, {ball.right});
+  const StereoMatch without = match_candidates({ball.left}, {ball.right}, std::nullopt, {});
+  EXPECT_LT(with.point.covariance.trace(), 0.2 * without.point.covariance.trace());
+  // The radius of 20 px has an uncertainty of a tenth of a pixel, which gives 0.5 m * 0.1 / 20 in depth.
+  EXPECT_NEAR(std::sqrt(with.point.covariance.trace()), 0.5 * 0.1 / 20, 0.5e-3);
+}
+
+}  // namespace
+}  // namespace multireach::vision

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinematics/chain.hpp"
+#include "tools/calibrate/hand_eye.hpp"
+
+namespace multireach {
+
+/// Which data of a log to use.
+struct LogChoice {
+  std::string target;      ///< the target's name; "" if there is only one
+  double still_m = 0.002;  ///< the hand counts as standing still while it stays within this
+};
+
+/// The positions at which the hand stood still and the target was seen. Hand poses come from ROBOT_STATE by forward
+/// kinematics; target positions come from TARGET, transformed back by `X_WL`, the camera pose that the vision stage
+/// used. Each standstill gives one position: the mean of the measurements after its first 0.3 s, so offsets between the
+/// robot's and the cameras' clocks, and delays, do not matter. A standstill during which the target moves gives none:
+/// the hand does not hold the target, or something else was seen. Throws InputError when the log holds no such data,
+/// and std::runtime_error when the target moves in more than one standstill and in more than a quarter of them: a hand
+/// that follows the target would only reproduce the old camera pose.
+std::vector<HandEyePosition> positions_from_log(const std::string& path, const Chain& chain,
+                                                const Eigen::Isometry3d& X_WL, const LogChoice& choice);
+
+/// Reads such positions from a table with the columns seen_x_m, seen_y_m, seen_z_m (in the left camera's frame),
+/// hand_x_m, hand_y_m, hand_z_m (in the robot's base), and optionally hand_qw, hand_qx, hand_qy, hand_qz (the hand's
+/// orientation) and sigma_m (standard deviation of the seen position per coordinate; default: `sigma_m`). Throws
+/// InputError that names file and line.
+std::vector<HandEyePosition> places_from_csv(const std::string& path, double sigma_m);
+
+}  // namespace multireach

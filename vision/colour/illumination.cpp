@@ -1,0 +1,86 @@
+#include "vision/colour/illumination.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace multireach::vision {
+namespace {
+
+constexpr int64_t kFewestPixels = 30;
+constexpr int kDark = 16;       // grey levels: below, the camera's offset outweighs the effect of the light
+constexpr double kRate = 0.15;  // share of the error per frame: lags 7 % when white balance drifts by 50 % in a second
+constexpr double kLargestStep = 0.05;  // relative, per frame: limits the effect of a wrong blob
+constexpr double kRelaxation = 0.01;   // share of the error per frame: halves it in two seconds at 30 Hz
+constexpr double kQuantum = 1.0 / 64;
+
+double towards(double gain, double wanted, double rate) {
+  const double step = std::clamp(rate * (wanted - gain), -kLargestStep * gain, kLargestStep * gain);
+  return std::clamp(gain + step, kSmallestGain, kLargestGain);
+}
+
+WhiteBalanceGains rounded(const WhiteBalanceGains& gains) {
+  const auto whole = [](double gain) { return std::nearbyint(gain / kQuantum) * kQuantum; };
+  return {whole(gains.red), whole(gains.blue)};
+}
+
+Rgb& operator+=(Rgb& sum, const Rgb& colour) {
+  sum = {sum.r + colour.r, sum.g + colour.g, sum.b + colour.b};
+  return sum;
+}
+
+}  // namespace
+
+WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSample& sample, double quality) {
+  const Rgb &seen = sample.seen, &expected = sample.expected;
+  const bool usable = sample.pixels >= kFewestPixels && seen.r > 0 && seen.g > 0 && seen.b > 0 && expected.r > 0 &&
+                      expected.g > 0 && expected.b > 0;
+  if (!usable || !(quality > 0)) return gains;
+  const double rate = kRate * std::min(quality, 1.0);
+  return {towards(gains.red, expected.r * seen.g / (expected.g * seen.r), rate),
+          towards(gains.blue, expected.b * seen.g / (expected.g * seen.b), rate)};
+}
+
+WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
+  return {towards(gains.red, 1, kRelaxation), towards(gains.blue, 1, kRelaxation)};
+}
+
+AdaptedColourModel::AdaptedColourModel(const ColourModel& model) : model_(model), test_(model, {}), members_(model) {}
+
+void AdaptedColourModel::prepare(const WhiteBalanceGains& gains) {
+  const WhiteBalanceGains wanted = rounded(gains);
+  if (wanted == gains_) return;
+  gains_ = wanted;
+  test_.set_gains(wanted);
+  members_ = ColourTable(test_);
+}
+
+const ColourTable& AdaptedColourModel::members(const WhiteBalanceGains& gains) {
+  prepare(gains);
+  return members_;
+}
+
+IlluminationSample AdaptedColourModel::sample(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob) {
+  prepare(gains);
+  IlluminationSample sample;
+  // Skip the border, where object and background mix: over a pixel or two, with JPEG over a few more.
+  const auto margin = [](int size) { return 2 + size / 8; };
+  const int first_row = blob.box.y + margin(blob.box.height), last_row = blob.box.br().y - margin(blob.box.height);
+  constexpr double kEnough = 2000;
+  const int every = 1 + static_cast<int>(blob.area / kEnough);
+  for (const Run& run : blob.runs) {
+    if (run.row < first_row || run.row >= last_row || (run.row - first_row) % every != 0) continue;
+    const int inset = margin(run.end - run.begin);
+    for (int column = run.begin + inset; column < run.end - inset; ++column) {
+      const auto& pixel = bgr.at<cv::Vec3b>(run.row, column);
+      const int brightest = std::max({pixel[0], pixel[1], pixel[2]});
+      if (brightest < kDark || brightest >= kClipped) continue;
+      const Rgb seen{static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
+      ++sample.pixels;
+      sample.seen += seen;
+      sample.expected += test_.expected(seen);
+    }
+  }
+  return sample;
+}
+
+}  // namespace multireach::vision

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+#include "vision/colour/blob.hpp"
+#include "vision/colour/chroma_classifier.hpp"
+#include "vision/colour/colour_table.hpp"
+
+namespace multireach::vision {
+
+/// Colour of the pixels well inside a blob: their sum, and the sum that the model predicts for them in the light in
+/// which it was learned, at the same brightness.
+struct IlluminationSample {
+  int64_t pixels = 0;
+  Rgb seen, expected;
+};
+
+/// The gains after a frame in which the object was seen. They move towards the sample's by a step that grows with
+/// `quality` (0 to 1: confidence that the blob is the object and nothing else), a few per cent at most, within the
+/// bounds of WhiteBalanceGains. With few pixels they do not change.
+WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSample& sample, double quality);
+/// The gains after a frame in which the object was not seen: they return slowly to 1, because wrong gains may be the
+/// cause.
+WhiteBalanceGains relaxed(const WhiteBalanceGains& gains);
+
+/// A colour model adapted to the current white-balance gains. Results depend on the model and the gains only. Caches
+/// the lookup table of the last gains; gains are rounded, so that small changes do not recompute it.
+class AdaptedColourModel {
+ public:
+  /// Throws std::invalid_argument for a model that check() rejects.
+  explicit AdaptedColourModel(const ColourModel& model);
+
+  const ColourModel& model() const { return model_; }
+  /// The lookup table for these gains. Valid until the next call.
+  const ColourTable& members(const WhiteBalanceGains& gains);
+  /// Samples the pixels of a blob that was found in an 8-bit BGR image with these gains.
+  IlluminationSample sample(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob);
+
+ private:
+  void prepare(const WhiteBalanceGains& gains);
+
+  ColourModel model_;
+  WhiteBalanceGains gains_;
+  ChromaClassifier test_;
+  ColourTable members_;
+};
+
+}  // namespace multireach::vision

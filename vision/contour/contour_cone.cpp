@@ -1,0 +1,185 @@
+#include "vision/contour/contour_cone.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "numeric/random.hpp"
+#include "numeric/trigonometry.hpp"
+
+namespace multireach::vision {
+namespace {
+
+/// A point's unit direction e and its derivative (per pixel) along the direction of measurement. For a point measured
+/// along the contour's normal: the derivatives along rows and along columns.
+struct Direction {
+  Eigen::Vector3d e, step, other_step;
+  bool normal;
+
+  Direction() = default;
+  Direction(const ContourPoint& point, const Eigen::Matrix2d& d_ray_d_pixel)
+      : normal(point.along == ContourPoint::Along::kNormal) {
+    const double x = point.ray.x(), y = point.ray.y(), inverse = 1 / std::sqrt(x * x + y * y + 1);
+    e = Eigen::Vector3d(x, y, 1) * inverse;
+    const auto tangent = [&](int axis) -> Eigen::Vector3d {
+      const Eigen::Vector3d d(d_ray_d_pixel(0, axis), d_ray_d_pixel(1, axis), 0);
+      return (d - e * e.dot(d)) * inverse;
+    };
+    step = tangent(point.along == ContourPoint::Along::kColumn ? 1 : 0);
+    other_step = normal ? tangent(1) : Eigen::Vector3d::Zero();
+  }
+
+  /// Derivative of e . n, per pixel, along the direction of measurement.
+  double slope(const Eigen::Vector3d& n) const {
+    double slope = step.dot(n);
+    if (normal) {
+      const double other = other_step.dot(n);
+      slope = std::sqrt(slope * slope + other * other);
+    }
+    // Bounded away from 0: the distance is unbounded where the contour is parallel to the direction of measurement.
+    constexpr double kSmallest = 1e-9;
+    return std::abs(slope) > kSmallest ? slope : std::copysign(kSmallest, slope);
+  }
+  double distance_px(const Eigen::Vector3d& n) const { return (1 - e.dot(n)) / slope(n); }
+};
+
+constexpr double kMissed = 1e-3;     // RANSAC stops below this probability that no trial had three inliers
+constexpr double kConverged = 1e-3;  // pixels: least squares stops at a smaller step
+
+bool is_cone(const Eigen::Vector3d& n) {
+  constexpr double kWidest = 2;  // 1 / cos 60 degrees
+  const double q = n.squaredNorm();
+  return n.allFinite() && n.z() > 0 && q > 1 + 1e-10 && q < kWidest * kWidest;
+}
+
+}  // namespace
+
+double ContourCone::sine() const {
+  return std::sqrt(std::max(0.0, 1 - 1 / n.squaredNorm()));
+}
+
+Eigen::Matrix3d ContourCone::jacobian() const {
+  const double q = n.squaredNorm();
+  Eigen::Matrix3d J;
+  J << 1 / n.z(), 0, -n.x() / (n.z() * n.z()), 0, 1 / n.z(), -n.y() / (n.z() * n.z()), 0, 0, 0;
+  J.row(2) = n.transpose() / (sine() * q * q);
+  return J;
+}
+
+std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraModel& camera, double scale) {
+  const Eigen::Vector3d c = cone.n.normalized();
+  const double sine = cone.sine() * scale, cosine = std::sqrt(1 - sine * sine);
+  const Eigen::Vector3d u = Eigen::Vector3d::UnitX().cross(c).normalized(), v = c.cross(u);
+  double turn_sine, turn_cosine;
+  sine_and_cosine_of(2 * std::numbers::pi / kContourCorners, turn_sine, turn_cosine);
+  ContourPolygon polygon;
+  double s = 0, co = 1;
+  for (Eigen::Vector2d& corner : polygon) {
+    const Eigen::Vector3d e = cosine * c + sine * (co * u + s * v);
+    if (e.z() < 0.05) return std::nullopt;
+    corner = image_of(camera, e.hnormalized()).pixel;
+    const double next = co * turn_cosine - s * turn_sine;
+    s = s * turn_cosine + co * turn_sine;
+    co = next;
+  }
+  return polygon;
+}
+
+std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
+                                const RobustFit& options, const ContourCone* start) {
+  const int count = static_cast<int>(std::min<size_t>(points.size(), kMaxContourPoints));
+  if (count < 5) return std::nullopt;
+  std::array<Direction, kMaxContourPoints> directions;
+  for (int i = 0; i < count; ++i) directions[i] = Direction(points[i], d_ray_d_pixel);
+
+  Eigen::Vector3d n = start ? start->n : Eigen::Vector3d::Zero();
+  bool found = start && options.trials == 0;
+  // A subset of the points scores each candidate cone, to save time.
+  const int stride = 1 + (count - 1) / 64, voters = (count + stride - 1) / stride;
+  double best = voters * (1 - options.smallest_share);
+  // Probability that no trial so far had three inliers, given the inlier share of the best cone.
+  double missed = 1;
+  const CounterRandom random(20081);
+  for (int trial = 0; trial < options.trials && missed > kMissed; ++trial) {
+    const double good = found ? 1 - best / voters : 0;
+    missed *= 1 - good * good * good;
+    Eigen::Matrix3d E;
+    const auto modulus = static_cast<uint64_t>(count);
+    for (int k = 0; k < 3; ++k)
+      E.row(k) = directions[random.bits(static_cast<uint64_t>(3 * trial + k)) % modulus].e.transpose();
+    const double det = E.determinant();
+    if (!(std::abs(det) > 1e-12)) continue;
+    const Eigen::Vector3d tried = E.inverse() * Eigen::Vector3d::Ones();
+    if (!is_cone(tried)) continue;
+    double cost = 0;
+    for (int i = 0; i < count && cost < best; i += stride) {
+      const double z = directions[i].distance_px(tried) / options.gate_px;
+      cost += std::min(z * z, 1.0);
+    }
+    if (cost >= best) continue;
+    best = cost;
+    n = tried;
+    found = true;
+  }
+  if (!found) return std::nullopt;
+
+  ConeFit fit;
+  std::array<double, kMaxContourPoints> sizes, slopes;
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    // The robust scale comes from the points near the cone only: the others are outliers.
+    int near = 0;
+    for (int i = 0; i < count; ++i) {
+      slopes[i] = directions[i].slope(n);
+      points[i].residual_px = (1 - directions[i].e.dot(n)) / slopes[i];
+      if (std::abs(points[i].residual_px) < options.largest_px)
+        sizes[near++] = std::abs(points[i].residual_px) / points[i].sigma_px;
+    }
+    if (near < 5) return std::nullopt;
+    std::nth_element(sizes.begin(), sizes.begin() + near / 2, sizes.begin() + near);
+    fit.scale = sizes[near / 2] / 0.6745;
+    const double reach = options.tuning * std::max(1.0, fit.scale);
+
+    Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), G = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d b = Eigen::Vector3d::Zero();
+    double psi2 = 0, slope_of_psi = 0;
+    fit.points = 0;
+    for (int i = 0; i < count; ++i) {
+      ContourPoint& point = points[i];
+      const double z = point.residual_px / point.sigma_px, t = z / reach;
+      point.weight =
+          std::abs(t) < 1 && std::abs(point.residual_px) < options.largest_px ? (1 - t * t) * (1 - t * t) : 0;
+      point.pull.setZero();
+      if (point.weight == 0) continue;
+      const double slope = slopes[i];
+      const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
+      point.pull = -w * slope * directions[i].e;
+      const Eigen::Matrix3d square = directions[i].e * directions[i].e.transpose();
+      A += w * square;
+      G += point.weight / (slope * slope) * square;
+      b += w * directions[i].e;
+      psi2 += point.weight * point.weight * z * z;
+      slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
+      fit.points += point.weight;
+    }
+    const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
+    if (ldlt.info() != Eigen::Success || fit.points < 5) return std::nullopt;
+    const Eigen::Vector3d before = n;
+    n = ldlt.solve(b);
+    if (!is_cone(n)) return std::nullopt;
+    // A slope converts the step to pixels; the slopes of one contour are nearly equal, so the first one serves.
+    if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
+    fit.covariance = A.inverse();
+    fit.geometry = (G / fit.points).inverse();
+    // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), relative to the sum of
+    // the weights.
+    fit.spread = psi2 * fit.points / std::max(1.0, slope_of_psi * slope_of_psi);
+    break;
+  }
+  fit.cone.n = n;
+  return fit;
+}
+
+}  // namespace multireach::vision

@@ -1,0 +1,452 @@
+#include "vision/contour/sphere_contour.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+namespace multireach::vision {
+namespace {
+
+using Along = ContourPoint::Along;
+
+constexpr int kMaxEdgels = 240;         // edgels per contour; a larger one is measured at every second, third ... line
+constexpr int kEdgelsBefore = 64;       // edgels in the passes before the last one
+constexpr int kMostBorder = 16;         // rows, and columns, of the blob whose ends the first fit uses
+constexpr double kWorstShape = 0.03;    // largest residual of an edge fit, relative to the radius ...
+constexpr double kSmallResidual = 0.5;  // ... but a residual below this is always accepted, pixels
+constexpr double kLumaEdge = 0.15;      // smallest brightness share of a colour difference for measuring luma blur
+// Errors of the image model (blur, shading, lens) that the edges do not reveal, pixels.
+constexpr double kModelCentre = 0.006, kModelRadius = 0.04, kModelEdge = 0.01;
+constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
+constexpr double kNoBlur = 0.05;     // px^2: blur that sharp edges of a shaded ball appear to have
+
+/// The smallest and the largest column at which a closed polygon crosses a row; from > to when it does not.
+void cross_rows(const ContourPolygon& polygon, int row, double& from, double& to) {
+  from = 1e9;
+  to = -1e9;
+  for (size_t k = 0; k < polygon.size(); ++k) {
+    const Eigen::Vector2d &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+    if ((a.y() <= row) == (b.y() <= row)) continue;
+    const double x = a.x() + (row - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    from = std::min(from, x);
+    to = std::max(to, x);
+  }
+}
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Median {
+  double value = 0;
+  double sigma = 0;  ///< its standard deviation, from the scatter of the values
+};
+
+/// Median of values from neighbouring edges. Errors are taken as common to about three neighbours (kTogether).
+Median median_with_sigma(std::vector<double>& values) {
+  if (values.empty()) return {};
+  const double median = median_of(values);
+  for (double& value : values) value = std::abs(value - median);
+  constexpr double kNormal = 1.4826, kOfMedian = 1.2533, kTogether = 3;
+  const double scatter = kNormal * median_of(values);
+  return {median, kOfMedian * scatter * std::sqrt(kTogether / static_cast<double>(values.size()))};
+}
+
+}  // namespace
+
+void SphereContourFitter::find_extents(const Blob& blob) {
+  box_ = blob.box;
+  rows_.assign(static_cast<size_t>(box_.height), {box_.br().x, box_.x});
+  columns_.assign(static_cast<size_t>(box_.width), {box_.br().y, box_.y});
+  const int stride = 1 + (box_.width - 1) / kMostBorder;
+  const auto take = [](Extent& extent, int begin, int end) {
+    extent.begin = std::min(extent.begin, begin);
+    extent.end = std::max(extent.end, end);
+  };
+  for (const Run& run : blob.runs) {
+    take(rows_[static_cast<size_t>(run.row - box_.y)], run.begin, run.end);
+    const int first = (run.begin - box_.x + stride - 1) / stride * stride;
+    for (int x = first; x < run.end - box_.x; x += stride) take(columns_[static_cast<size_t>(x)], run.row, run.row + 1);
+  }
+}
+
+ContourPoint SphereContourFitter::contour_point(double x, double y, Along along, double sigma_px) const {
+  const Eigen::Vector2d pixel(x, y);
+  return {.ray = ray_of(camera_, pixel, middle_ray_ + d_ray_d_pixel_ * (pixel - middle_px_)),
+          .along = along,
+          .sigma_px = sigma_px};
+}
+
+void SphereContourFitter::find_border_points() {
+  points_.clear();
+  constexpr double kSigma = 0.5;  // px, standard deviation of a mask's border
+  const auto add = [this](double x, double y) { points_.push_back(contour_point(x, y, Along::kNormal, kSigma)); };
+  const int row_stride = 1 + (box_.height - 1) / kMostBorder, column_stride = 1 + (box_.width - 1) / kMostBorder;
+  for (int k = 0; k < box_.height; k += row_stride) {
+    const Extent& row = rows_[static_cast<size_t>(k)];
+    if (row.end <= row.begin) continue;
+    if (row.begin > 0) add(row.begin - 0.5, box_.y + k);
+    if (row.end < camera_.width) add(row.end - 0.5, box_.y + k);
+  }
+  for (int k = 0; k < box_.width; k += column_stride) {
+    const Extent& column = columns_[static_cast<size_t>(k)];
+    if (column.end <= column.begin) continue;
+    if (column.begin > 0) add(box_.x + k, column.begin - 0.5);
+    if (column.end < camera_.height) add(box_.x + k, column.end - 0.5);
+  }
+}
+
+void SphereContourFitter::place_edgels(const ContourPolygon& polygon, double radius_px, int most) {
+  edgels_.clear();
+  const int stride = 1 + static_cast<int>(4 * std::numbers::sqrt2 * radius_px / most);
+  double area = 0;
+  for (size_t k = 0; k < polygon.size(); ++k) {
+    const Eigen::Vector2d &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+    area += a.x() * b.y() - a.y() * b.x();
+  }
+  const int turn = area > 0 ? 1 : -1;
+  for (size_t k = 0; k < polygon.size(); ++k) {
+    const Eigen::Vector2d a = polygon[k], d = polygon[(k + 1) % polygon.size()] - a;
+    // Along rows where the contour is steep, along columns where it is flat.
+    const bool along_row = std::abs(d.y()) >= std::abs(d.x());
+    const double from = along_row ? a.y() : a.x(), way = along_row ? d.y() : d.x();
+    const double start = along_row ? a.x() : a.y(), slope = (along_row ? d.x() : d.y()) / way;
+    const int step = way > 0 ? stride : -stride;
+    // The lines in (from, from + way], in order along the contour.
+    int line = static_cast<int>(way > 0 ? std::floor(from) + 1 : std::ceil(from) - 1);
+    while (line % stride != 0) line += way > 0 ? 1 : -1;
+    for (; way > 0 ? line <= from + way : line >= from + way; line += step) {
+      ContourEdgel edgel;
+      edgel.edge = {.along_row = along_row,
+                    .line = line,
+                    .at = start + (line - from) * slope,
+                    .outward = (way > 0 ? 1 : -1) * (along_row ? turn : -turn),
+                    .cosine = 1 / std::sqrt(1 + slope * slope)};
+      edgel.edge.normal = turn * Eigen::Vector2d(d.y(), -d.x()) / d.norm();
+      edgel.part = k;
+      edgel.length = stride / edgel.edge.cosine;
+      edgel.profile = edgels_.size();
+      if (edgel.profile < profiles_.size()) edgels_.push_back(edgel);
+    }
+  }
+}
+
+void SphereContourFitter::learn_blur() {
+  samples_.clear();
+  wider_samples_.clear();
+  for (const ContourEdgel& edgel : edgels_) {
+    if (edgel.point < 0 || points_[static_cast<size_t>(edgel.point)].weight == 0) continue;
+    const EdgeBlur blur = blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel());
+    samples_.push_back(blur.colour2);
+    if (blur.luma_share > kLumaEdge) wider_samples_.push_back(blur.colour2 - blur.luma2);
+  }
+  const Median colour = median_with_sigma(samples_), wider = median_with_sigma(wider_samples_);
+  constexpr double kLowResolution = 0.15;  // px^2, about a third of the blur that halved chroma resolution adds
+  constexpr double kSure = 2;              // standard deviations that make the blur difference significant
+  const bool told = 4 * wider_samples_.size() > samples_.size();
+  hues_blurred_ = told && wider.value > std::max(kLowResolution, kSure * wider.sigma);
+  colour_blur2_ = colour.value;
+  luma_blur2_ = colour.value - wider.value;
+  if (hues_blurred_) return;
+  // Fuse with a prior, the blur of usual lenses in focus: small contours and textured backgrounds measure blur poorly.
+  constexpr double kUsual = 0.1, kUsualSigma = 0.1;  // px^2, mean and standard deviation of the prior
+  const double usual2 = kUsualSigma * kUsualSigma, sigma2 = colour.sigma * colour.sigma;
+  colour_blur2_ = luma_blur2_ = (usual2 * colour.value + sigma2 * kUsual) / (usual2 + sigma2);
+}
+
+void SphereContourFitter::learn_parts() {
+  std::array<double, kContourCorners> fitting{}, all{};
+  for (const ContourEdgel& edgel : edgels_) {
+    all[edgel.part] += 1;
+    if (edgel.point >= 0) fitting[edgel.part] += points_[static_cast<size_t>(edgel.point)].weight;
+  }
+  for (size_t part = 0; part < fits_.size(); ++part) fits_[part] = fitting[part] > 0.5 * all[part];
+}
+
+void SphereContourFitter::learn_sides(EdgeModel& model) {
+  // Usual slope of the background's colour. The median, because the background of some edgels contains other edges.
+  samples_.clear();
+  NoiseGauge gauge;
+  for (ContourEdgel& edgel : edgels_) {
+    if (!edgel.readable) continue;
+    gauge.add(profiles_[edgel.profile]);
+    model.half = edgel.half;
+    samples_.push_back(outside_slope(profiles_[edgel.profile], model).squaredNorm() / 3);
+  }
+  if (samples_.empty()) return;
+  model.noise = gauge.sigma();
+  constexpr double kMedian = 0.79;  // about the median of chi^2 / 3 with three degrees of freedom
+  model.outside_slope2 = std::max(0.0, median_of(samples_) / kMedian - model.noise * model.noise / 2);
+}
+
+void SphereContourFitter::learn_shading(const EdgeModel& model) {
+  shading_.clear();
+  constexpr size_t kEnough = 64;  // edgels to sample, at most about
+  const size_t stride = 1 + (edgels_.size() - 1) / kEnough;
+  for (size_t i = 0; i < edgels_.size(); i += stride) {
+    const ContourEdgel& edgel = edgels_[i];
+    // Next to an occluder, the pixels inside the contour are not the ball's.
+    if (!edgel.readable || !fits_[edgel.part]) continue;
+    for (int k = EdgeProfile::kReach; k > edgel.half; k -= 2)
+      shading_.add(surface_normal(profiles_[edgel.profile], edgel.edge, model.radius_px, -k),
+                   profiles_[edgel.profile].at(-k));
+  }
+  shading_.solve();
+}
+
+void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, EdgeModel& model) {
+  for (ContourEdgel& edgel : edgels_) edgel.readable = read_profile(bgr, edgel.edge, profiles_[edgel.profile]);
+  if (refined) {
+    // Use the narrowest window that holds the blurred edge.
+    constexpr double kSharp = 0.36, kSoft = 1.4;
+    const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
+    model.chroma_error = hues_blurred_ ? 0.2 : 0;
+    // With subsampled chroma, luma and chroma have different blurs: no single edge shape fits.
+    model.blur2 = hues_blurred_ || colour_blur2_ > kSoft ? -1 : std::max(0.0, colour_blur2_);
+    model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
+    for (ContourEdgel& edgel : edgels_) {
+      if (!edgel.readable) continue;
+      const bool by_luma =
+          hues_blurred_ && blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel()).luma_share > kLumaEdge;
+      edgel.half = half(by_luma ? luma_blur2_ : colour_blur2_);
+    }
+    learn_sides(model);
+    learn_shading(model);
+  } else {
+    shading_.clear();
+  }
+  points_.clear();
+  for (ContourEdgel& edgel : edgels_) {
+    edgel.point = -1;
+    if (!edgel.readable || points_.size() == kMaxContourPoints) continue;
+    model.half = edgel.half;
+    Edge edge;
+    bool found = measure_edge(profiles_[edgel.profile], edgel.edge, model, shading_, edge);
+    // Centre the window on the edge.
+    for (int again = 0; again < 2 && found && std::abs(edge.at - edgel.edge.at) > 0.75; ++again) {
+      edgel.edge.at = edge.at;
+      found = read_profile(bgr, edgel.edge, profiles_[edgel.profile]) &&
+              measure_edge(profiles_[edgel.profile], edgel.edge, model, shading_, edge);
+    }
+    if (!found) continue;
+    // Correct for the contour's curvature: the mean of the circle's second-order term over the line's width of 1 px.
+    const double cosine = edgel.edge.cosine;
+    edge.at += edgel.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
+    edgel.point = static_cast<int>(points_.size());
+    edgel.found = edge;
+    const double of_fit2 =
+        model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.variance(edge.shading_terms);
+    const double line = edgel.edge.line,
+                 sigma = std::sqrt(edge.sigma_px * edge.sigma_px + edge.shading_px * edge.shading_px + of_fit2 +
+                                   kModelEdge * kModelEdge);
+    points_.push_back(edgel.edge.along_row ? contour_point(edge.at, line, Along::kRow, sigma)
+                                           : contour_point(line, edge.at, Along::kColumn, sigma));
+  }
+}
+
+bool SphereContourFitter::fit_edges(const cv::Mat& bgr, SphereContour& result) {
+  find_border_points();
+  const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
+  auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
+  if (!fit) return false;
+  const double focal = std::sqrt(camera_.fx * camera_.fy);
+  EdgeModel model;
+  constexpr int kPasses = 3;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const auto polygon = polygon_of(fit->cone, camera_);
+    const double radius_px = fit->cone.sine() * focal;
+    if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return false;
+    place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels);
+    model.radius_px = radius_px;
+    measure_edgels(bgr, pass > 0, model);
+    RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
+    fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
+    if (!fit) return false;
+    if (pass < kPasses - 1) learn_blur();
+    learn_parts();
+  }
+  describe(bgr, *fit, model.noise, result);
+  return result.visible_fraction >= least_seen_ &&
+         result.residual_px < std::max(kSmallResidual, kWorstShape * result.radius_px);
+}
+
+double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) const {
+  double lowest = 1e9, highest = -1e9;
+  for (const Eigen::Vector2d& corner : polygon) {
+    lowest = std::min(lowest, corner.y());
+    highest = std::max(highest, corner.y());
+  }
+  double all = 0, there = 0;
+  for (int row = static_cast<int>(std::ceil(lowest)); row <= highest; ++row) {
+    double from, to;
+    cross_rows(polygon, row, from, to);
+    if (!(to > from)) continue;
+    all += to - from;
+    if (row < box_.y || row >= box_.br().y) continue;
+    const Extent& extent = rows_[static_cast<size_t>(row - box_.y)];
+    there += std::max(0.0, std::min(to, extent.end - 0.5) - std::max(from, extent.begin - 0.5));
+  }
+  return all > 0 ? 1 - there / all : 1;
+}
+
+double SphereContourFitter::neighbours_agree() const {
+  // Neighbours on the contour share errors (texture, JPEG blocks), so there are fewer independent points than points.
+  // The sum of the residuals' autocorrelation is the ratio of the two.
+  constexpr size_t kLags = 12;
+  const size_t count = edgels_.size();
+  std::array<double, kMaxContourPoints + kLags> weights, values;  // periodic: the first kLags again at the end
+  for (size_t i = 0; i < count + kLags; ++i) {
+    const ContourEdgel& edgel = edgels_[i % count];
+    weights[i] = values[i] = 0;
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = points_[static_cast<size_t>(edgel.point)];
+    weights[i] = point.weight;
+    values[i] = point.weight * point.residual_px / point.sigma_px * edgel.edge.outward;
+  }
+  std::array<double, kLags + 1> covariance{};
+  for (size_t lag = 0; lag <= kLags; ++lag) {
+    double product = 0, pairs = 0;
+    for (size_t i = 0; i < count; ++i) {
+      product += values[i] * values[i + lag];
+      pairs += weights[i] * weights[i + lag];
+    }
+    if (pairs > 0) covariance[lag] = product / pairs;
+  }
+  if (covariance[0] == 0) return 1;
+  double factor = 1, squares = 0;
+  for (size_t lag = 1; lag <= kLags; ++lag) {
+    const double taper = 1 - static_cast<double>(lag) / (kLags + 1);
+    factor += 2 * taper * covariance[lag] / covariance[0];
+    squares += taper * taper;
+  }
+  // For independent points the sum scatters with this standard deviation, and max(0, sum) has a mean of 0.4 of it:
+  // divide by that bias.
+  const double by_chance = 2 * std::sqrt(squares / static_cast<double>(count));
+  return std::max(1.0, factor) / (1 + 0.4 * by_chance);
+}
+
+Eigen::Matrix3d SphereContourFitter::shading_covariance(const ConeFit& fit, double noise) const {
+  // Derivative of n with respect to the shading's coefficients in each channel.
+  std::array<Eigen::Matrix<double, 3, Shading::kTerms>, 3> changes;
+  for (auto& change : changes) change.setZero();
+  for (const ContourEdgel& edgel : edgels_) {
+    if (edgel.point < 0) continue;
+    const Eigen::Vector3d& pull = points_[static_cast<size_t>(edgel.point)].pull;
+    for (int channel = 0; channel < 3; ++channel) {
+      changes[static_cast<size_t>(channel)].noalias() +=
+          edgel.found.shading_gain[channel] * pull * edgel.found.shading_terms.transpose();
+    }
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& change : changes) sum += change * shading_.covariance() * change.transpose();
+  return noise * noise * fit.covariance * sum * fit.covariance.transpose();
+}
+
+void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result) {
+  const double focal = std::sqrt(camera_.fx * camera_.fy);
+  const ContourCone& cone = fit.cone;
+  result.value << cone.ray(), cone.sine();
+  const LensPoint centre = image_of(camera_, cone.ray());
+  result.centre_px = centre.pixel;
+  result.radius_px = cone.sine() * focal;
+
+  double seen = 0, all = 0, squares = 0, weights = 0, shading = 0;
+  for (const ContourEdgel& edgel : edgels_) {
+    all += edgel.length;
+    const Edgel& edge = edgel.edge;
+    const double x = edge.along_row ? edge.at : edge.line, y = edge.along_row ? edge.line : edge.at;
+    if (x < -0.5 || y < -0.5 || x > bgr.cols - 0.5 || y > bgr.rows - 0.5) result.cut_off = true;
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = points_[static_cast<size_t>(edgel.point)];
+    if (point.weight == 0) continue;
+    seen += edgel.length;
+    squares += point.weight * point.residual_px * point.residual_px;
+    weights += point.weight;
+    shading += point.weight * edgel.found.shading_px * edgel.found.shading_px;
+  }
+  if (!(all > 0 && weights > 0)) return;
+  result.visible_fraction = seen / all;
+  result.residual_px = std::sqrt(squares / weights);
+
+  // A complete contour means no occlusion, even where the blob has holes. The blob's border is not exact, so occlusion
+  // is measured on a contour scaled down.
+  constexpr double kWhole = 0.9;
+  if (result.visible_fraction < kWhole) {
+    const double scale = 1 - std::clamp(2 / result.radius_px, 0.1, 0.4);
+    if (const auto inner = polygon_of(cone, camera_, scale)) result.occlusion = occluded_fraction(*inner);
+  }
+
+  constexpr double kPriorPoints = 10;  // weight of the prior that the errors are as large as expected
+  const double spread = std::max(1.0, (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3));
+  const Eigen::Matrix3d J = cone.jacobian();
+  result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
+  // An error that all edges of one side share moves the centre of a complete contour by as much, and the centre of a
+  // partly visible one by more.
+  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_ - kNoBlur);
+  // A shading error equal on all sides changes the size, an alternating one the shape; only the one-sided share moves
+  // the centre. That share was tuned on rendered balls and flat discs. Subsampled chroma errs by whole blocks, which
+  // are one-sided.
+  const double one_sided = hues_blurred_ ? 1 : 0.4;
+  const double shared2 = kModelCentre * kModelCentre + blur2 + one_sided * shading / weights;
+  result.covariance += J * (shared2 / 2 * fit.geometry + shading_covariance(fit, noise)) * J.transpose();
+  result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
+}
+
+void SphereContourFitter::use_centroid(SphereContour& result) const {
+  // Centroid of the area between the ends of each row, with holes filled: they are highlights.
+  double area = 0;
+  Eigen::Vector2d sum(0, 0);
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+  for (int k = 0; k < box_.height; ++k) {
+    const Extent& row = rows_[static_cast<size_t>(k)];
+    const double length = row.end - row.begin;
+    if (length <= 0) continue;
+    const double x = 0.5 * (row.begin + row.end - 1) - middle_px_.x(), y = box_.y + k - middle_px_.y();
+    area += length;
+    sum += length * Eigen::Vector2d(x, y);
+    second(0, 0) += length * (x * x + length * length / 12);
+    second(0, 1) += length * x * y;
+    second(1, 1) += length * (y * y + 1.0 / 12);
+  }
+  second(1, 0) = second(0, 1);
+  const Eigen::Vector2d mean = sum / area;
+  second = second / area - mean * mean.transpose();
+  const double focal = std::sqrt(camera_.fx * camera_.fy);
+
+  result.kind = SphereContour::Kind::kCentroid;
+  result.centre_px = middle_px_ + mean;
+  result.radius_px = std::sqrt(area / std::numbers::pi);
+  const Eigen::Vector2d ray = ray_of(camera_, result.centre_px, middle_ray_);
+  result.value << ray, result.radius_px / focal;
+  // The centroid is the object's centre to within about a tenth of its half axes (a half axis is twice the root of the
+  // second moment) and half a pixel. The size is a rough estimate.
+  constexpr double kShare = 0.2, kBorder = 0.5, kSize = 0.3;
+  const Eigen::Matrix2d spread = kShare * kShare * second + kBorder * kBorder * Eigen::Matrix2d::Identity();
+  result.covariance.setZero();
+  result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * spread * d_ray_d_pixel_.transpose();
+  const double sigma_size = kSize * result.value.z() + kBorder / focal;
+  result.covariance(2, 2) = sigma_size * sigma_size;
+  result.cut_off = box_.x == 0 || box_.y == 0 || box_.br().x == camera_.width || box_.br().y == camera_.height;
+}
+
+SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
+  SphereContour result;
+  find_extents(blob);
+  middle_px_ = Eigen::Vector2d(box_.x + 0.5 * (box_.width - 1), box_.y + 0.5 * (box_.height - 1));
+  const Eigen::Vector2d pinhole((middle_px_.x() - camera_.cx) / camera_.fx, (middle_px_.y() - camera_.cy) / camera_.fy);
+  middle_ray_ = ray_of(camera_, middle_px_, pinhole);
+  d_ray_d_pixel_ = image_of(camera_, middle_ray_).d_pixel_d_ray.inverse();
+  if (fit_edges(bgr, result)) {
+    result.kind = SphereContour::Kind::kEdges;
+  } else {
+    // Occlusion is meaningful only for objects known to be spheres.
+    if (least_seen_ > kOfASphere) result = {};
+    use_centroid(result);
+  }
+  result.area = blob.area;
+  return result;
+}
+
+}  // namespace multireach::vision

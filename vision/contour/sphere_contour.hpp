@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "vision/colour/blob.hpp"
+#include "vision/contour/contour_cone.hpp"
+#include "vision/contour/edge_profile.hpp"
+
+namespace multireach::vision {
+
+/// Measurement of one object in one image: direction to its centre, angular size and their covariance.
+struct SphereContour {
+  enum class Kind {
+    kEdges,     ///< a sphere contour, fitted to edges with subpixel accuracy
+    kCentroid,  ///< no such contour was found: the centroid of the blob, which is much less accurate
+  };
+  Kind kind = Kind::kCentroid;
+  /// (x/z, y/z, s) in the camera's frame: direction to the sphere's centre, and s = radius / distance of the centre,
+  /// the sine of the angular radius.
+  Eigen::Vector3d value{0, 0, 0};
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of `value`, including model errors
+  Eigen::Vector2d centre_px{0, 0};                       ///< image of the sphere's centre
+  double radius_px = 0;                                  ///< approximate, in pixels at the image centre
+  double visible_fraction = 0;                           ///< share of the contour's length with a fitting edge
+  double occlusion = 0;    ///< share of the contour's area that is occluded or outside the image
+  double residual_px = 0;  ///< weighted root mean square of the edges' distances from the contour
+  double area = 0;         ///< of the blob, pixels
+  bool cut_off = false;    ///< a part of the contour is outside the image
+
+  Eigen::Vector2d ray() const { return value.head<2>(); }
+  Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }
+};
+
+/// Measures sphere contours in the images of one camera. Calls are independent; only allocated memory is reused.
+class SphereContourFitter {
+ public:
+  /// Smallest visible share of an accepted contour: low for an object known to be a sphere, high for one of unknown
+  /// shape.
+  static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
+
+  explicit SphereContourFitter(const CameraModel& camera, double least_seen = kOfASphere)
+      : camera_(camera), least_seen_(least_seen) {}
+
+  /// Measures the object that a blob shows. The blob may be ragged, have holes, be partly occluded or joined to
+  /// something of a similar colour: it only indicates where to look for the contour. `bgr`: 8-bit, of the camera's
+  /// size; the blob is not empty and lies inside it. Always returns a result; `kind` and `covariance` give its quality.
+  SphereContour fit(const cv::Mat& bgr, const Blob& blob);
+
+ private:
+  struct ContourEdgel {
+    Edgel edge;
+    size_t part = 0;     // its side of the polygon
+    double length = 0;   // of the contour that it represents, pixels
+    size_t profile = 0;  // index in profiles_
+    bool readable = false;
+    int half = 2;    // of the window, see EdgeModel
+    Edge found;      // valid when `point` is not -1
+    int point = -1;  // index in points_; -1: no edge found
+  };
+  struct Extent {
+    int begin, end;  // empty when end <= begin
+  };
+
+  void find_extents(const Blob& blob);
+  void find_border_points();
+  ContourPoint contour_point(double x, double y, ContourPoint::Along along, double sigma_px) const;
+  void place_edgels(const ContourPolygon& polygon, double radius_px, int most);
+  void measure_edgels(const cv::Mat& bgr, bool refined, EdgeModel& model);
+  void learn_sides(EdgeModel& model);
+  void learn_blur();
+  void learn_parts();
+  void learn_shading(const EdgeModel& model);
+  bool fit_edges(const cv::Mat& bgr, SphereContour& result);
+  void describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result);
+  Eigen::Matrix3d shading_covariance(const ConeFit& fit, double noise) const;  // of n, from the shading's fit
+  double occluded_fraction(const ContourPolygon& polygon) const;
+  double neighbours_agree() const;
+  void use_centroid(SphereContour& result) const;
+
+  CameraModel camera_;
+  double least_seen_;
+  cv::Rect box_;                            // of the blob
+  std::vector<Extent> rows_, columns_;      // range [begin, end) of the blob in each row and column of the box
+  Eigen::Vector2d middle_px_, middle_ray_;  // of the box
+  Eigen::Matrix2d d_ray_d_pixel_;           // at the box's middle
+  std::vector<ContourEdgel> edgels_;        // in order along the contour
+  std::vector<EdgeProfile> profiles_ = std::vector<EdgeProfile>(kMaxContourPoints);
+  std::vector<ContourPoint> points_;
+  Shading shading_;
+  std::array<bool, kContourCorners> fits_;  // sides of the polygon where most edges fitted in the last pass
+  // Variance of the blur across the edges, px^2: of the colour, and of the brightness only.
+  double colour_blur2_ = 0, luma_blur2_ = 0;
+  bool hues_blurred_ = false;  // the image has subsampled chroma
+  std::vector<double> samples_, wider_samples_;
+};
+
+}  // namespace multireach::vision

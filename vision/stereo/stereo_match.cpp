@@ -1,0 +1,230 @@
+#include "vision/stereo/stereo_match.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace multireach::vision {
+namespace {
+
+using Status = StereoMatch::Status;
+
+constexpr double kSigmas = 3;  // every gate is widened by this many sigmas of the measurements' errors
+// Systematic error of the measured radius, from blur and bloom, pixels.
+constexpr double kRadiusBlur = 0.1;
+
+constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
+
+/// Signed distance between two viewing rays and its standard deviation, in pixels of the left camera.
+struct Gap {
+  double px, sigma_px;
+};
+
+Gap gap_of(const StereoRig& rig, const SphereContour& left, const SphereContour& right, double depth_left_m,
+           double depth_right_m) {
+  const Eigen::Vector3d a = left.ray().homogeneous();
+  const Eigen::Vector3d b = rig.X_RL.linear().transpose() * right.ray().homogeneous();
+  Eigen::Vector3d normal = a.cross(b).normalized();
+  if (normal.y() < 0) normal = -normal;  // y is down
+  const double gap_m = rig.X_RL.inverse().translation().dot(normal);
+  const Eigen::Vector2d in_left = normal.head<2>(), in_right = (rig.X_RL.linear() * normal).head<2>();
+  const double variance = depth_left_m * depth_left_m * in_left.dot(left.ray_covariance() * in_left) +
+                          depth_right_m * depth_right_m * in_right.dot(right.ray_covariance() * in_right);
+  const double px_per_m = rig.left.fx / depth_left_m;
+  return {gap_m * px_per_m, std::sqrt(variance) * px_per_m};
+}
+
+/// Whether two sizes differ by no more than the ratio allows plus kSigmas of their errors.
+bool agree(double first, double first_sigma, double second, double second_sigma, double ratio) {
+  const double sigma = std::sqrt(first_sigma * first_sigma + second_sigma * second_sigma);
+  return std::abs(first - second) <= (ratio - 1) * std::min(first, second) + kSigmas * sigma;
+}
+
+SphereMeasurement sphere_of(const SphereContour& contour) {
+  return {contour.value, contour.covariance};
+}
+
+/// One candidate pair: its match and its score among pairs of the same status.
+struct ScoredMatch {
+  StereoMatch match;
+  double score = 0;
+};
+
+class CandidateScorer {
+ public:
+  CandidateScorer(const StereoRig& rig, const std::optional<Prediction>& prediction, const MatchOptions& options)
+      : rig_(rig), prediction_(prediction), options_(options) {}
+
+  ScoredMatch operator()(const SphereContour& left, const SphereContour& right) const {
+    ScoredMatch scored;
+    StereoMatch& match = scored.match;
+    match.left_px = left.centre_px;
+    match.right_px = right.centre_px;
+    match.occlusion = std::max(left.occlusion, right.occlusion);
+    match.both_by_contour = left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges;
+    scored.score = std::min(left.radius_px, right.radius_px) * (1 + left.visible_fraction + right.visible_fraction);
+
+    const auto start = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
+    if (!start) {
+      match.status = Status::kBehindCameras;
+      // Widen the gate: if the images are swapped, each contour was computed with the other camera's calibration.
+      match.fits_swapped = fits(right, left, kOtherLens * rig_.left.width);
+      return scored;
+    }
+    const Gap gap = gap_of(rig_, left, right, start->depth_left_m, start->depth_right_m);
+    match.epipolar_px = gap.px;
+    match.epipolar_sigma_px = gap.sigma_px;
+    static_cast<Triangulation&>(match.point) = *start;
+    const double off = gap.px / gap.sigma_px;
+    scored.score /= 1 + off * off / (kSigmas * kSigmas);
+    if (!same_size(left, right, *start) || !on_one_line(gap)) {
+      const bool contours = match.both_by_contour && same_size(left, right, *start);
+      match.status = contours ? Status::kEpipolarMismatch : Status::kNotTheSame;
+      match.fits_swapped = fits(right, left, 0);
+      return scored;
+    }
+
+    const double focal = std::sqrt(rig_.left.fx * rig_.left.fy);
+    const double blur_m = kRadiusBlur * start->depth_left_m / focal;
+    const double tolerance_m = std::sqrt(blur_m * blur_m + options_.radius_tolerance_m * options_.radius_tolerance_m);
+    std::optional<RadiusPrior> prior;
+    if (options_.radius_m > 0) prior = {options_.radius_m, tolerance_m};
+    const auto free = triangulate_sphere(rig_, sphere_of(left), sphere_of(right), std::nullopt);
+    const auto sphere = prior ? triangulate_sphere(rig_, sphere_of(left), sphere_of(right), prior) : free;
+    if (!sphere || !free) {
+      match.status = Status::kBehindCameras;
+      return scored;
+    }
+    match.point = *sphere;
+    match.status = Status::kSeen;
+    const bool only_part = left.occlusion > options_.max_occlusion || right.occlusion > options_.max_occlusion;
+    const auto lost_at_border = [](const SphereContour& contour) {
+      return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
+    };
+    if (prediction_) {
+      const Eigen::Vector3d apart = sphere->p_W - prediction_->p_W;
+      const double distance2 = apart.dot((sphere->covariance + prediction_->covariance).ldlt().solve(apart));
+      scored.score /= 1 + distance2;
+      if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
+        match.status = Status::kNotWhereExpected;
+    }
+    if (lost_at_border(left) || lost_at_border(right) || (only_part && (left.cut_off || right.cut_off))) {
+      match.status = Status::kCutOff;
+    } else if (only_part) {
+      match.status = Status::kOccludedTooMuch;
+    } else if (prior &&
+               !agree(free->radius_m, free->radius_sigma_m, prior->radius_m, prior->sigma_m, options_.max_size_ratio)) {
+      match.status = Status::kWrongRadius;
+    }
+    return scored;
+  }
+
+ private:
+  bool on_one_line(const Gap& gap, double besides_px = 0) const {
+    return std::abs(gap.px) <= options_.max_epipolar_px + kSigmas * gap.sigma_px + besides_px;
+  }
+  bool same_size(const SphereContour& left, const SphereContour& right, const Triangulation& point) const {
+    const double left_m = point.depth_left_m * left.ray().homogeneous().norm();
+    const double right_m = point.depth_right_m * right.ray().homogeneous().norm();
+    return agree(left.value.z() * left_m, std::sqrt(left.covariance(2, 2)) * left_m, right.value.z() * right_m,
+                 std::sqrt(right.covariance(2, 2)) * right_m, options_.max_size_ratio);
+  }
+  bool fits(const SphereContour& left, const SphereContour& right, double besides_px) const {
+    const auto point = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
+    return point && same_size(left, right, *point) &&
+           on_one_line(gap_of(rig_, left, right, point->depth_left_m, point->depth_right_m), besides_px);
+  }
+
+  const StereoRig& rig_;
+  const std::optional<Prediction>& prediction_;
+  const MatchOptions& options_;
+};
+
+/// Rank of a status: the higher, the more checks the pair passed. The pair of highest rank is chosen.
+int progress(Status status) {
+  switch (status) {
+    case Status::kSeen:
+      return 6;
+    case Status::kOccludedTooMuch:
+    case Status::kCutOff:
+      return 5;
+    case Status::kNotWhereExpected:
+      return 4;
+    case Status::kWrongRadius:
+      return 3;
+    case Status::kEpipolarMismatch:
+      return 2;
+    case Status::kNotTheSame:
+      return 1;
+    default:
+      return 0;
+  }
+}
+
+const SphereContour& largest(std::span<const SphereContour> contours) {
+  return *std::ranges::max_element(contours, {}, &SphereContour::area);
+}
+
+}  // namespace
+
+const char* description(StereoMatch::Status status) {
+  switch (status) {
+    case Status::kSeen:
+      return "seen";
+    case Status::kWrongImageSize:
+      return "an image is not of the size that the calibration is for";
+    case Status::kLeftDark:
+      return "the left image is black";
+    case Status::kRightDark:
+      return "the right image is black";
+    case Status::kColourEverywhere:
+      return "the colour fills most of an image: the colour model is too wide";
+    case Status::kNotInLeft:
+      return "not seen in the left image";
+    case Status::kNotInRight:
+      return "not seen in the right image";
+    case Status::kCutOff:
+      return "cut off by the border of an image";
+    case Status::kNotTheSame:
+      return "what the two images show is not the same object";
+    case Status::kEpipolarMismatch:
+      return "the two images show contours of one size, but their viewing rays do not meet";
+    case Status::kBehindCameras:
+      return "the two viewing rays do not meet in front of the cameras";
+    case Status::kImagesSwapped:
+      return "the left and the right image seem to be swapped";
+    case Status::kOccludedTooMuch:
+      return "too much of it is occluded";
+    case Status::kWrongRadius:
+      return "the object seen does not have the ball's known radius";
+    case Status::kNotWhereExpected:
+      return "something is seen, but not where the object can be by now";
+  }
+  return "";
+}
+
+StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
+                             std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
+                             const MatchOptions& options) {
+  StereoMatch none;
+  if (!left.empty()) none.left_px = largest(left).centre_px;
+  if (!right.empty()) none.right_px = largest(right).centre_px;
+  none.status = left.empty() ? Status::kNotInLeft : Status::kNotInRight;
+  if (left.empty() || right.empty()) return none;
+
+  const CandidateScorer score_of(rig, prediction, options);
+  std::optional<ScoredMatch> best;
+  for (size_t i = 0; i < left.size(); ++i) {
+    for (size_t j = 0; j < right.size(); ++j) {
+      ScoredMatch scored = score_of(left[i], right[j]);
+      scored.match.left = static_cast<int>(i);
+      scored.match.right = static_cast<int>(j);
+      const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;
+      if (came > best_came || (came == best_came && scored.score > best->score)) best = scored;
+    }
+  }
+  return best->match;
+}
+
+}  // namespace multireach::vision

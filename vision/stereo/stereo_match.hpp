@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "vision/contour/sphere_contour.hpp"
+#include "vision/stereo/triangulate.hpp"
+
+namespace multireach::vision {
+
+/// Result of matching one stereo pair.
+struct StereoMatch {
+  enum class Status {
+    kSeen,
+    kWrongImageSize,  ///< an image does not have the size of the calibration
+    kLeftDark,        ///< an image is black
+    kRightDark,
+    kColourEverywhere,  ///< most of an image has the object's colour
+    kNotInLeft,         ///< no blob of the object's colour
+    kNotInRight,
+    kCutOff,            ///< too much of the object is outside an image
+    kNotTheSame,        ///< the blobs differ in size or violate the epipolar constraint
+    kEpipolarMismatch,  ///< a contour of the same size in each image, but they violate the epipolar constraint
+    kBehindCameras,     ///< the viewing rays do not meet in front of the cameras
+    kImagesSwapped,     ///< the best pair does not fit, but would if left and right image were exchanged
+    kOccludedTooMuch,   ///< too much is occluded to locate the centre
+    kWrongRadius,       ///< the measured radius differs from the known one
+    kNotWhereExpected,  ///< something was found, but not at the predicted position
+  };
+  Status status = Status::kNotInLeft;
+  /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,
+  /// kNotWhereExpected or kCutOff (for a filter that gates by covariance); `epipolar_error_px` also when kNotTheSame or
+  /// kEpipolarMismatch.
+  SphereTriangulation point;
+  Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
+  int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
+  double occlusion = 0;                           ///< share occluded or cut off, the larger of both contours
+  bool both_by_contour = false;                   ///< both measured by sphere contours, not by centroids
+  /// Signed distance of the right ray from the left ray (+: the right ray passes below in the left image), in pixels of
+  /// the left camera, and its standard deviation. For a good calibration its mean over many frames is 0.
+  double epipolar_px = 0, epipolar_sigma_px = 0;
+  /// The pair does not fit, but would if the left and the right image were exchanged.
+  bool fits_swapped = false;
+};
+
+/// The status as a sentence.
+const char* description(StereoMatch::Status status);
+
+/// Gates that a match must pass.
+struct MatchOptions {
+  double radius_m = 0;            ///< of the sphere; 0 where it is unknown or the object is not a sphere
+  double radius_tolerance_m = 0;  ///< standard deviation of `radius_m`
+  double max_epipolar_px = 3;     ///< epipolar error allowed in addition to three standard deviations
+  double max_size_ratio = 1.35;   ///< of the two radii at the triangulated position, in addition to their errors
+  double max_occlusion = 0.22;    ///< occluded share of the contour's area
+  double max_prediction_sigmas = 5;
+};
+
+/// Predicted position of the object, in W.
+struct Prediction {
+  Eigen::Vector3d p_W;
+  Eigen::Matrix3d covariance;
+};
+
+/// Chooses the pair of contours, one of each image, that shows the object, and triangulates it. A pair must satisfy the
+/// epipolar constraint, lie in front of the cameras and agree in size. Of several, the score prefers the one near the
+/// prediction (when there is one), with large and complete contours. When none fits, the status tells why the best one
+/// was rejected.
+StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
+                             std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
+                             const MatchOptions& options);
+
+}  // namespace multireach::vision

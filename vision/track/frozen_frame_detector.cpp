@@ -1,0 +1,43 @@
+#include "vision/track/frozen_frame_detector.hpp"
+
+#include <cmath>
+
+namespace multireach::vision {
+namespace {
+
+constexpr int64_t kFrozen = 5;  // consecutive repetitions that count as frozen
+
+}  // namespace
+
+void FrozenFrameDetector::take(int64_t left, int64_t right) {
+  const std::array<int64_t, 2> now{left, right};
+  if (now == last_) return;  // both sides repeat, e.g. the same pair received again
+  const std::array<bool, 2> same{left == last_[0], right == last_[1]};
+  for (size_t side = 0; side < 2; ++side) {
+    repeated_[side] = same[side] && !same[1 - side] ? repeated_[side] + 1 : 0;
+  }
+  last_ = now;
+}
+
+std::optional<Side> FrozenFrameDetector::frozen() const {
+  if (repeated_[0] >= kFrozen) return Side::kLeft;
+  if (repeated_[1] >= kFrozen) return Side::kRight;
+  return std::nullopt;
+}
+
+std::vector<double> FrozenFrameDetector::serialize() const {
+  return {static_cast<double>(last_[0]), static_cast<double>(last_[1]), static_cast<double>(repeated_[0]),
+          static_cast<double>(repeated_[1])};
+}
+
+bool FrozenFrameDetector::deserialize(std::span<const double> memory) {
+  if (memory.size() != kSerializedSize) return false;
+  for (const double value : memory) {
+    if (!(value >= 0 && value < 9007199254740992.0 && value == std::floor(value))) return false;
+  }
+  last_ = {static_cast<int64_t>(memory[0]), static_cast<int64_t>(memory[1])};
+  repeated_ = {static_cast<int64_t>(memory[2]), static_cast<int64_t>(memory[3])};
+  return true;
+}
+
+}  // namespace multireach::vision
