@@ -2,6 +2,8 @@
 
 #include <lodepng.h>
 
+#include <algorithm>
+#include <cctype>
 #include <opencv2/imgproc.hpp>
 
 #include "imaging/image_codec.hpp"
@@ -38,12 +40,42 @@ cv::Mat decode_png(const std::vector<uint8_t>& bytes, const std::string& name) {
   return bgr;
 }
 
+/// Binary portable pixmap or greymap (netpbm's P6 and P5) with 8 bits a channel, as stereo datasets use it.
+cv::Mat decode_pnm(const std::vector<uint8_t>& bytes, const std::string& name) {
+  const bool colour = bytes[1] == '6';
+  size_t at = 2;
+  const auto number = [&]() -> int64_t {
+    while (at < bytes.size() && (std::isspace(bytes[at]) != 0 || bytes[at] == '#')) {
+      if (bytes[at] == '#') {
+        while (at < bytes.size() && bytes[at] != '\n') ++at;
+      } else {
+        ++at;
+      }
+    }
+    int64_t value = 0;
+    size_t digits = 0;
+    for (; at < bytes.size() && std::isdigit(bytes[at]) != 0 && digits < 9; ++at, ++digits)
+      value = 10 * value + bytes[at] - '0';
+    return digits > 0 ? value : -1;
+  };
+  const int64_t width = number(), height = number(), largest = number();
+  if (width <= 0 || height <= 0 || largest != 255) fail(name, "is not a PPM or PGM with 8 bits a channel");
+  check_size(name, width, height);
+  const size_t size = static_cast<size_t>(width * height) * (colour ? 3 : 1);
+  if (bytes.size() < at + 1 + size) fail(name, "is cut off");
+  cv::Mat pixels(static_cast<int>(height), static_cast<int>(width), colour ? CV_8UC3 : CV_8UC1), bgr;
+  std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(at) + 1, size, pixels.data);
+  cv::cvtColor(pixels, bgr, colour ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
+  return bgr;
+}
+
 }  // namespace
 
 cv::Mat decode_image(const std::vector<uint8_t>& bytes, const std::string& name) {
   if (is_png(bytes)) return decode_png(bytes, name);
+  if (bytes.size() > 2 && bytes[0] == 'P' && (bytes[1] == '5' || bytes[1] == '6')) return decode_pnm(bytes, name);
   const auto size = jpeg_size(bytes);
-  if (!size) fail(name, "is neither a PNG nor a JPEG that can be read");
+  if (!size) fail(name, "is not an image that can be read (PNG, JPEG, PPM or PGM)");
   check_size(name, size->width, size->height);
   cv::Mat bgr;
   const EncodedImage image{.width = size->width, .height = size->height, .format = PixelFormat::kMjpeg, .data = bytes};
