@@ -18,7 +18,7 @@ cat "$work/out"
 sleep 1; kill -INT $logger; wait $logger 2>/dev/null
 "$bin/multireach-replay" run "$root/logs/reach.lcm" --robot sim -o "$work/run.lcm" >/dev/null || failed "run"
 # The simulated robot also speaks before and after, in another life.
-"$bin/multireach-log" filter "$work/control.lcm" --channel ROBOT_STATE --without -o "$work/live.lcm" 2>/dev/null || failed "filter"
+"$bin/multireach-log" filter "$work/control.lcm" --channel ROBOT_STATE SIM_STEP --without -o "$work/live.lcm" 2>/dev/null || failed "filter"
 # The recorder may have lost some of what came so fast, but what it has is what run gives.
 "$bin/multireach-replay" bisect "$work/run.lcm" "$work/live.lcm" --common >"$work/bisect" 2>&1 || failed "other bytes than run: $(cat "$work/bisect")"
 cat "$work/bisect"
