@@ -45,7 +45,7 @@ done
 [ ${#parts[@]} -gt 0 ] || parts=(loop)
 needs=" core "
 [ "${parts[*]}" = core ] || [ "$preset" = core ] || needs+="loop "
-for part in "${parts[@]}"; do needs+="$part "; done
+for part in "${parts[@]}"; do [[ $needs == *" $part "* ]] || needs+="$part "; done
 [[ $needs != *" tests "* ]] || needs+="camera calibrate studies spy "
 wanted=()
 for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"); done; done

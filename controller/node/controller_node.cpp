@@ -255,7 +255,7 @@ std::string ControllerNode::state() const {
       break;
   }
   if (last_.target_lost) text += ", target lost";
-  if (last_.target_unreachable) text += ", target out of reach";
+  if (last_.target_unreachable) text += ", target unreachable";
   return text;
 }
 

@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   controller::GuardedLaw law(chain_from_urdf(urdf, argv[2], argv[3]));
   law.start(law.chain().clamped(JointVector::Constant(law.chain().size(), -0.3)));
   if (law.set_target({.position = {0.1, -0.12, 0.1}}) != controller::TargetResult::kReachable)
-    std::cout << "out of reach\n";
+    std::cout << "unreachable\n";
   for (int tick = 0; tick < 60; ++tick) {
     for (int step = 0; step < 7; ++step) law.step();  // 140 a second; the gains are per step
     std::cout << 0.05 * (tick + 1) << " s: " << law.theta().transpose() << "\n";
