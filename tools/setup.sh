@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that are missing for the named parts (with sudo where needed), then configures and builds these parts.
-#   tools/setup.sh [--preset NAME] [PART...]     preset: see CMakePresets.json, default release; default part: loop
+#   tools/setup.sh [--preset NAME] [PART...]     preset: see CMakePresets.json, default release; default part: loop (core for that preset)
 # Parts:
 #   loop       the processes of the loop with the simulated robot, and the programs that launch.sh uses
 #   camera     multireach-camera: real cameras, image files, rendered scenes
@@ -42,7 +42,10 @@ while [ $# -gt 0 ]; do
     *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
   esac
 done
-[ ${#parts[@]} -gt 0 ] || parts=(loop)
+if [ ${#parts[@]} -eq 0 ]; then
+  parts=(loop)
+  [ "$preset" != core ] || parts=(core)
+fi
 needs=" core "
 [ "${parts[*]}" = core ] || [ "$preset" = core ] || needs+="loop "
 for part in "${parts[@]}"; do [[ $needs == *" $part "* ]] || needs+="$part "; done
