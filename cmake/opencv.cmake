@@ -1,5 +1,7 @@
 # OpenCV's modules as targets opencv_MODULE, for those whose development packages are installed. OpenCVConfig.cmake is only in
 # libopencv-dev, which asks for all modules and brings Qt, GDAL and VTK; this project needs two of them for the loop.
+# Where all of OpenCV is installed, its own targets are taken.
+find_package(OpenCV QUIET)
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
 function(multireach_opencv)
   foreach(module IN LISTS ARGN)

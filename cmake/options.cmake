@@ -2,6 +2,8 @@
 add_library(multireach_options INTERFACE)
 target_compile_options(multireach_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-align -Wunused)
+# Formulas over lanes combine masks with & and |; for one lane a mask is a bool.
+target_compile_options(multireach_options INTERFACE $<$<CXX_COMPILER_ID:Clang>:-Wno-bitwise-instead-of-logical>)
 if(MULTIREACH_WERROR)
   target_compile_options(multireach_options INTERFACE -Werror)
 endif()

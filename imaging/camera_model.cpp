@@ -11,16 +11,20 @@ Eigen::Vector2d CameraModel::project(const Eigen::Vector3d& p_C) const {
 }
 
 Eigen::Vector2d CameraModel::ray(const Eigen::Vector2d& pixel) const {
-  // Newton's method needs a start nearby: a few fixed-point steps remove most of the distortion.
+  // Newton's method needs a start nearby: the pinhole camera's direction, brought nearer by steps that divide the
+  // distortion out, for as long as they help.
   constexpr int kSteps = 10;
   const Eigen::Array2d focal(fx, fy), centre(cx, cy);
+  const auto distorted_from = [&](const Eigen::Vector2d& ray) -> Eigen::Vector2d {
+    return ((image_of(*this, ray).pixel.array() - centre) / focal).matrix();
+  };
   const Eigen::Vector2d distorted = ((pixel.array() - centre) / focal).matrix();
-  Eigen::Vector2d ray = distorted;
+  Eigen::Vector2d ray = distorted, missing = distorted - distorted_from(ray);
   for (int step = 0; step < kSteps; ++step) {
-    const Eigen::Vector2d seen = ((image_of(*this, ray).pixel.array() - centre) / focal).matrix();
-    const Eigen::Vector2d next = ray + (distorted - seen);
-    if (!next.allFinite()) break;
+    const Eigen::Vector2d next = ray + missing, next_missing = distorted - distorted_from(next);
+    if (!(next_missing.squaredNorm() < missing.squaredNorm())) break;
     ray = next;
+    missing = next_missing;
   }
   return ray_of(*this, pixel, ray);
 }

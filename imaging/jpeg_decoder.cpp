@@ -90,7 +90,7 @@ std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data) {
   const int fault =
       tjDecompressHeader3(handle, data.data(), data.size(), &size.width, &size.height, &subsampling, &colour_space);
   tjDestroy(handle);
-  return fault == 0 && size.area() > 0 ? std::optional(size) : std::nullopt;
+  return fault == 0 && size.width > 0 && size.height > 0 ? std::optional(size) : std::nullopt;
 }
 
 }  // namespace multireach

@@ -28,9 +28,10 @@ void require_good(lcm::LCM& bus, const std::string& url) {
 }  // namespace
 
 Bus::Bus(const std::string& control_url, const std::string& image_url)
-    : control_(with_receive_buffer(control_url)), images_(with_receive_buffer(image_url)) {
+    : control_(with_receive_buffer(control_url)),
+      images_(with_receive_buffer(image_url.empty() ? channel::image_url_for(control_url) : image_url)) {
   require_good(control_, control_url);
-  require_good(images_, image_url);
+  require_good(images_, image_url.empty() ? channel::image_url_for(control_url) : image_url);
 }
 
 lcm::LCM& Bus::bus_of(std::string_view channel) {

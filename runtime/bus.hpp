@@ -16,7 +16,8 @@ class Bus {
  public:
   using Handler = std::function<void(std::string_view channel, std::span<const uint8_t> bytes)>;
 
-  /// Throws InputError when LCM cannot be started on one of the URLs.
+  /// An empty `image_url` is the one that belongs to `control_url`, see channel::image_url_for. Throws InputError when
+  /// LCM cannot be started on one of the URLs.
   Bus(const std::string& control_url, const std::string& image_url);
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;

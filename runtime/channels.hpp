@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 namespace multireach::channel {
@@ -31,5 +32,9 @@ constexpr bool on_image_group(std::string_view channel) {
 /// Default URLs of the two groups (--lcm-url and --image-url): LCM's own default group, and the next one.
 inline constexpr std::string_view kControlUrl = "udpm://239.255.76.67:7667?ttl=0";
 inline constexpr std::string_view kImageUrl = "udpm://239.255.76.68:7668?ttl=0";
+
+/// The URL of the images' group that belongs to a control group where none is given: kImageUrl for kControlUrl, else
+/// the same group one port above. A URL that is not of a UDP group is returned as it is: one server carries both.
+std::string image_url_for(std::string_view control_url);
 
 }  // namespace multireach::channel

@@ -9,9 +9,9 @@ namespace multireach {
 
 struct LiveOptions {
   std::string control_url;
-  std::string image_url;
-  double speed = 1;    ///< seconds of message time per second
-  double seconds = 0;  ///< end after this time; 0 for never
+  std::string image_url;  ///< empty: the group that belongs to the control group, see channel::image_url_for
+  double speed = 1;       ///< seconds of message time per second
+  double seconds = 0;     ///< end after this time; 0 for never
 };
 
 /// Runs a node on LCM until SIGINT or SIGTERM arrives, `seconds` have passed, or the node is finished. Subscribes to

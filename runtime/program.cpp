@@ -20,11 +20,18 @@ Program::Program(const std::string& name, const std::string& description) : name
   app_.get_formatter()->column_width(34);
 }
 
+void add_url_options(CLI::App& app, LiveOptions& urls) {
+  urls.control_url = channel::kControlUrl;
+  app.add_option("--lcm-url", urls.control_url, "LCM group of everything but images")
+      ->envname("LCM_DEFAULT_URL")
+      ->capture_default_str();
+  app.add_option("--image-url", urls.image_url,
+                 "LCM group of the images (default: " + std::string(channel::kImageUrl) +
+                     ", or one port above another --lcm-url)");
+}
+
 LiveOptions& Program::add_live_options() {
-  live_.control_url = channel::kControlUrl;
-  live_.image_url = channel::kImageUrl;
-  app_.add_option("--lcm-url", live_.control_url, "LCM group of everything but images")->capture_default_str();
-  app_.add_option("--image-url", live_.image_url, "LCM group of the images")->capture_default_str();
+  add_url_options(app_, live_);
   app_.add_option("--speed", live_.speed, "seconds of message time per second")
       ->check(finite_range(0.01, 100))
       ->capture_default_str();

@@ -30,6 +30,9 @@ class Program {
 /// Identifies the source that this program was built from, as in NODE_STATUS and --version.
 std::string this_build();
 
+/// Adds --lcm-url (else LCM_DEFAULT_URL of the environment, as in every LCM program) and --image-url.
+void add_url_options(CLI::App& app, LiveOptions& urls);
+
 /// The robot.yaml of the Hoap2 that comes with the project, in the source tree or in the installation that this program
 /// belongs to. Throws InputError when it is in neither.
 std::string default_robot_file();

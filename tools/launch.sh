@@ -65,9 +65,15 @@ if [ $isolated = yes ] && [ -z "${MULTIREACH_ISOLATED:-}" ]; then
     "$0" --no-setup "${arguments[@]}"
 fi
 
-control='udpm://239.255.76.67:7667?ttl=0'
-images='udpm://239.255.76.68:7668?ttl=0'
+control=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
+images=udpm://239.255.76.68:7668?ttl=0
+if [ "$control" != 'udpm://239.255.76.67:7667?ttl=0' ]; then
+  # As the programs have it: the same group, one port above.
+  [[ $control =~ ^udpm://([0-9.]+):([0-9]+)(\?.*)?$ ]] || fail "LCM_DEFAULT_URL: '$control' is not udpm://ADDRESS:PORT?ttl=N"
+  images="udpm://${BASH_REMATCH[1]}:$((BASH_REMATCH[2] + 1))${BASH_REMATCH[3]}"
+fi
 buffer='&recv_buf_size=4194304'
+[[ $control == *\?* ]] || buffer="?${buffer#&}"
 work=$(mktemp -d)
 declare -A pids=()
 

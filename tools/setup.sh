@@ -70,10 +70,9 @@ if [ ${#missing[@]} -gt 0 ]; then
   sudo=()
   [ "$(id -u)" -eq 0 ] || sudo=(sudo)
   "${sudo[@]}" apt-get update -qq >&2
-  plan=$(apt-get install --no-install-recommends --assume-no "${missing[@]}" 2>/dev/null || true)
-  count=$(sed -n 's/.* \([0-9]*\) newly installed.*/\1/p' <<<"$plan")
-  size=$(sed -n 's/^Need to get \(.*\) of archives.*/\1/p' <<<"$plan")
-  echo "Installing ${count:-some} Debian packages (download: ${size:-unknown}) for: ${missing[*]}" >&2
+  # A line for each archive: its address, file name, size, and digest.
+  plan=$(apt-get -qq -y --print-uris --no-install-recommends install "${missing[@]}" 2>/dev/null || true)
+  awk -v names="${missing[*]}" '{ size += $3 } END { printf "Installing %d Debian packages (download: %d MB) for: %s\n", NR, size / 1e6, names }' <<<"$plan" >&2
   if ! "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o APT::Status-Fd=1 \
       -o Dpkg::Use-Pty=0 "${missing[@]}" 2>&1 |
       progress '/^(dl|pm)status:/ { split($0, part, ":"); text = sprintf("%s packages: %d %%", $0 ~ /^dl/ ? "Downloading" : "Installing", part[3]) } !text { next }'; then

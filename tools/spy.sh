@@ -9,7 +9,12 @@ types="$root/build/release/multireach-types.jar"
 export CLASSPATH="$types" JDK_JAVA_OPTIONS=-XX:+IgnoreUnrecognizedVMOptions
 trap 'kill "${spies[@]}" 2>/dev/null' EXIT
 spies=()
-for group in 239.255.76.67:7667 239.255.76.68:7668; do
-  LCM_DEFAULT_URL="udpm://$group?ttl=0" lcm-spy "$@" & spies+=($!)
+control=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
+images=udpm://239.255.76.68:7668?ttl=0
+if [[ $control != "udpm://239.255.76.67:7667?ttl=0" && $control =~ ^(udpm://[0-9.]+):([0-9]+)(.*)$ ]]; then
+  images=${BASH_REMATCH[1]}:$((BASH_REMATCH[2] + 1))${BASH_REMATCH[3]}
+fi
+for url in "$control" "$images"; do
+  LCM_DEFAULT_URL=$url lcm-spy "$@" & spies+=($!)
 done
 wait

@@ -37,7 +37,7 @@ build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1"
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
-tidy() { sources | grep '\.cpp$' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
+tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
 
 [ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
 stage "build" tools/setup.sh tests

@@ -30,17 +30,12 @@ class GuardedStep {
 
   /// One integration step. Returns the number of linear systems solved for the joint bounds.
   [[gnu::always_inline]] int step() {
-    auto& progress = arms_.progress();
     Rows J;
     Task error, residual;
     arms_.task(J, error, residual);
     const Scalar residual2 = dot(residual, residual), gamma = arms_.gamma();
     const Scalar damping = target_damping(residual2);
-    // In a step, theta_T moves by this fraction of theta - theta_T along its self-motion, i.e. without moving its hand.
-    // Zero next to an obstacle, where theta and theta_T would otherwise drive each other along the obstacle.
-    const Scalar self_motion =
-        arms_.obstructed() ? Scalar(0) : Scalar(Tuning::kSelfMotion / get(progress.damping_factor));
-    const Wanted wanted = attractors(J, error, self_motion);
+    const Wanted wanted = attractors(J, error, self_motion());
     const auto y = multipliers(J, wanted, residual, gamma, damping);
     Unbounded free = unbounded(J, wanted, y, gamma);
     int systems = 0;
@@ -57,7 +52,7 @@ class GuardedStep {
     if (arms_.target_fixed()) {
       free.target_step.fill(0);
     } else if (any(free.blocked)) {
-      unblock(arms_, free.blocked, J, residual, damping, self_motion, free.target_step, free.largest);
+      unblock(arms_, free.blocked, J, residual, damping, self_motion(), free.target_step, free.largest);
     }
     const Scalar speed2 = integrate(J, free);
     const Mask slow = speed2 < Tuning::kStalledBelow * Tuning::kStalledBelow * free.pull2;
@@ -153,6 +148,13 @@ class GuardedStep {
     put(next, progress.damping_factor);
     return next *
            (Tuning::kFarDamping * lesser(reach2, Tuning::kNearDamping * residual2) + Tuning::kLeastDamping * reach2);
+  }
+
+  /// The share of theta - theta_T that theta_T makes up in a step, where that does not move its end effector. None
+  /// while something is in the arm's way: the two would drive each other along it.
+  Scalar self_motion() {
+    if (arms_.obstructed()) return 0;
+    return Tuning::kSelfMotion / get(arms_.progress().damping_factor);
   }
 
   [[gnu::always_inline]] Wanted attractors(const Rows& J, const Task& error, Scalar self_motion) const {

@@ -44,5 +44,22 @@ TEST(CameraModel, RayIsTheInverseOfProject) {
   }
 }
 
+TEST(CameraModel, RayIsTheInverseForWideLensesToo) {
+  // Radial coefficients with which dividing the distortion out diverges at the given radius.
+  struct Wide {
+    double k1, k2, k3, radius;
+  };
+  for (const Wide& wide :
+       {Wide{0.1, 0.5, 0.5, 0.78}, Wide{-0.2, 0.8, 2.0, 0.7}, Wide{-0.28, 0.08, 0.3, 1.09}, Wide{0.5, 0, 0, 1.04}}) {
+    CameraModel c = camera();
+    c.distortion = {wide.k1, wide.k2, 0, 0, wide.k3};
+    for (const double angle : {0.0, 0.8, 2.5, 4.0}) {
+      const Eigen::Vector2d ray = wide.radius * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      const Eigen::Vector2d pixel = c.project({ray.x(), ray.y(), 1});
+      EXPECT_LT((c.ray(pixel) - ray).norm(), 1e-9) << wide.k1 << " " << wide.k2 << " " << wide.k3 << " at " << angle;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace multireach::vision

@@ -249,9 +249,8 @@ int main(int argc, char** argv) {
   play_command->add_option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
       ->check(finite_range(0, 1e6))
       ->capture_default_str();
-  LiveOptions urls{.control_url = std::string(channel::kControlUrl), .image_url = std::string(channel::kImageUrl)};
-  play_command->add_option("--lcm-url", urls.control_url, "LCM group of everything but images")->capture_default_str();
-  play_command->add_option("--image-url", urls.image_url, "LCM group of the images")->capture_default_str();
+  LiveOptions urls;
+  add_url_options(*play_command, urls);
 
   Setup verifying;
   std::string log, verify_json;
