@@ -2,7 +2,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <multireach/controller/guarded_law.hpp>
+#include <multireach/controller/law/guarded_law.hpp>
 #include <multireach/kinematics/urdf_chain.hpp>
 
 using namespace multireach;
