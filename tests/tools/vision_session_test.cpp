@@ -86,7 +86,8 @@ TEST(VisionSession, HoldsTheBallThroughChangesOfLight) {
   const VisionConfig config = VisionConfig::load(kVisionFile);
   const Cameras cameras(config.rig, {.noise_grey_levels = 3});
   VisionNode vision(config);
-  int tracked = 0;
+  int missed = 0, longest = 0, tracked = 0;
+  double sum2 = 0;
   for (int k = 0; k < 360; ++k) {
     const double t = k / 30.0;
     const Light light = light_at(t);
@@ -98,13 +99,20 @@ TEST(VisionSession, HoldsTheBallThroughChangesOfLight) {
         target_for(vision, pair_of(cameras.left.render(ball, stream, look),
                                    cameras.right.render(ball, stream + 1, look), k * kFrame, k * kFrame));
     EXPECT_NE(target.status, target_t::STATUS_LOST) << k << ": held through the change of light";
-    if (target.status != target_t::STATUS_TRACKED) continue;
+    const bool seen = target.status == target_t::STATUS_TRACKED;
+    missed = seen ? 0 : missed + 1;
+    longest = std::max(longest, missed);
+    if (!seen) continue;
     ++tracked;
-    // No nearer bound is known from elsewhere: by its own covariance the error should be smaller, which it is not while
-    // pixels clip.
-    EXPECT_LT((position_of(target) - ball).norm(), 0.5 * config.targets[0].options.match.radius_m) << k;
+    const double error = (position_of(target) - ball).norm();
+    EXPECT_LT(error, 0.5 * config.targets[0].options.match.radius_m) << k << ": inside the ball";
+    sum2 += error * error;
   }
-  EXPECT_GT(tracked, 180) << "more seen than coasting";
+  // No bound is known from elsewhere. These guard what was reached when the test was written, with a margin of about a
+  // third; by its own covariance the error should be smaller, which it is not while pixels clip.
+  EXPECT_LE(longest, 5) << "frames in a row";
+  EXPECT_GT(tracked, 350);
+  EXPECT_LT(std::sqrt(sum2 / tracked), 0.0015);
 }
 
 TEST(VisionSession, VelocityFollowsTheBall) {
