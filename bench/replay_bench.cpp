@@ -125,7 +125,7 @@ int main(int argc, char** argv) {
               robot = MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml";
   int repetitions = 9;
   app.add_option("--session", session)->capture_default_str();
-  app.add_option("--config", robot)->capture_default_str();
+  app.add_option("--robot", robot)->capture_default_str();
   app.add_option("--repetitions", repetitions)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   char folder[] = "/tmp/multireach-bench-XXXXXX";

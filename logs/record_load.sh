@@ -24,7 +24,7 @@ lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --f
 lcm-logger --lcm-url='udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304' --force --quiet "$work/images.lcm" & pids[image_log]=$!
 run vision "$root/robots/hoap2/vision.yaml"
 for node in controller bridge robot-sim; do run $node "$robot"; done
-"$bin/multireach-view" --config "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null
+"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null
 for k in 1 2 3 4; do sh -c 'while :; do :; done' & pids[load$k]=$!; done
 "$bin/multireach-camera" render --config "$root/logs/load.yaml" 2>/dev/null & camera=$!
 sleep 1.5; pause control_log 0.15

@@ -3,21 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/config_keys.hpp"
+
 namespace multireach {
 namespace {
-
-std::string range(double min, double max) {
-  const auto text = [](double value) {
-    std::string s = std::to_string(value);
-    s.erase(s.find_last_not_of('0') + 1);
-    if (s.ends_with('.')) s.pop_back();
-    return s;
-  };
-  if (std::isinf(min) && std::isinf(max)) return "a finite number";
-  if (std::isinf(max)) return "a number of at least " + text(min);
-  if (std::isinf(min)) return "a number of at most " + text(max);
-  return "a number from " + text(min) + " to " + text(max);
-}
 
 std::optional<double> finite_number(const YAML::Node& node) {
   double value = 0;
@@ -69,6 +58,12 @@ void Config::fail(const std::string& key, const std::string& expected) const {
                    expected);
 }
 
+void Config::refuse(const std::string& key, const std::string& condition) const {
+  const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
+  throw InputError(file_ + ":" + std::to_string(node.Mark().line + 1) + ": key '" + full(key) + "' is allowed only " +
+                   condition);
+}
+
 std::optional<YAML::Node> Config::find(const std::string& key) const {
   asked_->insert(key);
   const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
@@ -90,7 +85,7 @@ bool Config::has(const std::string& key) const {
 double Config::number(const std::string& key, double min, double max, std::optional<double> otherwise) const {
   if (otherwise && !has(key)) return *otherwise;
   const auto value = finite_number(get(key));
-  if (!value || *value < min || *value > max) fail(key, range(min, max));
+  if (!value || *value < min || *value > max) fail(key, "a " + config_range(min, max));
   return *value;
 }
 

@@ -28,6 +28,8 @@ class Config {
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
+  /// Throws InputError when the key is missing.
+  void require(const std::string& key) const { get(key); }
 
   /// A finite number from `min` to `max`. The key is required unless `otherwise` gives a default.
   double number(const std::string& key, double min, double max, std::optional<double> otherwise = {}) const;
@@ -54,6 +56,8 @@ class Config {
   void finish(std::initializer_list<std::string_view> others = {}) const;
   /// Throws InputError: the value of `key` is not what was `expected`.
   [[noreturn]] void fail(const std::string& key, const std::string& expected) const;
+  /// Throws InputError: `key` is allowed only as `condition` states, e.g. "with law: paper".
+  [[noreturn]] void refuse(const std::string& key, const std::string& condition) const;
 
  private:
   Config(std::string file, std::string path, const YAML::Node& node);

@@ -41,6 +41,14 @@ LiveOptions& Program::add_live_options() {
   return live_;
 }
 
+void Program::add_config_reference(const std::function<std::string()>& page) {
+  const auto print = [page] {
+    std::cout << page();
+    throw CLI::Success();
+  };
+  app_.add_flag_callback("--config-reference", print, "print the reference of the configuration files' keys, and stop");
+}
+
 int Program::run(int argc, char** argv, const std::function<int()>& body) {
   auto logger = spdlog::stderr_color_mt(name_);
   logger->set_pattern("[%H:%M:%S.%e] [%n] [%^%l%$] %v");
@@ -78,7 +86,7 @@ std::string default_robot_file() {
     const auto file = (folder / place).lexically_normal();
     if (std::filesystem::exists(file, error)) return file.string();
   }
-  throw InputError("the Hoap2's robot.yaml is not where this program is; say which robot with --config");
+  throw InputError("the Hoap2's robot.yaml is not where this program is; say which robot with --robot");
 }
 
 CLI::Validator finite_range(double min, double max) {

@@ -5,40 +5,117 @@
 
 #include "numeric/trigonometry.hpp"
 #include "runtime/camera_files.hpp"
+#include "runtime/config_keys.hpp"
 
 namespace multireach {
 
+namespace {
+
+ConfigKeys<CameraModel> camera_keys() {
+  const auto pixels = [](ConfigKeys<CameraModel>& keys, const char* name, double min, auto member,
+                         const char* meaning) { keys.number(name, "pixels", min, 1e6, member, meaning).required(); };
+  ConfigKeys<CameraModel> keys("vision.yaml, sections cameras.left and cameras.right",
+                               "A camera, with the lens model of OpenCV. The centre of the first pixel is (0, 0).");
+  keys.integer(
+          "width_px", "pixels", 2, 16384, [](auto& c) -> auto& { return c.width; }, "Width of an image.")
+      .required();
+  keys.integer(
+          "height_px", "pixels", 2, 16384, [](auto& c) -> auto& { return c.height; }, "Height of an image.")
+      .required();
+  pixels(
+      keys, "fx_px", 1, [](auto& c) -> auto& { return c.fx; }, "Focal length, horizontal.");
+  pixels(
+      keys, "fy_px", 1, [](auto& c) -> auto& { return c.fy; }, "Focal length, vertical.");
+  pixels(
+      keys, "cx_px", -1e6, [](auto& c) -> auto& { return c.cx; }, "Principal point, horizontal.");
+  pixels(
+      keys, "cy_px", -1e6, [](auto& c) -> auto& { return c.cy; }, "Principal point, vertical.");
+  keys.other("distortion", "list of up to 8 numbers", "", "zeros", "k1, k2, p1, p2, k3, k4, k5, k6.",
+             [](const Config& config, CameraModel& camera) {
+               const std::vector<double> values = config.numbers("distortion", -1, std::vector<double>{});
+               if (values.size() > camera.distortion.size())
+                 config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
+               std::copy(values.begin(), values.end(), camera.distortion.begin());
+             });
+  return keys;
+}
+
+Eigen::Vector3d vector3_from(const Config& config, const std::string& key) {
+  return Eigen::Map<const Eigen::Vector3d>(config.numbers(key, 3).data());
+}
+
+/// A camera at `eye` whose optical axis (z) points at `at`; y points down as far as it can.
+Eigen::Isometry3d pose_looking_at(const Config& config) {
+  const Eigen::Vector3d eye = vector3_from(config, "from_m"), at = vector3_from(config, "at_m");
+  const Eigen::Vector3d up = config.has("up") ? vector3_from(config, "up") : Eigen::Vector3d::UnitZ();
+  config.finish();
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = eye;
+  if (!((at - eye).norm() > 1e-6)) config.fail("at_m", "another point than from_m");
+  const Eigen::Vector3d z = (at - eye).normalized();
+  const Eigen::Vector3d right = z.cross(up);
+  if (!(right.norm() > 1e-6 * up.norm())) config.fail("up", "a direction that is not along the line of sight");
+  const Eigen::Vector3d x = right.normalized();
+  X.linear() << x, z.cross(x), z;
+  return X;
+}
+
+struct Transform {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  int rotations = 0;  // keys that gave the rotation
+};
+
+void read_rotation(const Config& config, Transform& transform) {
+  if (!config.has("rotation")) return;
+  ++transform.rotations;
+  const std::vector<double> values = config.numbers("rotation", 9);
+  transform.X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
+  const Eigen::Matrix3d R = transform.X.linear();
+  if (!((R * R.transpose()).isIdentity(1e-6) && R.determinant() > 0))
+    config.fail("rotation", "a rotation matrix, row by row");
+}
+
+void read_rpy(const Config& config, Transform& transform) {
+  if (!config.has("rpy_rad")) return;
+  if (transform.rotations++ > 0) config.fail("rpy_rad", "either 'rotation' or 'rpy_rad', not both");
+  const std::vector<double> rpy = config.numbers("rpy_rad", 3);
+  transform.X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
+}
+
+ConfigKeys<Transform> transform_keys() {
+  return ConfigKeys<Transform>(
+             "vision.yaml, sections cameras.left_to_right and cameras.left_to_robot",
+             "A rigid transform: of points in the left camera's frame to the right camera's (OpenCV's R and "
+             "T), or to W. A camera's frame has x to the right, y down and z forward.")
+      .other("look_at", "map with `from_m`, `at_m`, `up`", "m", "none",
+             "Only `left_to_robot`, instead of all other keys: the camera is at `from_m` and looks at the point "
+             "`at_m`, both in W; "
+             "`up` (default 0, 0, 1) points up in the image.",
+             [](const Config&, Transform&) {})
+      .other("file", "text", "", "none",
+             "Only `left_to_robot`, instead of all other keys: the file that `multireach-calibrate hand-eye` wrote.",
+             [](const Config&, Transform&) {})
+      .other("translation_m", "list of 3 numbers", "m", "required", "Position of the left camera in the other frame.",
+             [](const Config& config, Transform& t) { t.X.translation() = vector3_from(config, "translation_m"); })
+      .other("rotation", "list of 9 numbers", "", "none", "The rotation matrix, row by row.", read_rotation)
+      .other("rpy_rad", "list of 3 numbers", "rad", "0, 0, 0",
+             "Instead of `rotation`: roll, pitch and yaw about the fixed axes x, y, z in this order, as in URDF: R = "
+             "Rz(yaw) Ry(pitch) Rx(roll).",
+             read_rpy);
+}
+
+}  // namespace
+
 CameraModel camera_model_from(const Config& config) {
   CameraModel camera;
-  camera.width = static_cast<int>(config.integer("width_px", 2, 16384));
-  camera.height = static_cast<int>(config.integer("height_px", 2, 16384));
-  camera.fx = config.number("fx_px", 1, 1e6);
-  camera.fy = config.number("fy_px", 1, 1e6);
-  camera.cx = config.number("cx_px", -1e6, 1e6);
-  camera.cy = config.number("cy_px", -1e6, 1e6);
-  const std::vector<double> distortion = config.numbers("distortion", -1, std::vector<double>{});
-  if (distortion.size() > camera.distortion.size())
-    config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
-  std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
-  config.finish();
+  camera_keys().read(config, camera);
   return camera;
 }
 
 Eigen::Isometry3d transform_from(const Config& config) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(config.numbers("translation_m", 3).data());
-  if (config.has("rotation")) {
-    if (config.has("rpy_rad")) config.fail("rpy_rad", "either 'rotation' or 'rpy_rad', not both");
-    const std::vector<double> values = config.numbers("rotation", 9);
-    X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data());
-    const bool rotation = (X.linear() * X.linear().transpose()).isIdentity(1e-6) && X.linear().determinant() > 0;
-    if (!rotation) config.fail("rotation", "a rotation matrix, row by row");
-  } else {
-    const std::vector<double> rpy = config.numbers("rpy_rad", 3, std::vector<double>{0, 0, 0});
-    X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
-  }
-  config.finish();
-  return X;
+  Transform transform;
+  transform_keys().read(config, transform);
+  return transform.X;
 }
 
 StereoRig inline_rig(const Config& cameras) {
@@ -53,6 +130,11 @@ StereoRig inline_rig(const Config& cameras) {
 namespace {
 
 Eigen::Isometry3d left_to_robot_from(const Config& section, std::string& files) {
+  if (section.has("look_at")) {
+    const Eigen::Isometry3d X = pose_looking_at(section.section("look_at"));
+    section.finish();
+    return X;
+  }
   if (!section.has("file")) return transform_from(section);
   const std::string path = beside(section.file(), section.text("file"));
   section.finish();
@@ -64,36 +146,77 @@ Eigen::Isometry3d left_to_robot_from(const Config& section, std::string& files) 
   return X;
 }
 
+/// What the section `cameras` says.
+struct CamerasSection {
+  std::vector<std::string> paths;
+  CameraFileHints hints;
+};
+
+ConfigKeys<CamerasSection> cameras_keys() {
+  using Section = CamerasSection;
+  const auto read_elsewhere = [](const char* key) { return [=](const Config& config, Section&) { config.has(key); }; };
+  return ConfigKeys<Section>("vision.yaml, section cameras",
+                             "The two cameras: `left`, `right` and `left_to_right`, or the files of a calibration.")
+      .other("left_to_robot", "section", "", "required unless `file` is a vision.yaml that has it", "X_WL.",
+             read_elsewhere("left_to_robot"))
+      .other("file", "text", "", "none",
+             "A calibration in a third-party format: OpenCV, Kalibr, or another vision.yaml.",
+             [](const Config& config, Section& s) {
+               if (config.has("file")) s.paths = {config.text("file")};
+             })
+      .other("files", "list of 1 or 2 texts", "", "none",
+             "Instead of `file`: the two files of ROS (left, right) or of OpenCV (intrinsics, extrinsics).",
+             [](const Config& config, Section& s) {
+               if (!config.has("files")) return;
+               if (!s.paths.empty()) config.fail("files", "either 'file' or 'files', not both");
+               s.paths = config.texts("files");
+               if (s.paths.empty() || s.paths.size() > 2) config.fail("files", "one or two names of files");
+             })
+      .only("without file and files", [](const Section& s) { return s.paths.empty(); })
+      .other("left", "section", "", "required", "The left camera.", read_elsewhere("left"))
+      .other("right", "section", "", "required", "The right camera.", read_elsewhere("right"))
+      .other("left_to_right", "section", "", "required", "X_RL.", read_elsewhere("left_to_right"))
+      .only("with file or files", [](const Section& s) { return !s.paths.empty(); })
+      .integer(
+          "width_px", "pixels", 2, 16384, [](auto& s) -> auto& { return s.hints.width; },
+          "Width of the images, where the files do not tell it.")
+      .integer(
+          "height_px", "pixels", 2, 16384, [](auto& s) -> auto& { return s.hints.height; },
+          "Height of the images, where the files do not tell it.")
+      .other("unit", "`m`, `cm`, `mm`, `inch`", "", "none", "Unit of the baseline, where the files do not tell it.",
+             [](const Config& config, Section& s) {
+               if (config.has("unit"))
+                 s.hints.unit_m = metres_in("unit", config.choice("unit", {"m", "cm", "mm", "inch"}));
+             });
+}
+
 }  // namespace
+
+std::string rig_config_reference() {
+  return cameras_keys().reference() + "\n" + camera_keys().reference() + "\n" + transform_keys().reference();
+}
 
 RigConfig load_rig(const Config& cameras) {
   RigConfig config;
   StereoRig& rig = config.rig;
-  const bool several = cameras.has("files");
   bool knows_robot = false;
-  if (several || cameras.has("file")) {
-    if (several && cameras.has("file")) cameras.fail("files", "either 'file' or 'files', not both");
-    std::vector<std::string> paths = several ? cameras.texts("files") : std::vector<std::string>{cameras.text("file")};
-    if (paths.empty() || paths.size() > 2) cameras.fail("files", "one or two names of files");
-    CameraFileHints hints;
-    if (cameras.has("width_px")) hints.width = static_cast<int>(cameras.integer("width_px", 2, 16384));
-    if (cameras.has("height_px")) hints.height = static_cast<int>(cameras.integer("height_px", 2, 16384));
-    if (cameras.has("unit")) hints.unit_m = metres_in("unit", cameras.choice("unit", {"m", "cm", "mm", "inch"}));
-    for (std::string& path : paths) {
+  CamerasSection section;
+  cameras_keys().read(cameras, section);
+  if (section.paths.empty()) {
+    rig = inline_rig(cameras);
+  } else {
+    for (std::string& path : section.paths) {
       path = beside(cameras.file(), path);
       std::error_code error;
       if (std::filesystem::equivalent(path, cameras.file(), error)) cameras.fail("file", "another file than this one");
       config.files += read_text_file(path);
     }
-    const CameraFiles found = read_camera_files(paths, hints);
+    const CameraFiles found = read_camera_files(section.paths, section.hints);
     rig = found.rig;
     knows_robot = found.knows_robot;
-  } else {
-    rig = inline_rig(cameras);
   }
   if (!knows_robot || cameras.has("left_to_robot"))
     rig.X_WL = left_to_robot_from(cameras.section("left_to_robot"), config.files);
-  cameras.finish();
   check_rig(rig, cameras.file());
   return config;
 }

@@ -10,7 +10,7 @@ namespace multireach {
 
 /// One camera: width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion.
 CameraModel camera_model_from(const Config& config);
-/// A rigid transform given by `translation_m` and `rpy_rad` or `rotation` (row by row).
+/// A rigid transform given by `translation_m` and `rpy_rad` (about fixed x, y, z) or `rotation` (row by row).
 Eigen::Isometry3d transform_from(const Config& config);
 
 /// Reads left, right and left_to_right of a section `cameras`; X_WL is the identity.
@@ -27,5 +27,8 @@ struct RigConfig {
 /// left_to_robot, which may be {file: F} with F as `multireach-calibrate hand-eye` writes it. Paths are relative to the
 /// vision file. Throws InputError.
 RigConfig load_rig(const Config& cameras);
+
+/// The sections on cameras of the reference page.
+std::string rig_config_reference();
 
 }  // namespace multireach

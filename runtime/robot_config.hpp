@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "kinematics/chain.hpp"
@@ -13,18 +14,22 @@ struct RobotConfig {
   Config file;
   std::string urdf_path;
   Chain chain;
-  int64_t digest = 0;           ///< of both files' bytes
-  int64_t tick_us = 50000;      ///< period of the controller's set-points (`tick_ms`)
-  int64_t state_period_us = 0;  ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
+  int64_t digest = 0;                     ///< of both files' bytes
+  int64_t tick_us = 50000;                ///< period of the controller's set-points (`tick_ms`)
+  int64_t state_period_us = 0;            ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
+  std::map<std::string, double> start{};  ///< joint positions from which a simulated robot starts, rad or m
 
-  /// Throws InputError for a missing or malformed file, key, URDF or link.
-  static RobotConfig load(const std::string& path);
+  /// Reads a robot.yaml, or the one in a folder. Throws InputError for a missing or malformed file, key, URDF or link.
+  static RobotConfig load(const std::string& file_or_folder);
   /// An optional section of the file.
   std::optional<Config> section(const std::string& name) const;
 };
 
 /// The joint configuration under `key`, one value per joint of the chain. Throws InputError when it is outside the
 /// limits.
-JointVector posture_from(const Config& config, const std::string& key, const Chain& chain);
+JointVector joint_configuration_from(const Config& config, const std::string& key, const Chain& chain);
+
+/// The reference page's sections on what several processes read in a robot.yaml.
+std::string robot_config_reference();
 
 }  // namespace multireach

@@ -54,7 +54,7 @@ compute() {
   local urdf base tip
   IFS=: read -r urdf base tip <<<"$(arm_of "$1")"
   build/release/bin/multireach-figures "$(scene_of "$1")" --urdf "$urdf" --base "$base" --tip "$tip" \
-    --csv "$work/$1.csv" --measures "$work/$1.measures"
+    -o "$work/$1.csv" --measures "$work/$1.measures"
 }
 
 # draw NAME FOLDER: the table by the commands of studies/figures/SCENE.gp, whose first line says the size.

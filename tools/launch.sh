@@ -124,7 +124,7 @@ start controller "$bin/multireach-controller" --config "$robot/robot.yaml" "${li
 start bridge "$bin/multireach-bridge" --config "$robot/robot.yaml" "${live[@]}"
 start robot_sim "$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}"
 all=$(IFS=,; echo "${nodes[*]}")
-start wait "$bin/multireach-view" --config "$robot/robot.yaml" "${live[@]}" --wait-for "$all" --seconds 10
+start wait "$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$all" --seconds 10
 wait "${pids[wait]}"
 waited=$?
 [ $interrupted = yes ] && exit 130
@@ -133,7 +133,7 @@ check
 [ $waited -eq 0 ] || { cat "$work/wait.err" >&2; fail "the nodes did not start" 1; }
 
 # The view writes to this terminal.
-setpriv --pdeathsig TERM -- "$bin/multireach-view" --config "$robot/robot.yaml" "${live[@]}" 2> >(grep --line-buffered -v '\[info\]' >&2) &
+setpriv --pdeathsig TERM -- "$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" 2> >(grep --line-buffered -v '\[info\]' >&2) &
 pids[view]=$!
 if [ -n "$camera" ]; then
   eval "camera_arguments=($camera)"
@@ -166,7 +166,7 @@ for log in "$work/control.lcm" "$work/images.lcm"; do [ -s "$log" ] && logs+=("$
 [ ${#logs[@]} -gt 0 ] || fail "nothing was recorded" 1
 "$bin/multireach-log" merge "${logs[@]}" --output "$full" || exit 1
 if [ -n "$record" ]; then cp "$full" "$record" || fail "--record: '$record' cannot be written"; fi
-"$bin/multireach-log" report "$full" --config "$robot/robot.yaml" ${json:+--json "$json"}
+"$bin/multireach-log" report "$full" --robot "$robot/robot.yaml" ${json:+--json "$json"}
 code=$?
 [ $interrupted = yes ] && exit 130
 exit $code

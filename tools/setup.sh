@@ -73,8 +73,10 @@ if [ ${#missing[@]} -gt 0 ]; then
   # A line for each archive: its address, file name, size, and digest.
   plan=$(apt-get -qq -y --print-uris --no-install-recommends install "${missing[@]}" 2>/dev/null || true)
   awk -v names="${missing[*]}" '{ size += $3 } END { printf "Installing %d Debian packages (download: %d MB) for: %s\n", NR, size / 1e6, names }' <<<"$plan" >&2
-  if ! "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends -o APT::Status-Fd=1 \
-      -o Dpkg::Use-Pty=0 "${missing[@]}" 2>&1 |
+  # The status has a descriptor of its own: apt closes it for the packages' own scripts, which write to standard output. The shell
+  # inside opens it, because sudo closes all descriptors but the first three.
+  if ! "${sudo[@]}" sh -c 'DEBIAN_FRONTEND=noninteractive exec apt-get "$@" 3>&1' apt-get install -y -q --no-install-recommends \
+      -o APT::Status-Fd=3 -o Dpkg::Use-Pty=0 "${missing[@]}" 2>&1 |
       progress '/^(dl|pm)status:/ { split($0, part, ":"); text = sprintf("%s packages: %d %%", $0 ~ /^dl/ ? "Downloading" : "Installing", part[3]) } !text { next }'; then
     grep -v '^..status:' "$log" >&2
     echo "setup.sh: apt-get failed" >&2

@@ -59,20 +59,22 @@ double offset_s(int64_t image, int64_t pair) {
 }  // namespace
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
-    : options_(checked(options)), eyes_{eye(options, Side::kLeft), eye(options, Side::kRight)}, track_(options.track) {}
+    : options_(checked(options)),
+      cameras_{camera_state(options, Side::kLeft), camera_state(options, Side::kRight)},
+      track_(options.track) {}
 
-StereoTracker::Eye StereoTracker::eye(const TrackerOptions& options, Side side) {
+StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& options, Side side) {
   const bool left = side == Side::kLeft;
   const bool sphere = options.match.radius_m > 0;
   return {left ? options.rig.left : options.rig.right, options.colour[left ? 0 : 1],
           sphere ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything};
 }
 
-bool StereoTracker::begin(int64_t utime) {
+bool StereoTracker::restart_if_past(int64_t utime) {
   if (!track_.restarts_at(utime)) return false;
   track_ = TargetTrack(options_.track);
   radius_m_ = 0;
-  for (Eye& eye : eyes_) eye.gains = {};
+  for (CameraState& camera_state : cameras_) camera_state.gains = {};
   return true;
 }
 
@@ -104,24 +106,24 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   return window.empty() || window.area() > kWorthwhile * whole.area() ? whole : window;
 }
 
-View StereoTracker::look(Side side, const cv::Mat& bgr, const cv::Rect& window) {
-  Eye& eye = eyes_[static_cast<size_t>(index(side))];
+View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window) {
+  CameraState& camera_state = cameras_[static_cast<size_t>(index(side))];
   const cv::Rect whole = whole_image(side);
   View view;
   view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole.size();
   if (!view.fits) return view;
   view.window = window;
   view.bgr = bgr;
-  const Found found = eye.finder.find(bgr, window, eye.model.members(eye.gains),
-                                      {.min_area = options_.min_area_px, .most = kMostBlobs});
+  const Found found = camera_state.finder.find(bgr, window, camera_state.model.members(camera_state.gains),
+                                               {.min_area = options_.min_area_px, .most = kMostBlobs});
   view.filled = found.crowded || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
   view.blobs.assign(found.blobs.begin(), found.blobs.end());
-  const Eigen::Matrix2d besides =
+  const Eigen::Matrix2d additional =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
-    view.contours.push_back(eye.fitter.fit(bgr, blob));
-    view.contours.back().covariance.topLeftCorner<2, 2>() += besides;
+    view.contours.push_back(camera_state.fitter.fit(bgr, blob));
+    view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
   }
   view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
@@ -160,7 +162,7 @@ StereoMatch StereoTracker::match(const PairTimes& times, const View& left, const
   return match;
 }
 
-bool StereoTracker::enough(const StereoMatch& match, const View& left, const View& right) const {
+bool StereoTracker::is_whole(const StereoMatch& match, const View& left, const View& right) const {
   if (match.status != StereoMatch::Status::kSeen) return false;
   constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
@@ -203,21 +205,21 @@ TargetReport StereoTracker::report(TargetTrack::Status status, const char* reaso
           .reason = reason};
 }
 
-TargetReport StereoTracker::take_unseen(int64_t utime, const char* reason) {
+TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
   track_.take(utime, std::nullopt);
-  for (Eye& eye : eyes_) eye.gains = relaxed(eye.gains);
+  for (CameraState& camera_state : cameras_) camera_state.gains = relaxed(camera_state.gains);
   return report(unseen_status(), reason);
 }
 
-TargetReport StereoTracker::take(const PairTimes& times, const StereoMatch& match, const View& left,
-                                 const View& right) {
+TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
+                                   const View& right) {
   using Status = StereoMatch::Status;
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
   const bool seen = match.status == Status::kSeen || match.status == Status::kNotWhereExpected;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
                       match.left >= 0 && match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
-  if (!seen && !partly) return take_unseen(times.pair, description(match.status));
+  if (!seen && !partly) return update_unseen(times.pair, description(match.status));
   const int64_t before = track_.utime();
   const PositionEstimate estimate = estimate_at_pair(times, match);
   if (!track_.take(times.pair, estimate, seen)) {
@@ -234,45 +236,47 @@ TargetReport StereoTracker::take(const PairTimes& times, const StereoMatch& matc
     adapt(Side::kLeft, left, match.left, quality);
     adapt(Side::kRight, right, match.right, quality);
   }
-  TargetReport said = report(TargetTrack::Status::kTracked, description(Status::kSeen));
-  said.estimate = estimate;
-  return said;
+  TargetReport tracked = report(TargetTrack::Status::kTracked, description(Status::kSeen));
+  tracked.estimate = estimate;
+  return tracked;
 }
 
 void StereoTracker::adapt(Side side, const View& view, int chosen, double quality) {
-  Eye& eye = eyes_[static_cast<size_t>(index(side))];
-  const IlluminationSample sample = eye.model.sample(eye.gains, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
-  eye.gains = adapted(eye.gains, sample, quality);
+  CameraState& camera_state = cameras_[static_cast<size_t>(index(side))];
+  const IlluminationSample sample =
+      camera_state.model.sample(camera_state.gains, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
+  camera_state.gains = adapted(camera_state.gains, sample, quality);
 }
 
 std::vector<double> StereoTracker::serialize(int64_t utime) const {
-  std::vector<double> memory = track_.serialize();
-  memory.push_back(static_cast<double>(track_.utime() - utime));
-  memory.push_back(radius_m_);
-  for (const Eye& eye : eyes_) memory.insert(memory.end(), {eye.gains.red, eye.gains.blue});
-  return memory;
+  std::vector<double> state = track_.serialize();
+  state.push_back(static_cast<double>(track_.utime() - utime));
+  state.push_back(radius_m_);
+  for (const CameraState& camera_state : cameras_)
+    state.insert(state.end(), {camera_state.gains.red, camera_state.gains.blue});
+  return state;
 }
 
-bool StereoTracker::deserialize(int64_t utime, std::span<const double> memory) {
+bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   constexpr size_t kOwn = 6;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
-  if (memory.size() < kOwn) return false;
-  const auto own = memory.last(kOwn);
+  if (state.size() < kOwn) return false;
+  const auto own = state.last(kOwn);
   if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
   if (!(own[1] >= 0 && own[1] < 1e6)) return false;
   for (const double gain : own.last(4)) {
     if (!(gain >= kSmallestGain && gain <= kLargestGain)) return false;
   }
-  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), memory.first(memory.size() - kOwn))) return false;
+  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), state.first(state.size() - kOwn))) return false;
   radius_m_ = own[1];
-  eyes_[0].gains = {own[2], own[3]};
-  eyes_[1].gains = {own[4], own[5]};
+  cameras_[0].gains = {own[2], own[3]};
+  cameras_[1].gains = {own[4], own[5]};
   return true;
 }
 
 StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
-  const View left = look(Side::kLeft, left_bgr, whole_image(Side::kLeft));
-  const View right = look(Side::kRight, right_bgr, whole_image(Side::kRight));
+  const View left = measure(Side::kLeft, left_bgr, whole_image(Side::kLeft));
+  const View right = measure(Side::kRight, right_bgr, whole_image(Side::kRight));
   return match({}, left, right);
 }
 

@@ -47,8 +47,9 @@ struct TargetReport {
   const char* reason = "";                                        ///< why the target has this status, as text
 };
 
-/// Tracks one coloured object through stereo pairs. Deterministic: its whole state between pairs is what serialize()
-/// returns. For each pair: begin(), look() at both images, match(), then take() or take_unseen().
+/// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
+/// pair restart_if_past(), measure() for both images, match(), then update() or update_unseen(). Deterministic: its
+/// whole state between pairs is what serialize() returns.
 class StereoTracker {
  public:
   /// Throws std::invalid_argument for invalid options: no colour, cameras without size or focal length, no baseline, a
@@ -58,34 +59,34 @@ class StereoTracker {
   const TrackerOptions& options() const { return options_; }
   /// Call first for each pair. When the pair is more than a second older than the last one, as when a log is played
   /// again, resets the tracker and returns true.
-  bool begin(int64_t utime);
+  bool restart_if_past(int64_t utime);
   cv::Rect whole_image(Side side) const;
   /// Search window for a pair at time `utime`: around the predicted position, or the whole image.
   cv::Rect window(Side side, int64_t utime) const;
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
-  /// and must live until take(). The two sides may be processed concurrently.
-  View look(Side side, const cv::Mat& bgr, const cv::Rect& window);
+  /// and must live until update(). The two sides may be processed concurrently.
+  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window);
   /// Matches and triangulates the two views. Does not change the tracker.
   StereoMatch match(const PairTimes& times, const View& left, const View& right) const;
   /// Whether the windows sufficed, so that the whole images need not be searched: the object was matched and lies
   /// completely inside both windows.
-  bool enough(const StereoMatch& match, const View& left, const View& right) const;
+  bool is_whole(const StereoMatch& match, const View& left, const View& right) const;
   /// Updates the track and the white balance with a pair. `match` is the match of these views.
-  TargetReport take(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  TargetReport update(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
   /// Updates the track with a pair that has no usable match. `reason` must be a string literal: it is not copied.
-  TargetReport take_unseen(int64_t utime, const char* reason);
+  TargetReport update_unseen(int64_t utime, const char* reason);
 
   /// Matches a single pair by searching the whole images; the pair does not update the track.
   StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
 
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;
-  /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `memory` is not valid.
-  bool deserialize(int64_t utime, std::span<const double> memory);
+  /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `state` is not valid.
+  bool deserialize(int64_t utime, std::span<const double> state);
 
  private:
-  struct Eye {
-    Eye(const CameraModel& camera, const ColourModel& colour, double least_seen)
+  struct CameraState {
+    CameraState(const CameraModel& camera, const ColourModel& colour, double least_seen)
         : model(colour), fitter(camera, least_seen) {}
     AdaptedColourModel model;
     WhiteBalanceGains gains;
@@ -93,7 +94,7 @@ class StereoTracker {
     SphereContourFitter fitter;
   };
 
-  static Eye eye(const TrackerOptions& options, Side side);
+  static CameraState camera_state(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
   PositionEstimate estimate_at_pair(const PairTimes& times, const StereoMatch& match) const;
   TargetTrack::Status unseen_status() const;
@@ -101,7 +102,7 @@ class StereoTracker {
   void adapt(Side side, const View& view, int chosen, double quality);
 
   TrackerOptions options_;
-  std::array<Eye, 2> eyes_;
+  std::array<CameraState, 2> cameras_;
   TargetTrack track_;
   double radius_m_ = 0;  // of the object, from the last match
 };

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/config.hpp"
+#include "runtime/config_keys.hpp"
 
 namespace multireach {
 namespace {
@@ -17,9 +17,55 @@ std::string device_name(const Config& config, const std::string& key) {
   return number ? name : beside(config.file(), name);
 }
 
-std::optional<double> given(const Config& config, const std::string& key, double min, double max) {
-  if (!config.has(key)) return std::nullopt;
-  return config.number(key, min, max);
+ConfigKeys<DeviceOptions> device_keys() {
+  using Options = DeviceOptions;
+  using Format = DeviceRequest::Format;
+  using Turn = Options::Turn;
+  const char* device = "number or path";
+  return ConfigKeys<Options>("Camera file",
+                             "Two cameras for `multireach-camera device`, or one that gives both images side by side.")
+      .other("left", device, "", "none", "V4L2 device, FIFO with JPEG images, or video file of the left camera.",
+             [](const Config& config, Options& o) { o.left = device_name(config, "left"); })
+      .other("right", device, "", "none", "The same for the right camera.",
+             [](const Config& config, Options& o) { o.right = device_name(config, "right"); })
+      .other("side_by_side", device, "", "none",
+             "Instead of both: one device whose images hold left and right, side by side.",
+             [](const Config& config, Options& o) { o.side_by_side = device_name(config, "side_by_side"); })
+      .integer(
+          "width_px", "pixels", 2, 16384, [](auto& o) -> auto& { return o.width; }, "Width of one image.")
+      .otherwise("640 from a device, any from a file or FIFO")
+      .integer(
+          "height_px", "pixels", 2, 16384, [](auto& o) -> auto& { return o.height; }, "Height of one image.")
+      .otherwise("480 from a device, any from a file or FIFO")
+      .integer(
+          "rate_hz", "Hz", 1, 1000, [](auto& o) -> auto& { return o.rate_hz; }, "Stereo pairs per second.")
+      .choice<Format>(
+          "format", {{"auto", Format::kAuto}, {"MJPG", Format::kMjpg}, {"YUYV", Format::kYuyv}},
+          [](auto& o) -> auto& { return o.format; }, "Pixel format asked of a device.")
+      .number(
+          "exposure_ms", "ms", 0.1, 10000, [](auto& o) -> auto& { return o.exposure_ms; }, "Exposure time.")
+      .otherwise("automatic")
+      .number(
+          "white_balance_k", "K", 1000, 20000, [](auto& o) -> auto& { return o.white_balance_k; },
+          "Colour temperature.")
+      .otherwise("automatic")
+      .number(
+          "gain", "the device's", 0, 65535, [](auto& o) -> auto& { return o.gain; }, "Gain.")
+      .otherwise("automatic")
+      .number(
+          "lock_after_s", "s", 0, 3600, [](auto& o) -> auto& { return o.lock_after_s; },
+          "When automatic settings are locked.")
+      .otherwise("never")
+      .integer(
+          "jpeg_quality", "", 0, 100, [](auto& o) -> auto& { return o.jpeg_quality; },
+          "Quality of images that are not JPEG already; 0: sent raw.")
+      .number(
+          "max_skew_ms", "ms", 0, 1000, [](auto& o) -> auto& { return o.max_skew_ms; },
+          "Largest difference of the two images' times in a pair.")
+      .otherwise("half a frame period")
+      .choice<Turn>(
+          "rotate_180", {{"none", Turn::kNone}, {"left", Turn::kLeft}, {"right", Turn::kRight}, {"both", Turn::kBoth}},
+          [](auto& o) -> auto& { return o.rotate_180; }, "Which cameras are mounted upside down.");
 }
 
 }  // namespace
@@ -40,29 +86,13 @@ void DeviceOptions::check(const std::string& where) const {
 }
 
 DeviceOptions load_device_options(const std::string& path) {
-  const Config config = Config::load(path);
   DeviceOptions options;
-  options.left = device_name(config, "left");
-  options.right = device_name(config, "right");
-  options.side_by_side = device_name(config, "side_by_side");
-  options.width = static_cast<int>(config.integer("width_px", 2, 16384, options.width));
-  options.height = static_cast<int>(config.integer("height_px", 2, 16384, options.height));
-  options.rate_hz = config.integer("rate_hz", 1, 1000, options.rate_hz);
-  const std::string format = config.choice("format", {"auto", "MJPG", "YUYV"}, "auto");
-  if (format == "MJPG") options.format = DeviceRequest::Format::kMjpg;
-  if (format == "YUYV") options.format = DeviceRequest::Format::kYuyv;
-  options.exposure_ms = given(config, "exposure_ms", 0.1, 10000);
-  options.white_balance_k = given(config, "white_balance_k", 1000, 20000);
-  options.gain = given(config, "gain", 0, 65535);
-  options.lock_after_s = given(config, "lock_after_s", 0, 3600);
-  options.jpeg_quality = static_cast<int>(config.integer("jpeg_quality", 0, 100, options.jpeg_quality));
-  options.max_skew_ms = given(config, "max_skew_ms", 0, 1000);
-  const std::string turn = config.choice("rotate_180", {"none", "left", "right", "both"}, "none");
-  if (turn == "left") options.rotate_180 = DeviceOptions::Turn::kLeft;
-  if (turn == "right") options.rotate_180 = DeviceOptions::Turn::kRight;
-  if (turn == "both") options.rotate_180 = DeviceOptions::Turn::kBoth;
-  config.finish();
+  device_keys().read(Config::load(path), options);
   return options;
+}
+
+std::string device_config_reference() {
+  return device_keys().reference();
 }
 
 }  // namespace multireach

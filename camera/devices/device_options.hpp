@@ -29,4 +29,7 @@ struct DeviceOptions {
 /// Reads a device file (docs/cameras.md). Throws InputError that names file, line and key.
 DeviceOptions load_device_options(const std::string& path);
 
+/// The section of the reference page on a device file.
+std::string device_config_reference();
+
 }  // namespace multireach

@@ -16,7 +16,7 @@ DeviceOptions DeviceArguments::options() const {
   options.height = height.value_or(options.height);
   options.rate_hz = rate_hz.value_or(options.rate_hz);
   options.jpeg_quality = jpeg_quality.value_or(options.jpeg_quality);
-  if (max_skew_ms) options.max_skew_ms = max_skew_ms;
+  if (max_skew_s) options.max_skew_ms = *max_skew_s * 1e3;
   options.check(file.empty() ? "device" : file);
   return options;
 }
@@ -37,8 +37,10 @@ CLI::App* add_device_command(CLI::App& cli, DeviceArguments& arguments) {
   device->add_option("--rate", arguments.rate_hz, "pairs per second [30]")->check(CLI::Range(1, 1000));
   device->add_option("--jpeg-quality", arguments.jpeg_quality, "of images that are not JPEG; 0 sends them raw [90]")
       ->check(CLI::Range(0, 100));
-  device->add_option("--max-skew-ms", arguments.max_skew_ms, "between the images of a pair [half a period]")
-      ->check(finite_range(0, 1000));
+  device
+      ->add_option("--max-skew", arguments.max_skew_s,
+                   "largest difference of the two images' times in a pair, s [half a period]")
+      ->check(finite_range(0, 1));
   return device;
 }
 

@@ -12,7 +12,7 @@ struct DeviceArguments {
   std::optional<std::string> left, right, side_by_side;
   std::optional<int> width, height, jpeg_quality;
   std::optional<int64_t> rate_hz;
-  std::optional<double> max_skew_ms;
+  std::optional<double> max_skew_s;
 
   /// The options of the device file, overridden by the command line. Throws InputError.
   DeviceOptions options() const;

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   cli.fallthrough();
   cli.require_subcommand(1);
   const LiveOptions& live = program.add_live_options();
+  program.add_config_reference([] { return RenderSource::config_reference() + "\n" + device_config_reference(); });
 
   std::string scene;
   CLI::App* render = cli.add_subcommand("render", "a ball on a scripted path, with the truth on TARGET_TRUTH");

@@ -1,50 +1,94 @@
 #include "camera/node/render_source.hpp"
 
+#include "runtime/config_keys.hpp"
 #include "runtime/rig_config.hpp"
 
 namespace multireach {
 namespace {
 
-SceneOptions scene_options_from(const Config& scene) {
-  SceneOptions options;
-  options.seed = static_cast<uint64_t>(scene.integer("seed", 0, INT64_MAX, 1));
-  options.noise_grey_levels = scene.number("noise_grey_levels", 0, 100, options.noise_grey_levels);
-  options.wall_distance_m = scene.number("wall_distance_m", 0.05, 1000, options.wall_distance_m);
-  options.distractors = static_cast<int>(scene.integer("distractors", 0, 1000, options.distractors));
-  if (scene.has("ball")) {
-    const Config ball = scene.section("ball");
-    options.ball_radius_m = ball.number("radius_m", 1e-4, 10, options.ball_radius_m);
-    const std::vector<double> rgb = ball.numbers("rgb", 3, std::vector<double>{220, 40, 110});
-    options.ball_colour = {rgb[0], rgb[1], rgb[2]};
-    ball.finish();
-  }
-  return options;
-}
+/// The section `ball` of a scene.
+struct Ball {
+  double radius_m = SceneOptions{}.ball_radius_m;
+  Rgb colour{220, 40, 110};
+};
 
-Config checked(const Config& scene) {
-  scene.finish({"vision", "target_name", "seed", "rate_hz", "origin_utime", "end_s", "jpeg_quality",
-                "noise_grey_levels", "wall_distance_m", "distractors", "ball", "path"});
-  return scene;
+ConfigKeys<Ball> ball_keys() {
+  return ConfigKeys<Ball>("Scene file, section ball", "The ball.")
+      .number(
+          "radius_m", "m", 1e-4, 10, [](auto& b) -> auto& { return b.radius_m; }, "Its radius.")
+      .other("rgb", "list of 3 numbers", "0 to 255", "220, 40, 110", "Its colour.",
+             [](const Config& config, Ball& ball) {
+               if (!config.has("rgb")) return;
+               const std::vector<double> rgb = config.numbers("rgb", 3);
+               ball.colour = {rgb[0], rgb[1], rgb[2]};
+             });
 }
 
 }  // namespace
 
-RenderSource::RenderSource(const std::string& scene_path)
-    : RenderSource(
-          checked(Config::load(scene_path)),
-          load_rig(Config::load(beside(scene_path, Config::load(scene_path).text("vision"))).section("cameras")).rig) {}
+ConfigKeys<RenderSource::Scene> RenderSource::scene_keys() {
+  return ConfigKeys<Scene>(
+             "Scene file",
+             "What `multireach-camera render` renders: a ball before a wall. Paths are relative to the file.")
+      .text(
+          "vision", [](auto& s) -> auto& { return s.vision; }, "The vision.yaml whose cameras see the scene.")
+      .required()
+      .text(
+          "target_name", [](auto& s) -> auto& { return s.target_name; }, "Name of the target in TARGET_TRUTH.")
+      .integer(
+          "seed", "", 0, INT64_MAX, [](auto& s) -> auto& { return s.options.seed; }, "Of the noise and the wall.")
+      .integer(
+          "rate_hz", "Hz", 1, 1000, [](auto& s) -> auto& { return s.rate_hz; }, "Stereo pairs per second.")
+      .integer(
+          "origin_utime", "µs", 0, INT64_MAX / 2, [](auto& s) -> auto& { return s.origin_utime; },
+          "Time of the first pair.")
+      .number(
+          "end_s", "s", 0, 1e6, [](auto& s) -> auto& { return s.end_s; }, "Duration of the scene.")
+      .required()
+      .integer(
+          "jpeg_quality", "", 0, 100, [](auto& s) -> auto& { return s.jpeg_quality; },
+          "Quality of the JPEG images; 0: raw images.")
+      .number(
+          "noise_grey_levels", "grey levels", 0, 100, [](auto& s) -> auto& { return s.options.noise_grey_levels; },
+          "Standard deviation of the cameras' noise.")
+      .number(
+          "wall_distance_m", "m", 0.05, 1000, [](auto& s) -> auto& { return s.options.wall_distance_m; },
+          "Distance of the wall from the left camera.")
+      .integer(
+          "distractors", "", 0, 1000, [](auto& s) -> auto& { return s.options.distractors; },
+          "Coloured blobs on the wall that are not the ball.")
+      .other("ball", "section", "", "all defaults", "The ball.",
+             [](const Config& config, Scene& scene) {
+               Ball ball;
+               if (config.has("ball")) ball_keys().read(config.section("ball"), ball);
+               scene.options.ball_radius_m = ball.radius_m;
+               scene.options.ball_colour = ball.colour;
+             })
+      .other("path", "list of sections", "", "required", "How the ball moves; the first entry has `position_m` at 0 s.",
+             [](const Config& config, Scene&) { config.require("path"); });
+}
 
-RenderSource::RenderSource(const Config& scene, const StereoRig& rig)
-    : rig_(rig),
-      target_name_(scene.text("target_name", "target")),
-      rate_hz_(scene.integer("rate_hz", 1, 1000, 30)),
-      origin_utime_(scene.integer("origin_utime", 0, INT64_MAX / 2, 0)),
-      frames_(static_cast<int64_t>(scene.number("end_s", 0, 1e6) * static_cast<double>(rate_hz_))),
-      jpeg_quality_(static_cast<int>(scene.integer("jpeg_quality", 0, 100, 85))),
-      options_(scene_options_from(scene)),
-      path_(scene),
-      left_(options_, rig.left, rig.X_WL, rig.X_WL),
-      right_(options_, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
+std::string RenderSource::config_reference() {
+  return scene_keys().reference() + "\n" + ball_keys().reference() + "\n" + BallPath::config_reference();
+}
+
+RenderSource::RenderSource(const std::string& scene_path) : RenderSource(Config::load(scene_path)) {}
+
+RenderSource::RenderSource(const Config& file) : RenderSource(file, scene_from(file)) {}
+
+RenderSource::Scene RenderSource::scene_from(const Config& file) {
+  Scene scene;
+  scene_keys().read(file, scene);
+  scene.rig = load_rig(Config::load(beside(file.file(), scene.vision)).section("cameras")).rig;
+  return scene;
+}
+
+RenderSource::RenderSource(const Config& file, const Scene& scene)
+    : scene_(scene),
+      frames_(static_cast<int64_t>(scene.end_s * static_cast<double>(scene.rate_hz))),
+      path_(file),
+      left_(scene.options, scene.rig.left, scene.rig.X_WL, scene.rig.X_WL),
+      right_(scene.options, scene.rig.right, scene.rig.X_WL * scene.rig.X_RL.inverse(), scene.rig.X_WL) {}
 
 Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball,
                              uint64_t stream) {
@@ -55,8 +99,8 @@ Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<E
               .row_stride = 0,
               .pixelformat = image_t::PIXEL_FORMAT_MJPEG,
               .data = {}};
-  if (jpeg_quality_ > 0) {
-    frame.data = codec_.encode_jpeg(image, jpeg_quality_);
+  if (scene_.jpeg_quality > 0) {
+    frame.data = codec_.encode_jpeg(image, scene_.jpeg_quality);
   } else {
     frame.pixelformat = image_t::PIXEL_FORMAT_BGR;
     frame.row_stride = static_cast<int>(image.step);
@@ -66,18 +110,18 @@ Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<E
 }
 
 bool RenderSource::in_both_images(const Eigen::Vector3d& p_WB) const {
-  const Eigen::Vector3d p_L = rig_.X_WL.inverse() * p_WB;
+  const Eigen::Vector3d p_L = scene_.rig.X_WL.inverse() * p_WB;
   const auto inside = [](const CameraModel& camera, const Eigen::Vector3d& p_C) {
     if (p_C.z() <= 0) return false;
     const Eigen::Vector2d pixel = camera.project(p_C);
     return pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= camera.width - 1 && pixel.y() <= camera.height - 1;
   };
-  return inside(rig_.left, p_L) && inside(rig_.right, rig_.X_RL * p_L);
+  return inside(scene_.rig.left, p_L) && inside(scene_.rig.right, scene_.rig.X_RL * p_L);
 }
 
 std::optional<StereoPair> RenderSource::next() {
   if (frame_ >= frames_) return std::nullopt;
-  const double time = static_cast<double>(frame_) / static_cast<double>(rate_hz_);
+  const double time = static_cast<double>(frame_) / static_cast<double>(scene_.rate_hz);
   const Eigen::Vector3d p_WB = path_.position(time);
   std::optional<Eigen::Vector3d> ball;
   if (!path_.hidden(time)) ball = p_WB;
@@ -88,7 +132,7 @@ std::optional<StereoPair> RenderSource::next() {
   pair.right = frame_of(right_, ball, stream + 1);
   target_t truth{};
   truth.utime = truth.left_frame_utime = truth.right_frame_utime = pair.utime;
-  truth.name = target_name_;
+  truth.name = scene_.target_name;
   truth.status = ball && in_both_images(*ball) ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
   Eigen::Map<Eigen::Vector3d>(truth.position_m) = p_WB;
   pair.truth = truth;

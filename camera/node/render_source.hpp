@@ -7,6 +7,7 @@
 #include "camera/rendering/ball_renderer.hpp"
 #include "imaging/image_codec.hpp"
 #include "imaging/stereo_rig.hpp"
+#include "runtime/config_keys.hpp"
 
 namespace multireach {
 
@@ -17,20 +18,32 @@ class RenderSource : public CameraSource {
   /// `scene_path`: a scene file, e.g. logs/reach.yaml. Throws InputError.
   explicit RenderSource(const std::string& scene_path);
 
+  /// The sections of the reference page on a scene file.
+  static std::string config_reference();
+
   std::optional<StereoPair> next() override;
-  int64_t next_utime() const override { return origin_utime_ + frame_ * 1000000 / rate_hz_; }
-  int64_t period_us() const override { return 1000000 / rate_hz_; }
+  int64_t next_utime() const override { return scene_.origin_utime + frame_ * 1000000 / scene_.rate_hz; }
+  int64_t period_us() const override { return 1000000 / scene_.rate_hz; }
 
  private:
-  RenderSource(const Config& scene, const StereoRig& rig);
+  struct Scene {
+    std::string vision{}, target_name = "target";
+    int64_t rate_hz = 30, origin_utime = 0;
+    double end_s = 0;
+    int jpeg_quality = 85;
+    SceneOptions options{};
+    StereoRig rig{};
+  };
+
+  static ConfigKeys<Scene> scene_keys();
+  static Scene scene_from(const Config& file);
+  explicit RenderSource(const Config& file);
+  RenderSource(const Config& file, const Scene& scene);
   Frame frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball, uint64_t stream);
   bool in_both_images(const Eigen::Vector3d& p_WB) const;
 
-  StereoRig rig_;
-  std::string target_name_;
-  int64_t rate_hz_, origin_utime_, frames_;
-  int jpeg_quality_;
-  SceneOptions options_;
+  Scene scene_;
+  int64_t frames_;
   BallPath path_;
   BallRenderer left_, right_;
   ImageCodec codec_;

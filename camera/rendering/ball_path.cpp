@@ -2,29 +2,69 @@
 
 #include <algorithm>
 
+#include "runtime/config_keys.hpp"
+
 namespace multireach {
+
+namespace {
+
+/// One entry of the list `path`.
+struct Entry {
+  double previous_s = 0, at_s = 0;
+  std::optional<Eigen::Vector3d> position, move_to;
+  double over_s = 0, hidden_for_s = 0;
+};
+
+void read_point(const Config& config, const std::string& key, std::optional<Eigen::Vector3d>& point) {
+  if (config.has(key)) point = Eigen::Map<const Eigen::Vector3d>(config.numbers(key, 3).data());
+}
+
+ConfigKeys<Entry> entry_keys() {
+  const auto neither = [](const Entry& e) { return !e.position && !e.move_to; };
+  return ConfigKeys<Entry>("Scene file, entries of path", "One event on the ball's path.")
+      .other("at_s", "number, not less than in the entry before", "s", "required", "When it happens.",
+             [](const Config& config, Entry& e) { e.at_s = config.number("at_s", e.previous_s, 1e6); })
+      .other("position_m", "list of 3 numbers", "m", "none", "The ball jumps to this position in W.",
+             [](const Config& config, Entry& e) { read_point(config, "position_m", e.position); })
+      .only("in an entry without position_m", [](const Entry& e) { return !e.position; })
+      .other("move_to_m", "list of 3 numbers", "m", "none", "The ball moves to this position, with minimum jerk.",
+             [](const Config& config, Entry& e) { read_point(config, "move_to_m", e.move_to); })
+      .only("with move_to_m", [](const Entry& e) { return e.move_to.has_value(); })
+      .number(
+          "over_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.over_s; }, "Duration of the motion.")
+      .required()
+      .only("in an entry without position_m and move_to_m", neither)
+      .number(
+          "hidden_for_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.hidden_for_s; },
+          "The ball is invisible for so long.")
+      .required();
+}
+
+}  // namespace
+
+std::string BallPath::config_reference() {
+  return entry_keys().reference();
+}
 
 BallPath::BallPath(const Config& scene) {
   double previous = 0;
-  for (const Config& entry : scene.sections("path")) {
-    const double at = entry.number("at_s", previous, 1e6);
-    previous = at;
-    const auto point = [&entry](const std::string& key) -> Eigen::Vector3d {
-      return Eigen::Map<const Eigen::Vector3d>(entry.numbers(key, 3).data());
-    };
-    if (entry.has("position_m")) {
-      if (motions_.empty() && at != 0) entry.fail("at_s", "0 in the first entry");
-      motions_.push_back({at, 0, point("position_m")});
+  for (const Config& section : scene.sections("path")) {
+    Entry entry;
+    entry.previous_s = previous;
+    entry_keys().read(section, entry);
+    previous = entry.at_s;
+    if (entry.position) {
+      if (motions_.empty() && entry.at_s != 0) section.fail("at_s", "0 in the first entry");
+      motions_.push_back({entry.at_s, 0, *entry.position});
     } else if (motions_.empty()) {
-      entry.fail("position_m", "the ball's place at the start, in the first entry");
-    } else if (entry.has("move_to_m")) {
-      if (at < motions_.back().begin_s + motions_.back().duration_s)
-        entry.fail("at_s", "a time after the motion above has ended");
-      motions_.push_back({at, entry.number("over_s", 0, 1e6), point("move_to_m")});
+      section.fail("position_m", "the ball's position at the start, in the first entry");
+    } else if (entry.move_to) {
+      if (entry.at_s < motions_.back().begin_s + motions_.back().duration_s)
+        section.fail("at_s", "a time after the motion above has ended");
+      motions_.push_back({entry.at_s, entry.over_s, *entry.move_to});
     } else {
-      hidden_.push_back({at, at + entry.number("hidden_for_s", 0, 1e6)});
+      hidden_.push_back({entry.at_s, entry.at_s + entry.hidden_for_s});
     }
-    entry.finish();
   }
   if (motions_.empty()) scene.fail("path", "at least one entry with position_m");
 }

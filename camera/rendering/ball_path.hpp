@@ -14,6 +14,8 @@ class BallPath {
   /// Reads the list `path`. Each entry has `at_s` (not before the previous entry) and one of `position_m` (jump there),
   /// `move_to_m` with `over_s` (a minimum-jerk motion) or `hidden_for_s`. The first entry has `position_m` at 0.
   explicit BallPath(const Config& scene);
+  /// The section of the reference page on entries of `path`.
+  static std::string config_reference();
 
   /// Position (m, in W) at a time (s from the start).
   Eigen::Vector3d position(double time_s) const;

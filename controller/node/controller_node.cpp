@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "runtime/channels.hpp"
+#include "runtime/config_keys.hpp"
 #include "runtime/files.hpp"
 #include "runtime/joint_fields.hpp"
 
@@ -18,79 +19,182 @@ namespace {
 
 constexpr int64_t kOtherClock = 1000000;  // us: a target further than this from the next tick has another clock
 
-/// Reads the keys that only the law `guarded` has.
-controller::GuardedParameters guarded_parameters_from(const Config& config, const Chain& chain,
-                                                      controller::ReachOptions& options) {
-  controller::GuardedParameters law;
-  if (config.has("gamma_rad2_m2")) law.gamma = config.number("gamma_rad2_m2", 0, 1e12);
-  law.gains.alpha = config.number("alpha_per_step", 1e-6, 1, law.gains.alpha);
-  law.gains.beta = config.number("beta_per_step", 1e-6, 1, law.gains.beta);
-  if (config.has("acceleration_rad_s2")) {
-    const std::vector<double> limits = config.numbers("acceleration_rad_s2", chain.size());
-    for (const double limit : limits) {
-      if (!(limit > 0)) config.fail("acceleration_rad_s2", "a positive number for each joint");
-    }
-    law.acceleration = Eigen::Map<const Eigen::VectorXd>(limits.data(), chain.size());
+enum class Law { kGuarded, kPaper };
+
+/// What the section `controller` says.
+struct ControllerKeys {
+  const Chain* chain = nullptr;
+  Law law = Law::kGuarded;
+  std::optional<double> gamma{}, alpha{}, beta{};
+  controller::ReachOptions options{};
+  controller::GuardedParameters guarded{};
+  std::optional<std::string> target_name{};
+};
+
+void read_acceleration_limits(const Config& config, ControllerKeys& keys) {
+  constexpr const char* kKey = "joint_acceleration_limits";
+  if (!config.has(kKey)) return;
+  const std::vector<double> limits = config.numbers(kKey, keys.chain->size());
+  for (const double limit : limits) {
+    if (!(limit > 0)) config.fail(kKey, "a positive number for each joint");
   }
-  law.body.link_radius_m = config.number("link_radius_m", 0, 10, law.body.link_radius_m);
-  law.body.margin_m = config.number("margin_m", 0, 1, law.body.margin_m);
-  law.body.self_collision = config.flag("self_collision", law.body.self_collision);
-  const std::string task = config.choice("task", {"position", "pointing", "pose"}, "position");
-  if (task == "position") return law;
-  law.tool.orientation_length_m = config.number("orientation_length_m", 1e-6, 1e3, law.tool.orientation_length_m);
-  const auto unit = [&](const char* key, int size) {
-    const std::vector<double> values = config.numbers(key, size);
-    Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(values.data(), size);
-    if (!(vector.norm() > 1e-3 && vector.norm() < 1e3)) config.fail(key, "a vector that is not zero");
-    return Eigen::VectorXd(vector.normalized());
+  keys.guarded.acceleration = Eigen::Map<const Eigen::VectorXd>(limits.data(), keys.chain->size());
+}
+
+/// A vector of `size` numbers, scaled to unit length.
+Eigen::VectorXd unit_vector_from(const Config& config, const std::string& key, int size) {
+  const std::vector<double> values = config.numbers(key, size);
+  const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(values.data(), size);
+  if (!(vector.norm() > 1e-3 && vector.norm() < 1e3)) config.fail(key, "a vector that is not zero");
+  return vector.normalized();
+}
+
+void read_orientation(const Config& config, ControllerKeys& keys) {
+  const Eigen::VectorXd wxyz = unit_vector_from(config, "orientation_wxyz", 4);
+  keys.options.orientation = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).toRotationMatrix();
+}
+
+ConfigKeys<ControllerKeys> controller_keys() {
+  using controller::Feedback;
+  using controller::OnTargetLost;
+  using controller::TaskKind;
+  using Keys = ControllerKeys;
+  const controller::ViteGains guarded = controller::GuardedParameters{}.gains,
+                              paper = controller::PaperParameters{}.gains;
+  const auto either = [](double one, double other) { return fmt::format("{:g}; law `paper`: {:g}", one, other); };
+  const auto is_guarded = [](const Keys& k) { return k.law == Law::kGuarded; };
+  ConfigKeys<Keys> keys("robot.yaml, section controller", "The reaching controller.");
+  keys.choice<Law>(
+          "law", {{"guarded", Law::kGuarded}, {"paper", Law::kPaper}}, [](auto& k) -> auto& { return k.law; },
+          "`guarded` keeps all limits (docs/guarantees.md); `paper` computes the equations as printed.")
+      .number(
+          "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
+          "Weight of the hand's attractor, Eq. (28).")
+      .otherwise(fmt::format("8.5 / reach²; law `paper`: {:g}", controller::PaperParameters{}.gamma))
+      .number(
+          "alpha_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.alpha; },
+          "Attractor gain per integration step, Eq. (3).")
+      .otherwise(either(guarded.alpha, paper.alpha))
+      .number(
+          "beta_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.beta; },
+          "Attractor gain per integration step, Eq. (3).")
+      .otherwise(either(guarded.beta, paper.beta))
+      .integer(
+          "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
+          "Integration steps in each tick.")
+      .number(
+          "jump_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.target.jump_m; },
+          "A target that moves further than this between two images has jumped, and is not filtered.")
+      .number(
+          "wander_m_per_root_s", "m/√s", 0, 1e3, [](auto& k) -> auto& { return k.options.target.wander_m_per_root_s; },
+          "How fast a target at rest may drift, for the filter of its position.")
+      .number(
+          "lost_after_s", "s", 0, 1e6, [](auto& k) -> auto& { return k.options.lost_after_us; },
+          "A target that was not seen for longer than this is lost.", 1e6)
+      .choice<OnTargetLost>(
+          "on_target_lost",
+          {{"keep_target", OnTargetLost::kHoldLastTarget},
+           {"go_to_rest", OnTargetLost::kGoToRest},
+           {"stop", OnTargetLost::kStop}},
+          [](auto& k) -> auto& { return k.options.on_target_lost; },
+          "Continue to the last target, go to the rest configuration, or stop where the arm is.")
+      .other("rest_joint_position", "list, one number for each joint", "rad or m", "where the arm started",
+             "The rest configuration.",
+             [](const Config& config, Keys& k) {
+               if (config.has("rest_joint_position"))
+                 k.options.rest = joint_configuration_from(config, "rest_joint_position", *k.chain);
+             })
+      .choice<Feedback>(
+          "feedback", {{"open", Feedback::kOpen}, {"measured", Feedback::kMeasured}},
+          [](auto& k) -> auto& { return k.options.feedback; },
+          "`open`: the controller integrates its own joint positions, as in the paper; `measured`: they follow the arm "
+          "when something pushes it.")
+      .number(
+          "disturbance_threshold", "rad or m", 0, 10, [](auto& k) -> auto& { return k.options.disturbance_threshold; },
+          "With `feedback: measured`: a joint within this of the commands of the last 0.3 s counts as undisturbed.")
+      .text(
+          "target_name", [](auto& k) -> auto& { return k.target_name; }, "Which of vision's targets to reach for.")
+      .otherwise("the first that is seen")
+      .integer(
+          "seed", "", 0, INT64_MAX, [](auto& k) -> auto& { return k.options.ik.seed; },
+          "Of the search for IK solutions, for arms without a closed form.")
+      .only("with law: paper", [](const Keys& k) { return k.law == Law::kPaper; })
+      .number(
+          "drift_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.drift_m; },
+          "Search θ_T again when K(θ_T) is further than this from the target.")
+      .only("with law: guarded", is_guarded)
+      .other("joint_acceleration_limits", "list, one number for each joint", "rad/s² or m/s²", "none",
+             "Acceleration limit of each joint.", read_acceleration_limits)
+      .number(
+          "link_radius_m", "m", 0, 10, [](auto& k) -> auto& { return k.guarded.body.link_radius_m; },
+          "The links are capsules of this radius, which avoid obstacles; 0: obstacles are ignored.")
+      .number(
+          "margin_m", "m", 0, 1, [](auto& k) -> auto& { return k.guarded.body.margin_m; },
+          "Distance that the links keep from obstacles and from each other.")
+      .flag(
+          "self_collision", [](auto& k) -> auto& { return k.guarded.body.self_collision; },
+          "Whether the links avoid each other.")
+      .choice<TaskKind>(
+          "task", {{"position", TaskKind::kPosition}, {"pointing", TaskKind::kPointing}, {"pose", TaskKind::kPose}},
+          [](auto& k) -> auto& { return k.options.task; },
+          "What the hand reaches: the target's position; also a direction; also an orientation. Both are fixed in W.")
+      .only("with task: pointing or pose",
+            [=](const Keys& k) { return is_guarded(k) && k.options.task != TaskKind::kPosition; })
+      .number(
+          "orientation_length_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.guarded.tool.orientation_length_m; },
+          "Length that weighs an error of orientation (rad) against one of position (m).")
+      .only("with task: pointing",
+            [=](const Keys& k) { return is_guarded(k) && k.options.task == TaskKind::kPointing; })
+      .other("pointing_direction", "list of 3 numbers", "", "required", "Direction, in W, of the tool's axis.",
+             [](const Config& config, Keys& k) {
+               k.options.direction = unit_vector_from(config, "pointing_direction", 3);
+             })
+      .other("tool_axis", "list of 3 numbers", "", "0, 0, 1", "The tool's axis in the hand's frame.",
+             [](const Config& config, Keys& k) {
+               if (config.has("tool_axis")) k.guarded.tool.axis = unit_vector_from(config, "tool_axis", 3);
+             })
+      .only("with task: pose", [=](const Keys& k) { return is_guarded(k) && k.options.task == TaskKind::kPose; })
+      .other("orientation_wxyz", "list of 4 numbers", "", "required",
+             "Orientation of the hand's frame in W, a quaternion.", read_orientation);
+  return keys;
+}
+
+controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
+  controller::ReachOptions options = keys.options;
+  const auto put_gains = [&keys](controller::ViteGains& gains) {
+    gains.alpha = keys.alpha.value_or(gains.alpha);
+    gains.beta = keys.beta.value_or(gains.beta);
   };
-  if (task == "pointing") {
-    options.task = controller::TaskKind::kPointing;
-    options.direction = unit("pointing_direction", 3);
-    if (config.has("tool_axis")) law.tool.axis = unit("tool_axis", 3);
+  if (keys.law == Law::kPaper) {
+    controller::PaperParameters law;
+    law.gamma = keys.gamma.value_or(law.gamma);
+    put_gains(law.gains);
+    options.law = law;
   } else {
-    options.task = controller::TaskKind::kPose;
-    const Eigen::VectorXd wxyz = unit("orientation_wxyz", 4);
-    options.orientation = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).toRotationMatrix();
+    controller::GuardedParameters law = keys.guarded;
+    law.gamma = keys.gamma;
+    put_gains(law.gains);
+    options.law = law;
   }
-  return law;
+  return options;
+}
+
+ControllerKeys read_controller_section(const RobotConfig& robot) {
+  ControllerKeys keys;
+  keys.chain = &robot.chain;
+  keys.options.tick_us = robot.tick_us;
+  if (const auto section = robot.section("controller")) controller_keys().read(*section, keys);
+  return keys;
 }
 
 }  // namespace
 
+std::string controller_config_reference() {
+  return controller_keys().reference();
+}
+
 controller::ReachOptions reach_options_from(const RobotConfig& robot) {
-  controller::ReachOptions options;
-  options.tick_us = robot.tick_us;
-  const auto section = robot.section("controller");
-  if (!section) return options;
-  const Config& config = *section;
-  if (config.choice("law", {"guarded", "paper"}, "guarded") == "paper") {
-    controller::PaperParameters law;
-    law.gamma = config.number("gamma_rad2_m2", 0, 1e12, law.gamma);
-    law.gains.alpha = config.number("alpha_per_step", 1e-6, 1, law.gains.alpha);
-    law.gains.beta = config.number("beta_per_step", 1e-6, 1, law.gains.beta);
-    options.drift_m = config.number("drift_m", 1e-6, 1e3, options.drift_m);
-    options.law = law;
-  } else {
-    options.law = guarded_parameters_from(config, robot.chain, options);
-  }
-  options.steps_per_tick = static_cast<int>(config.integer("steps_per_tick", 1, 1000, options.steps_per_tick));
-  options.target.jump_m = config.number("jump_m", 1e-6, 1e3, options.target.jump_m);
-  options.target.wander_m_per_root_s = config.number("wander_m_per_root_s", 0, 1e3, options.target.wander_m_per_root_s);
-  options.lost_after_us =
-      static_cast<int64_t>(config.number("lost_after_s", 0, 1e6, options.lost_after_us * 1e-6) * 1e6);
-  const std::string on_target_lost =
-      config.choice("on_target_lost", {"keep_target", "go_to_rest", "stop"}, "keep_target");
-  if (on_target_lost == "go_to_rest") options.on_target_lost = controller::OnTargetLost::kGoToRest;
-  if (on_target_lost == "stop") options.on_target_lost = controller::OnTargetLost::kStop;
-  if (config.choice("feedback", {"open", "measured"}, "open") == "measured") {
-    options.feedback = controller::Feedback::kMeasured;
-  }
-  options.disturbance_threshold = config.number("disturbance_threshold_rad", 0, 10, options.disturbance_threshold);
-  if (config.has("rest_rad")) options.rest = posture_from(config, "rest_rad", robot.chain);
-  options.ik.seed = static_cast<uint64_t>(config.integer("seed", 0, INT64_MAX, 1));
-  config.finish({"target_name"});
-  return options;
+  return reach_options_of(read_controller_section(robot));
 }
 
 namespace {
@@ -108,8 +212,7 @@ controller::ReachController controller_from(const RobotConfig& robot) {
 
 ControllerNode::ControllerNode(const RobotConfig& robot)
     : controller_(controller_from(robot)), joint_names_(joint_names(robot.chain)), config_digest_(robot.digest) {
-  const auto section = robot.section("controller");
-  if (section && section->has("target_name")) target_name_ = section->text("target_name");
+  target_name_ = read_controller_section(robot).target_name;
 }
 
 std::vector<std::string_view> ControllerNode::inputs() const {

@@ -8,6 +8,8 @@ namespace multireach {
 
 /// Reads the section `controller`; all keys have defaults. Throws InputError.
 controller::ReachOptions reach_options_from(const RobotConfig& robot);
+/// The section `controller` of the reference page.
+std::string controller_config_reference();
 
 /// Receives TARGET, OBSTACLES and ROBOT_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick. When the first
 /// target arrives, the controller starts from the joint positions of the newest ROBOT_STATE. From then on it integrates

@@ -4,21 +4,34 @@
 #include <multireach/robot_state_t.hpp>
 
 #include "runtime/channels.hpp"
+#include "runtime/config_keys.hpp"
 #include "runtime/joint_fields.hpp"
 
 namespace multireach {
 
+namespace {
+
+ConfigKeys<robot_bridge::BridgeOptions> bridge_keys() {
+  return ConfigKeys<robot_bridge::BridgeOptions>("robot.yaml, section bridge", "The bridge.")
+      .number(
+          "delay_ms", "ms", 0, 1000, [](auto& o) -> auto& { return o.delay_us; },
+          "How late a set-point may arrive without affecting the motion.", 1e3)
+      .number(
+          "speed_where_unlimited", "rad/s or m/s", 1e-3, 1e3, [](auto& o) -> auto& { return o.speed_where_unlimited; },
+          "Speed limit of joints for which the URDF gives none.");
+}
+
+}  // namespace
+
 robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot) {
   robot_bridge::BridgeOptions options;
   options.setpoint_period_us = robot.tick_us;
-  const auto section = robot.section("bridge");
-  if (!section) return options;
-  const Config& config = *section;
-  options.delay_us = static_cast<int64_t>(config.number("delay_ms", 0, 1000, options.delay_us * 1e-3) * 1e3);
-  options.speed_where_unlimited =
-      config.number("speed_where_unlimited_rad_s", 1e-3, 1e3, options.speed_where_unlimited);
-  config.finish();
+  if (const auto section = robot.section("bridge")) bridge_keys().read(*section, options);
   return options;
+}
+
+std::string bridge_config_reference() {
+  return bridge_keys().reference();
 }
 
 BridgeNode::BridgeNode(const RobotConfig& robot)

@@ -10,6 +10,8 @@ namespace multireach {
 
 /// Reads the section `bridge`; all keys have defaults. Throws InputError.
 robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot);
+/// The section `bridge` of the reference page.
+std::string bridge_config_reference();
 
 /// Receives JOINT_SETPOINT and ROBOT_STATE; sends JOINT_COMMAND at 1 kHz once both have arrived.
 class BridgeNode : public Node {

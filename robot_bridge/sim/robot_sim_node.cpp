@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/channels.hpp"
+#include "runtime/config_keys.hpp"
 
 namespace multireach {
 namespace {
@@ -21,15 +22,28 @@ bool finite(double value) {
 
 }  // namespace
 
+namespace {
+
+ConfigKeys<MujocoArmOptions> robot_sim_keys() {
+  return ConfigKeys<MujocoArmOptions>("robot.yaml, section robot_sim",
+                                      "The simulated robot: each joint follows its command as a spring and damper.")
+      .number(
+          "natural_frequency_rad_s", "rad/s", 1, 300, [](auto& o) -> auto& { return o.natural_frequency_rad_s; },
+          "Natural frequency of the joints' position control.")
+      .number(
+          "damping_ratio", "", 0.1, 3, [](auto& o) -> auto& { return o.damping_ratio; }, "Its damping ratio.");
+}
+
+}  // namespace
+
+std::string robot_sim_config_reference() {
+  return robot_sim_keys().reference();
+}
+
 MujocoArm simulated_arm(const RobotConfig& robot) {
   MujocoArmOptions options;
-  if (const auto section = robot.section("robot_sim")) {
-    options.natural_frequency_rad_s =
-        section->number("natural_frequency_rad_s", 1, 300, options.natural_frequency_rad_s);
-    options.damping_ratio = section->number("damping_ratio", 0.1, 3, options.damping_ratio);
-    if (section->has("start_rad")) options.start = section->named_numbers("start_rad");
-    section->finish();
-  }
+  if (const auto section = robot.section("robot_sim")) robot_sim_keys().read(*section, options);
+  options.start = robot.start;
   try {
     return MujocoArm(read_text_file(robot.urdf_path), options);
   } catch (const std::invalid_argument& fault) {

@@ -56,6 +56,8 @@ bool sensible(const joint_command_t& command, const MujocoArm& arm);
 void follow(const joint_command_t& command, MujocoArm& arm);
 /// The arm of a robot.yaml, at the start configuration of its section `robot_sim`. Throws InputError.
 MujocoArm simulated_arm(const RobotConfig& robot);
+/// The section `robot_sim` of the reference page.
+std::string robot_sim_config_reference();
 /// Writes joint names, positions, velocities and torques to `state`.
 void put_joints(const MujocoArm& arm, robot_state_t& state);
 

@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
   program.cli().add_option("--urdf", urdf, "URDF file")->required();
   program.cli().add_option("--base", base, "link at the start of the chain; its frame is W")->required();
   program.cli().add_option("--tip", tip, "link at the end of the chain, the hand")->required();
-  program.cli().add_option("--csv", csv, "output file; - for standard output")->capture_default_str();
+  program.cli().add_option("-o,--output", csv, "CSV file to write; - for standard output")->capture_default_str();
   program.cli().add_option("--measures", measures, "output file for the quantities measured; - for standard output");
   return program.run(argc, argv, [&] {
     using namespace multireach;

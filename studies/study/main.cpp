@@ -21,7 +21,7 @@ struct Options {
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
-  double rechoose_mm = 10, alpha = 0.08;
+  double drift_m = 0.01, alpha = 0.08;
   std::optional<double> beta;
 
   double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
@@ -78,9 +78,7 @@ int print_sample(const Options& options, const ReachSampler& sampler, const std:
         quoted(options.urdf).c_str(), quoted(options.base).c_str(), quoted(options.tip).c_str(), options.law.c_str(),
         list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
         options.alpha, options.beta_of_law(),
-        options.law == "paper"
-            ? (" --rechoose-mm " + list_of(Eigen::VectorXd::Constant(1, options.rechoose_mm))).c_str()
-            : "");
+        options.law == "paper" ? (" --drift " + list_of(Eigen::VectorXd::Constant(1, options.drift_m))).c_str() : "");
   }
   return 0;
 }
@@ -153,8 +151,8 @@ int merge(const Options& options) {
   return 0;
 }
 
-double rechoose_m_of(const Options& options) {
-  return options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+double drift_m_of(const Options& options) {
+  return options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
 }
 
 /// Checks before the study runs whether its results can be written.
@@ -203,7 +201,7 @@ int study(const Options& options) {
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
   check_outputs(options);
-  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, rechoose_m_of(options)};
+  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, drift_m_of(options)};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
   const StudyResult result =
       run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
@@ -214,7 +212,7 @@ int study(const Options& options) {
                  {"law", options.law},
                  {"alpha", options.alpha},
                  {"beta", options.beta_of_law()},
-                 {"rechoose_mm", options.law == "paper" ? options.rechoose_mm : 0},
+                 {"drift_m", options.law == "paper" ? options.drift_m : 0},
                  {"targets", options.targets},
                  {"seed", options.seed},
                  {"samples_of_all_shards", options.samples},
@@ -256,7 +254,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
       ->check(finite_range(1e-6, 1.0));
-  cli.add_option("--rechoose-mm", options.rechoose_mm,
+  cli.add_option("--drift", options.drift_m,
                  "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for "
                  "never")
       ->check(finite_range(0.0, 1e6))

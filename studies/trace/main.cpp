@@ -16,7 +16,7 @@ struct Options {
   std::string urdf, base, tip, law = "paper", start, target, target_posture, csv = "-";
   double gamma = 0, alpha = 0;
   std::optional<double> beta;
-  double rechoose_mm = 0;
+  double drift_m = 0;
   int64_t steps = 0;
 };
 
@@ -41,7 +41,7 @@ void add_options(CLI::App& cli, Options& options) {
   cli.add_option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
       ->check(finite_range(0.0, 1.0));
   cli.add_option(
-         "--rechoose-mm", options.rechoose_mm,
+         "--drift", options.drift_m,
          "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
          "printed in the paper")
       ->check(finite_range(0.0, 1e6))
@@ -49,7 +49,7 @@ void add_options(CLI::App& cli, Options& options) {
   cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
       ->required()
       ->check(CLI::Range(int64_t{0}, int64_t{100000000}));
-  cli.add_option("--csv", options.csv, "output file; - for standard output")->capture_default_str();
+  cli.add_option("-o,--output", options.csv, "CSV file to write; - for standard output")->capture_default_str();
 }
 
 JointVector posture_of(const Chain& chain, const std::string& option, const std::string& text) {
@@ -82,8 +82,7 @@ InputError refused() {
 std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
                        const JointVector& theta_target) {
   const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
-  const double rechoose_m =
-      options.rechoose_mm > 0 ? options.rechoose_mm * 1e-3 : std::numeric_limits<double>::infinity();
+  const double rechoose_m = options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
   controller::PaperBatch batch(chain, law, rechoose_m, 1);
   if (!batch.start(0, start, x_T, theta_target)) throw refused();
   const controller::ArmBlock& block = batch.block(0);

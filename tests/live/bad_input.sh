@@ -54,7 +54,7 @@ expect 2 "key 'noise' is not known" "$bin/multireach-camera" render --config "$w
 expect 2 "nothing.lcm: cannot be opened" "$bin/multireach-log" info nothing.lcm
 expect 1 "no event was chosen" "$bin/multireach-log" filter "$root/logs/reach.lcm" -o "$work/none.lcm" --channel NOTHING
 expect 2 "cannot be written over" "$bin/multireach-log" cut "$work/none.lcm" -o "$work/none.lcm"
-expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --config "$root/robots/hoap2/robot.yaml"
+expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --robot "$root/robots/hoap2/robot.yaml"
 
 expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm
 expect 2 "holds no event of an LCM log" "$root/tools/launch.sh" --no-setup --session "$root/README.md"

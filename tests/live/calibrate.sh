@@ -19,12 +19,12 @@ refuses "either --log or --pairs" "$calibrate" hand-eye -o "$work/x.yaml"
 refuses "nothing.csv: cannot be opened" "$calibrate" hand-eye --pairs nothing.csv -o "$work/x.yaml"
 refuses "has no column 'seen_x_m'" "$calibrate" hand-eye --pairs "$root/README.md" -o "$work/x.yaml"
 refuses "--offset: 'far' is not a number" "$calibrate" hand-eye --pairs "$work/pairs.csv" --offset far -o "$work/x.yaml"
-refuses "holds no ROBOT_STATE" "$calibrate" hand-eye --log "$root/logs/reach.lcm" --config "$root/robots/hoap2/robot.yaml" \
+refuses "holds no ROBOT_STATE" "$calibrate" hand-eye --log "$root/logs/reach.lcm" --robot "$root/robots/hoap2/robot.yaml" \
   --vision "$root/robots/hoap2/vision.yaml" -o "$work/x.yaml"
 
 # In the recorded session the hand goes where the vision file says that the ball is: it would give the file's own pose back.
 "$bin/multireach-replay" run "$root/logs/reach.lcm" -o "$work/run.lcm" >"$work/out" 2>&1 || fail "replay: $(cat "$work/out")"
-"$calibrate" hand-eye --log "$work/run.lcm" --config "$root/robots/hoap2/robot.yaml" --vision "$root/robots/hoap2/vision.yaml" \
+"$calibrate" hand-eye --log "$work/run.lcm" --robot "$root/robots/hoap2/robot.yaml" --vision "$root/robots/hoap2/vision.yaml" \
   -o "$work/seen.yaml" >"$work/out" 2>"$work/err"
 [ $? -eq 1 ] || fail "hand-eye takes a ball that the hand does not hold"
 grep -q "the target that is seen moves while the hand stands still" "$work/err" || fail "hand-eye says $(cat "$work/err")"
@@ -55,11 +55,11 @@ refuses "/nowhere/x.yaml: cannot be written" "$calibrate" convert "$work/rig.yml
 [ -e "$work/x.yaml" ] && fail "a refused input has an output"
 
 mkdir "$work/empty" "$work/mixed"
-of_board() { echo "$calibrate" cameras --pattern $1 --square-mm $2 -o "$work/out.yaml" "${@:3}"; }
-cameras() { of_board 9x6 25 "$@"; }
+of_board() { echo "$calibrate" cameras --pattern $1 --square $2 -o "$work/out.yaml" "${@:3}"; }
+cameras() { of_board 9x6 0.025 "$@"; }
 refuses "--left: no file matches" $(cameras --left "$work/empty" --right "$work/empty")
 refuses "is not an image" $(cameras --left "$vision" --right "$root/README.md")
-refuses "--pattern is '9'; expected WxH" $(of_board 9 25 --left x --right x)
+refuses "--pattern is '9'; expected WxH" $(of_board 9 0.025 --left x --right x)
 refuses "'0' is not a finite number" $(of_board 9x6 0 --left x --right x)
 
 data=/usr/share/doc/opencv-doc/examples/data
@@ -100,8 +100,8 @@ printf 'cameras: {file: out.yaml, left_to_robot: {file: place.yaml}}\ncolour: {r
 grep -q '"lost"' "$work/out" || fail "the vision stage does not take the calibration: $(cat "$work/err")"
 refuses "the cameras are swapped" $(cameras --left "$data/right0[1-5].jpg" --right "$data/left0[1-5].jpg")
 refuses "--left has 13 files and --right 9" $(cameras --left "$data/left[01]?.jpg" --right "$data/right0?.jpg")
-refuses "is its unit another one?" $(of_board 9x6 0.025 --left $data/left0[1-5].jpg --right $data/right0[1-5].jpg)
-ends_with 1 "of 1 pairs, 0 show the whole board" $(of_board 7x7 25 --left $data/left01.jpg --right $data/right01.jpg)
+refuses "is its unit another one?" $(of_board 9x6 0.000025 --left $data/left0[1-5].jpg --right $data/right0[1-5].jpg)
+ends_with 1 "of 1 pairs, 0 show the whole board" $(of_board 7x7 0.025 --left $data/left01.jpg --right $data/right01.jpg)
 ends_with 1 "of 1 pairs, 1 show the whole board" $(cameras --left $data/left01.jpg --right $data/right01.jpg)
 cp $data/left01.jpg $data/chessboard.png "$work/mixed"
 refuses "images of one size" $(cameras --left "$work/mixed" --right "$data/right0[12].jpg")

@@ -9,14 +9,14 @@ declare -A pids
 run() { "$bin/multireach-$1" --config "$2" 2>>"$work/$1.err" & pids[$1]=$!; }
 run vision "$root/robots/hoap2/vision.yaml"
 for node in controller bridge robot-sim; do run $node "$robot"; done
-"$bin/multireach-view" --config "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
+"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
 lcm-logger --lcm-url="$control&recv_buf_size=4194304" --force --quiet "$work/control.lcm" & logger=$!
 sleep 0.3
 play() { "$bin/multireach-replay" play "$root/logs/reach.lcm" --lockstep "$@" >"$work/out" 2>&1; }
-play --robot sim || failed "with the simulated robot: $(cat "$work/out")"
+play --robot-model sim || failed "with the simulated robot: $(cat "$work/out")"
 cat "$work/out"
 sleep 1; kill -INT $logger; wait $logger 2>/dev/null
-"$bin/multireach-replay" run "$root/logs/reach.lcm" --robot sim -o "$work/run.lcm" >/dev/null || failed "run"
+"$bin/multireach-replay" run "$root/logs/reach.lcm" --robot-model sim -o "$work/run.lcm" >/dev/null || failed "run"
 # The simulated robot also speaks before and after, in another life.
 "$bin/multireach-log" filter "$work/control.lcm" --channel ROBOT_STATE SIM_STEP --without -o "$work/live.lcm" 2>/dev/null || failed "filter"
 # The recorder may have lost some of what came so fast, but what it has is what run gives.

@@ -23,7 +23,7 @@ done
 study --trace-sample 17 >"$work/commands"
 [ "$(wc -l <"$work/commands")" -eq 2 ] || fail "two values of gamma give two commands"
 while read -r command; do
-  (cd "$bin" && eval "./$command --csv $work/trace.csv") || fail "$command"
+  (cd "$bin" && eval "./$command -o $work/trace.csv") || fail "$command"
   target=$(sed 's/.*--target=\([^ ]*\) .*/\1/' <<<"$command")
   tail -n 1 "$work/trace.csv" | awk -F, -v t="$target" '{ split(t, p, ","); exit !(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2 < 1e-8) }' ||
     fail "the traced reach does not arrive: $command"
@@ -34,19 +34,19 @@ study --law paper --failures "$work/failures.csv" --json "$work/failing.json"
 IFS=, read -r gamma index error _ < <(sed -n 2p "$work/failures.csv")
 [ "$(wc -l <"$work/failures.csv")" -eq "$(awk '/"failures"/ { sum += $2 } END { print sum + 1 }' "$work/failing.json")" ] || fail "--failures does not list every failure"
 command=$("$bin/multireach-study" "${arm[@]}" --law paper --gamma "$gamma" --trace-sample "$index")
-(cd "$bin" && eval "./$command --csv $work/trace.csv") || fail "$command"
+(cd "$bin" && eval "./$command -o $work/trace.csv") || fail "$command"
 target=$(sed 's/.*--target=\([^ ]*\) .*/\1/' <<<"$command")
 awk -F, -v t="$target" -v e="$error" 'BEGIN { split(t, p, ",") }
   NR > 1 { d = sqrt(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2) - e; if (d < 1e-14 && d > -1e-14) found = 1 }
   END { exit !found }' "$work/trace.csv" || fail "the trace of reach $index never has the error of the study, $error"
 
 # Never chosen anew means the same in both programs.
-read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --rechoose-mm 0 --trace-sample 3)
-[[ "$never" == *"--rechoose-mm 0 "* ]] || fail "the command does not say so: $never"
-(cd "$bin" && eval "./$never --csv $work/trace.csv") || fail "$never"
-"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --rechoose-mm 0 --samples 600 --json "$work/never.json"
-"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --rechoose-mm 1e6 --samples 600 --json "$work/far.json"
-diff <(numbers "$work/never.json" | grep -v rechoose) <(numbers "$work/far.json" | grep -v rechoose) >/dev/null || fail "0 is not never"
+read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --drift 0 --trace-sample 3)
+[[ "$never" == *"--drift 0 "* ]] || fail "the command does not say so: $never"
+(cd "$bin" && eval "./$never -o $work/trace.csv") || fail "$never"
+"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --drift 0 --samples 600 --json "$work/never.json"
+"$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --drift 1e6 --samples 600 --json "$work/far.json"
+diff <(numbers "$work/never.json" | grep -v drift) <(numbers "$work/far.json" | grep -v drift) >/dev/null || fail "0 is not never"
 
 refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5
 refuses "--gamma" "$bin/multireach-study" "${arm[@]}" --gamma=many

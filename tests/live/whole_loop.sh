@@ -14,6 +14,6 @@ sent() { "$bin/multireach-log" info "$work/run.lcm" | awk -v channel="$1" '$1 ==
 for key in setpoints commands late_ticks vision_error_mm lost_intervals reaches; do
   grep -q "\"$key\"" "$work/report.json" || failed "no $key in the report"
 done
-"$bin/multireach-log" report "$work/run.lcm" --config "$root/robots/hoap2/robot.yaml" --json "$work/again.json" 2>/dev/null
+"$bin/multireach-log" report "$work/run.lcm" --robot "$root/robots/hoap2/robot.yaml" --json "$work/again.json" 2>/dev/null
 cmp "$work/report.json" "$work/again.json" || failed "the recorded log gives another report"
 finish

@@ -277,7 +277,8 @@ TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
   EXPECT_NE(refusal("  file: stereo.yml\n").find("'cameras.left_to_robot' is missing"), std::string::npos);
   EXPECT_NE(refusal("  file: stereo.yml\n  width_px: 640\n" + place).find("they are said to be 640 x 240"),
             std::string::npos);
-  EXPECT_NE(refusal("  file: stereo.yml\n  left: {}\n" + place).find("'cameras.left' is not known"), std::string::npos);
+  EXPECT_NE(refusal("  file: stereo.yml\n  left: {}\n" + place).find("'cameras.left' is allowed only without file"),
+            std::string::npos);
   EXPECT_NE(refusal("  file: stereo.yml\n  unit: mm\n" + place).find("another unit"), std::string::npos);
 }
 

@@ -104,7 +104,7 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
       ControllerNode node(RobotConfig::load(path_));
     });
   };
-  EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, acceleration_rad_s2: [9, 9, 9, 9], feedback: measured, "
+  EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, joint_acceleration_limits: [9, 9, 9, 9], feedback: measured, "
                        "on_target_lost: stop, link_radius_m: 0.02, margin_m: 0.01, self_collision: false"),
             "");
   EXPECT_EQ(controller("law: paper, gamma_rad2_m2: 350, drift_m: 0.02"), "");
@@ -113,16 +113,16 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
     EXPECT_NE(sentence.find(words), std::string::npos) << section << ": " << sentence;
   };
   says("law: papers", "law");
-  says("law: guarded, drift_m: 0.02", "'controller.drift_m' is not known");
-  says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is not known");
-  says("acceleration_rad_s2: [1, 1, 1]", "acceleration_rad_s2");
-  says("acceleration_rad_s2: [1, 1, 1, 0]", "acceleration_rad_s2");
+  says("law: guarded, drift_m: 0.02", "'controller.drift_m' is allowed only with law: paper");
+  says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is allowed only with law: guarded");
+  says("joint_acceleration_limits: [1, 1, 1]", "joint_acceleration_limits");
+  says("joint_acceleration_limits: [1, 1, 1, 0]", "joint_acceleration_limits");
   says("beta_per_step: 0.03", "overshoot");
   says("task: pointing", "pointing_direction");
   says("task: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");
   says("link_radius_m: -1", "link_radius_m");
   says("feedback: maybe", "feedback");
-  says("rest_rad: [0, 0, 0, 2]", "right_EB");
+  says("rest_joint_position: [0, 0, 0, 2]", "right_EB");
 }
 
 TEST(WriteTextFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {

@@ -12,7 +12,7 @@
 
 #include "vision/colour/find.hpp"
 #include "vision/colour/learn_colour.hpp"
-#include "vision/stereo_tracker.hpp"
+#include "vision/stereo_vision.hpp"
 
 namespace multireach {
 namespace {
@@ -92,21 +92,19 @@ TEST(Cup, IsTrackedInSpace) {
   options.rig.X_RL = options.rig.X_WL = Eigen::Isometry3d::Identity();
   options.rig.X_RL.translation().x() = -0.06;
   const double depth = 600 * 0.06 / kDisparity;
-  std::optional<vision::StereoTracker> tracker;
+  std::optional<vision::StereoVision> stage;
   size_t tracked = 0;
   const size_t frames = each_frame([&](size_t k, const cv::Mat& frame) {
     if (k == 0) {
       options.colour.fill(vision::learn_colour(frame, kFirst).model);
-      tracker.emplace(options);
+      stage.emplace(std::vector{options});
     }
     cv::Mat shifted(frame.size(), CV_8UC3, cv::Scalar(200, 200, 200));
     frame.colRange(kDisparity, frame.cols).copyTo(shifted.colRange(0, frame.cols - kDisparity));
     const auto utime = static_cast<int64_t>(k) * 33333;
-    const vision::PairTimes times{utime, utime, utime};
-    const vision::View left = tracker->look(Side::kLeft, frame, tracker->whole_image(Side::kLeft));
-    const vision::View right = tracker->look(Side::kRight, shifted, tracker->whole_image(Side::kRight));
-    const vision::StereoMatch match = tracker->match(times, left, right);
-    const vision::TargetReport report = tracker->take(times, match, left, right);
+    vision::DecodedImages images({utime, utime, utime}, frame, shifted);
+    stage->update(images);
+    const vision::TargetReport& report = stage->targets().front().report;
     if (report.status != vision::TargetTrack::Status::kTracked) {
       ADD_FAILURE() << "frame " << k << ": " << report.reason;
       return;

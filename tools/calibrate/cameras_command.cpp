@@ -18,7 +18,7 @@ namespace {
 
 struct CamerasOptions {
   std::string left, right, pattern, lens, picture, json;
-  double square_mm = 0;
+  double square_m = 0;
   bool leave_out_poor = false, leave_one_out = false;
   CameraOutput output;
 };
@@ -107,7 +107,7 @@ std::string table_of(const nlohmann::json& json) {
 
 int calibrate_cameras(const CamerasOptions& options) {
   const auto [columns, rows] = parse_size("--pattern", options.pattern, 3, 50);
-  const Board board{columns, rows, options.square_mm * 1e-3};
+  const Board board{columns, rows, options.square_m};
   const Lens lens = lens_of(options);
   options.output.check();
   for (const std::string& path : {options.picture, options.json}) check_writable(path);
@@ -160,9 +160,9 @@ Command cameras_command(CLI::App& cli) {
   app->add_option("--left", options->left, "the left camera's photographs: folder, or pattern in quotes")->required();
   app->add_option("--right", options->right, "the right camera's, paired in the order of their names")->required();
   app->add_option("--pattern", options->pattern, "COLUMNSxROWS of inner corners, as 9x6")->required();
-  app->add_option("--square-mm", options->square_mm, "side of a square, mm")
+  app->add_option("--square", options->square_m, "side of a square, m, as 0.025")
       ->required()
-      ->check(finite_range(0.01, 10000));
+      ->check(finite_range(1e-5, 1));
   app->add_option("--lens", options->lens,
                   "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default but for Kalibr) or rational (k1 to k6)")
       ->check(CLI::IsMember({"radtan", "plumb_bob", "rational"}));

@@ -20,11 +20,11 @@ namespace {
 struct HandEyeArguments {
   std::string log, pairs, config, vision, output, json, offset = "0,0,0";
   LogChoice choice;
-  double still_mm = 2, seen_sigma_mm = 1, hand_sigma_mm = 1;
+  double still_m = 0.002, target_sigma_m = 0.001, hand_sigma_m = 0.001;
 };
 
 HandEyeOptions options_of(const HandEyeArguments& arguments) {
-  HandEyeOptions options{.hand_sigma_m = arguments.hand_sigma_mm * 1e-3};
+  HandEyeOptions options{.hand_sigma_m = arguments.hand_sigma_m};
   options.estimate_offset = arguments.offset == "estimate";
   if (options.estimate_offset) return options;
   const std::vector<double> values = parse_numbers("--offset", arguments.offset);
@@ -36,13 +36,13 @@ HandEyeOptions options_of(const HandEyeArguments& arguments) {
 
 std::vector<HandEyePosition> places_of(const HandEyeArguments& arguments) {
   if (arguments.log.empty() == arguments.pairs.empty()) throw InputError("hand-eye: give either --log or --pairs");
-  if (!arguments.pairs.empty()) return places_from_csv(arguments.pairs, arguments.seen_sigma_mm * 1e-3);
+  if (!arguments.pairs.empty()) return places_from_csv(arguments.pairs, arguments.target_sigma_m);
   if (arguments.config.empty() || arguments.vision.empty())
     throw InputError(
-        "hand-eye: --log needs the robot's file (--config) and the vision file that the log was made with (--vision)");
+        "hand-eye: --log needs the robot's file (--robot) and the vision file that the log was made with (--vision)");
   const RobotConfig robot = RobotConfig::load(arguments.config);
   LogChoice choice = arguments.choice;
-  choice.still_m = arguments.still_mm * 1e-3;
+  choice.still_m = arguments.still_m;
   return positions_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
 }
 
@@ -112,21 +112,21 @@ Command hand_eye_command(CLI::App& cli) {
   const auto arguments = std::make_shared<HandEyeArguments>();
   CLI::App* app = cli.add_subcommand("hand-eye", "where the left camera is, from a target that the robot's hand holds");
   app->add_option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each place");
-  app->add_option("--config", arguments->config, "with --log: the robot's file");
+  app->add_option("--robot", arguments->config, "with --log: robot.yaml or its folder");
   app->add_option("--vision", arguments->vision, "with --log: the vision file that it was made with");
-  app->add_option("--target", arguments->choice.target, "with --log: the target's name, where it has several");
-  app->add_option("--still-mm", arguments->still_mm, "with --log: the hand stands while it stays within this")
-      ->check(finite_range(0.01, 1000))
+  app->add_option("--target-name", arguments->choice.target, "with --log: the target's name, where it has several");
+  app->add_option("--still", arguments->still_m, "with --log: the hand stands while it stays within this distance, m")
+      ->check(finite_range(1e-5, 1))
       ->capture_default_str();
   app->add_option("--pairs", arguments->pairs,
                   "instead: CSV with seen_x_m,... (left camera's frame), hand_x_m,... (robot's base) [, hand_qw,..., "
                   "sigma_m]");
-  app->add_option("--seen-sigma-mm", arguments->seen_sigma_mm,
-                  "with --pairs: of what is seen, where there is no sigma_m")
-      ->check(finite_range(0.001, 1000))
+  app->add_option("--target-sigma", arguments->target_sigma_m,
+                  "with --pairs: standard deviation of the target's coordinates, m, where there is no sigma_m")
+      ->check(finite_range(1e-6, 1))
       ->capture_default_str();
-  app->add_option("--hand-sigma-mm", arguments->hand_sigma_mm, "of what the robot says, per coordinate")
-      ->check(finite_range(0.001, 1000))
+  app->add_option("--hand-sigma", arguments->hand_sigma_m, "standard deviation of the hand's coordinates, m")
+      ->check(finite_range(1e-6, 1))
       ->capture_default_str();
   app->add_option("--offset", arguments->offset, "x,y,z: the target in the hand's frame, m; or estimate")
       ->capture_default_str();

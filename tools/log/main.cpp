@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   CLI::App* reporting = cli.add_subcommand(
       "report", "what happened in a recorded run; exit code 1 when a reachable place was not reached");
   reporting->add_option("LOG", log, "log of a run, all channels")->required();
-  reporting->add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml")->required();
+  reporting->add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2")->required();
   reporting->add_option("--json", json, "where to write the report; - for standard output");
 
   std::string format;

@@ -14,12 +14,8 @@ IdealRobotNode::IdealRobotNode(const RobotConfig& robot)
       config_digest_(robot.digest),
       joint_names_(joint_names(robot.chain)) {
   theta_ = velocity_ = JointVector::Zero(chain_.size());
-  if (const auto section = robot.section("robot_sim")) {
-    if (section->has("start_rad")) {
-      for (const auto& [joint, angle] : section->named_numbers("start_rad")) {
-        if (const int at = chain_.index_of(joint); at >= 0) theta_[at] = angle;
-      }
-    }
+  for (const auto& [joint, position] : robot.start) {
+    if (const int at = chain_.index_of(joint); at >= 0) theta_[at] = position;
   }
   theta_ = chain_.clamped(theta_);
 }

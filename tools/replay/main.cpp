@@ -23,7 +23,7 @@ struct Setup {
   std::string config, vision;
 
   void add_to(CLI::App& app) {
-    app.add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml (default: the Hoap2's)");
+    app.add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2 (default: the Hoap2's)");
     app.add_option(
         "--vision", vision,
         "cameras and colour (default: LOG.vision.yaml beside LOG.lcm if there is one, else vision.yaml beside "
@@ -56,12 +56,12 @@ struct RunRequest {
   void add_to(CLI::App& app) {
     app.add_option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET")->required();
     setup.add_to(app);
-    app.add_option("--robot", robot,
+    app.add_option("--robot-model", robot,
                    "where ROBOT_STATE comes from: ideal (a robot that is where it was told to be), "
                    "sim (MuJoCo), or recorded (the session's)")
         ->check(CLI::IsMember({"ideal", "sim", "recorded"}))
         ->capture_default_str();
-    app.add_option("--from", from, "what to begin with: images or targets; auto takes images where there are some")
+    app.add_option("--start-with", from, "images or targets; auto takes images where there are some")
         ->check(CLI::IsMember({"auto", "images", "targets"}))
         ->capture_default_str();
     app.add_option("--until", until_s, "end this many seconds after the session's first input")

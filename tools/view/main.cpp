@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
       "A live line: target, hand, distance, rates. Or wait until nodes run. Or a picture of what vision sees.");
   std::string config, picture;
   std::vector<std::string> wait_for;
-  auto* robot = program.cli().add_option("--config", config, "the robot's file, as robots/hoap2/robot.yaml");
+  auto* robot = program.cli().add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2");
   auto* nodes =
       program.cli()
           .add_option("--wait-for", wait_for,
@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
     if (!picture.empty()) return keep_picture(picture, live);
-    if (config.empty()) throw InputError("--config is required, or --picture");
+    if (config.empty()) throw InputError("--robot is required, or --picture");
     return watch(RobotConfig::load(config), wait_for, live);
   });
 }

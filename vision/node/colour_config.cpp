@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "runtime/config_keys.hpp"
 #include "runtime/files.hpp"
 
 namespace multireach {
@@ -12,23 +13,52 @@ namespace {
 using vision::ChromaComponent;
 using vision::ColourModel;
 
-vision::ColourClass class_from(const Config& config) {
-  vision::ColourClass colours;
-  for (const Config& reference : config.sections("references")) {
-    const std::vector<double> rgb = reference.numbers("rgb", 3);
-    for (const double channel : rgb) {
-      if (channel < 0 || channel > 255) reference.fail("rgb", "three numbers from 0 to 255");
-    }
-    if (rgb[0] + rgb[1] + rgb[2] < 1) reference.fail("rgb", "a colour that is not black");
-    reference.finish();
-    colours.references.push_back({rgb[0], rgb[1], rgb[2]});
+Rgb rgb_from(const Config& reference) {
+  const std::vector<double> rgb = reference.numbers("rgb", 3);
+  for (const double channel : rgb) {
+    if (channel < 0 || channel > 255) reference.fail("rgb", "three numbers from 0 to 255");
   }
-  if (colours.references.empty()) config.fail("references", "at least one colour");
-  colours.tolerance = config.number("tolerance", 1e-6, 100, colours.tolerance);
-  colours.min_luma = config.number("min_luma", 0, 255, colours.min_luma);
-  colours.max_luma = config.number("max_luma", 0, 255, colours.max_luma);
-  config.finish();
-  return colours;
+  if (rgb[0] + rgb[1] + rgb[2] < 1) reference.fail("rgb", "a colour that is not black");
+  reference.finish();
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+/// Declares the keys that a class of colours and a learned model share.
+template <class T>
+void add_tolerance_keys(ConfigKeys<T>& keys, const std::string& meaning) {
+  keys.number(
+          "tolerance", "", 1e-6, 100, [](auto& c) -> auto& { return c.tolerance; }, meaning)
+      .number(
+          "min_luma", "grey levels", 0, 255, [](auto& c) -> auto& { return c.min_luma; },
+          "Darker pixels have no colour; luma Y = (R + 2G + B)/4.")
+      .number(
+          "max_luma", "grey levels", 0, 255, [](auto& c) -> auto& { return c.max_luma; },
+          "Brighter pixels have no colour.");
+}
+
+ConfigKeys<vision::ColourClass> class_keys() {
+  ConfigKeys<vision::ColourClass> keys("vision.yaml, section colour",
+                                       "An object's colours, as a few named ones or as learned from pictures.");
+  keys.other("references", "list of maps `{rgb: [R, G, B]}`", "0 to 255", "none",
+             "Colours of the object; at least one, unless `file` is given.",
+             [](const Config& config, vision::ColourClass& colours) {
+               for (const Config& reference : config.sections("references"))
+                 colours.references.push_back(rgb_from(reference));
+               if (colours.references.empty()) config.fail("references", "at least one colour");
+             });
+  add_tolerance_keys(keys, "Largest distance in chroma ratios ((R - G)/Y, (B - G)/Y) from a reference.");
+  // Only references are read here; a file or its content instead of them is read without this table.
+  const auto refuse = [](const char* key) {
+    return [=](const Config& config, vision::ColourClass&) {
+      if (config.has(key)) config.fail(key, std::string("either 'references' or '") + key + "', not both");
+    };
+  };
+  keys.other("file", "text", "", "none",
+             "Instead of all other keys: the file that `multireach-calibrate colour` wrote.", refuse("file"))
+      .other("left", "section", "", "none", "With `right`, instead of all other keys: the content of such a file.",
+             refuse("left"))
+      .other("right", "section", "", "none", "See `left`.", refuse("right"));
+  return keys;
 }
 
 std::vector<ChromaComponent> components_from(const Config& config, const std::string& key) {
@@ -48,16 +78,29 @@ std::vector<ChromaComponent> components_from(const Config& config, const std::st
   return components;
 }
 
+ConfigKeys<ColourModel> model_keys() {
+  ConfigKeys<ColourModel> keys("Colour file, sections left and right",
+                               "Colours as one camera sees them, in chroma ratios ((R - G)/Y, (B - G)/Y): what "
+                               "`multireach-calibrate colour` writes.");
+  const std::string components = "list of maps `{mean: [u, v], covariance: [uu, uv, vv], weight: w}`";
+  keys.other("object", components, "", "required", "Normal distributions of the object's chroma.",
+             [](const Config& config, ColourModel& model) {
+               model.object = components_from(config, "object");
+               if (model.object.empty()) config.fail("object", "at least one component");
+             })
+      .other(
+          "background", components, "", "none", "The same for everything else.",
+          [](const Config& config, ColourModel& model) { model.background = components_from(config, "background"); });
+  add_tolerance_keys(keys, "Largest Mahalanobis distance from a component of `object`.");
+  keys.number(
+      "noise_grey_levels", "grey levels", 0, 100, [](auto& m) -> auto& { return m.noise_grey_levels; },
+      "Standard deviation of the camera's noise.");
+  return keys;
+}
+
 ColourModel model_from(const Config& config) {
   ColourModel model;
-  model.object = components_from(config, "object");
-  if (model.object.empty()) config.fail("object", "at least one component");
-  model.background = components_from(config, "background");
-  model.tolerance = config.number("tolerance", 1e-6, 100, model.tolerance);
-  model.min_luma = config.number("min_luma", 0, 255, model.min_luma);
-  model.max_luma = config.number("max_luma", 0, 255, model.max_luma);
-  model.noise_grey_levels = config.number("noise_grey_levels", 0, 100, model.noise_grey_levels);
-  config.finish();
+  model_keys().read(config, model);
   return model;
 }
 
@@ -81,7 +124,9 @@ std::string text_of(const std::vector<ChromaComponent>& components) {
 ColourConfig colour_config_from(const Config& colour) {
   ColourConfig config;
   if (colour.has("references")) {
-    config.models.fill(vision::model_of(class_from(colour)));
+    vision::ColourClass colours;
+    class_keys().read(colour, colours);
+    config.models.fill(vision::model_of(colours));
   } else if (colour.has("file")) {
     const std::string path = beside(colour.file(), colour.text("file"));
     colour.finish();
@@ -100,6 +145,10 @@ ColourConfig colour_config_from(const Config& colour) {
     }
   }
   return config;
+}
+
+std::string colour_config_reference() {
+  return class_keys().reference() + "\n" + model_keys().reference();
 }
 
 std::string colour_text(const std::array<ColourModel, 2>& models) {

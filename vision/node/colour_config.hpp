@@ -19,6 +19,9 @@ struct ColourConfig {
 /// file; or that file's content, `left` and `right`. Throws InputError.
 ColourConfig colour_config_from(const Config& colour);
 
+/// The sections on colours of the reference page.
+std::string colour_config_reference();
+
 /// The YAML text of both models, readable as `file`.
 std::string colour_text(const std::array<vision::ColourModel, 2>& models);
 

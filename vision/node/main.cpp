@@ -20,7 +20,7 @@ const VisionConfig::Target& target_named(const VisionConfig& config, const std::
     if (name.empty() || target.name == name) return target;
     names += " " + target.name;
   }
-  throw InputError("--target: there is no target '" + name + "'; there are:" + names);
+  throw InputError("--target-name: there is no target '" + name + "'; there are:" + names);
 }
 
 int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& name,
@@ -64,16 +64,19 @@ int main(int argc, char** argv) {
                   "Stereo colour tracking: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
   std::string config_path, target, json = "-";
   std::vector<std::string> pair;
-  program.cli().add_option("--config", config_path, "cameras and colour, as robots/hoap2/vision.yaml")->required();
+  program.cli()
+      .add_option("--config", config_path, "vision.yaml: cameras and targets, as robots/hoap2/vision.yaml")
+      ->required();
   program.cli()
       .add_option("--pair", pair, "answer once for a LEFT and a RIGHT image file")
       ->expected(2)
       ->type_name("LEFT RIGHT");
-  program.cli().add_option("--target", target, "with --pair: which of several targets; default the first");
+  program.cli().add_option("--target-name", target, "with --pair: which of several targets; default the first");
   program.cli()
       .add_option("--json", json, "with --pair: where to write the answer; - for standard output")
       ->capture_default_str();
   const LiveOptions& live = program.add_live_options();
+  program.add_config_reference(vision_config_reference);
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);  // for identical output on every machine
     const VisionConfig config = VisionConfig::load(config_path);

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "runtime/config.hpp"
+#include "runtime/config_keys.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/files.hpp"
 #include "runtime/rig_config.hpp"
@@ -12,35 +13,82 @@
 namespace multireach {
 namespace {
 
-/// The tracker's options of one target: `colour`, `rig`, and all other keys except `name` from `keys`.
-vision::TrackerOptions tracker_options_from(const Config& keys, const ColourConfig& colour, const StereoRig& rig) {
-  vision::TrackerOptions options;
-  options.rig = rig;
-  options.colour = colour.models;
-  vision::MatchOptions& match = options.match;
-  match.radius_m = keys.number("ball_radius_m", 0, 10, match.radius_m);
-  match.radius_tolerance_m = keys.number("ball_radius_tolerance_m", 0, 10, match.radius_tolerance_m);
-  match.max_epipolar_px = keys.number("max_epipolar_px", 1e-6, 1e6, match.max_epipolar_px);
-  match.max_occlusion = keys.number("max_occlusion", 0.01, 1, match.max_occlusion);
-  options.sigma_px = keys.number("sigma_px", 0, 1000, options.sigma_px);
-  options.min_area_px = keys.number("min_area_px", 1, 1e9, options.min_area_px);
-  options.adapt_colour = keys.flag("adapt_colour", options.adapt_colour);
-  vision::TargetTrack::Options& track = options.track;
-  track.coast_s = keys.number("coast_s", 0, 1e3, track.coast_s);
-  track.coast_sigma_m = keys.number("coast_sigma_m", 1e-6, 1e3, track.coast_sigma_m);
-  track.confirmations = static_cast<int>(keys.integer("confirmations", 1, 1000, track.confirmations));
-  track.max_process_noise_m2_s3 =
-      keys.number("max_process_noise_m2_s3", track.coasting_process_noise_m2_s3, 1e6, track.max_process_noise_m2_s3);
-  return options;
+/// What the section of one target says.
+struct TrackerSection {
+  std::string name{};
+  vision::TrackerOptions options{};
+};
+
+ConfigKeys<TrackerSection> tracker_keys(bool several) {
+  ConfigKeys<TrackerSection> keys("vision.yaml, sections tracker and targets",
+                                  "How a target is tracked. For several targets, `targets` is a list of such sections, "
+                                  "each with `name` and `colour`.");
+  if (several) {
+    keys.text(
+            "name", [](auto& s) -> auto& { return s.name; }, "The target's name.")
+        .required();
+    keys.other("colour", "section", "", "required", "Its colours.",
+               [](const Config& config, auto&) { config.has("colour"); });
+  } else {
+    keys.text(
+            "target_name", [](auto& s) -> auto& { return s.name; }, "In `tracker`: the target's name.")
+        .otherwise("`target`");
+  }
+  keys.number(
+          "ball_radius_m", "m", 0, 10, [](auto& s) -> auto& { return s.options.match.radius_m; },
+          "Radius of the ball; 0 where it is unknown or the object is no ball.")
+      .number(
+          "ball_radius_tolerance_m", "m", 0, 10, [](auto& s) -> auto& { return s.options.match.radius_tolerance_m; },
+          "Standard deviation of `ball_radius_m`.")
+      .number(
+          "max_epipolar_px", "pixels", 1e-6, 1e6, [](auto& s) -> auto& { return s.options.match.max_epipolar_px; },
+          "Largest epipolar error of a match, in addition to three standard deviations.")
+      .number(
+          "max_size_ratio", "", 1.0001, 100, [](auto& s) -> auto& { return s.options.match.max_size_ratio; },
+          "Largest ratio of the radii that the two images give, in addition to their errors.")
+      .number(
+          "max_occlusion", "", 0.01, 1, [](auto& s) -> auto& { return s.options.match.max_occlusion; },
+          "Largest share of the contour's area that may be occluded.")
+      .number(
+          "max_prediction_sigmas", "", 0.1, 100, [](auto& s) -> auto& { return s.options.match.max_prediction_sigmas; },
+          "Largest distance of a match from the predicted position, in standard deviations.")
+      .number(
+          "sigma_px", "pixels", 0, 1000, [](auto& s) -> auto& { return s.options.sigma_px; },
+          "Standard deviation of additional noise of every image point, e.g. calibration error.")
+      .number(
+          "min_area_px", "pixels", 1, 1e9, [](auto& s) -> auto& { return s.options.min_area_px; },
+          "Smaller blobs are ignored.")
+      .flag(
+          "adapt_colour", [](auto& s) -> auto& { return s.options.adapt_colour; },
+          "Whether to follow slow changes of white balance.")
+      .number(
+          "coast_s", "s", 0, 1e3, [](auto& s) -> auto& { return s.options.track.coast_s; },
+          "Longest time without a match before the target is lost.")
+      .number(
+          "coast_sigma_m", "m", 1e-6, 1e3, [](auto& s) -> auto& { return s.options.track.coast_sigma_m; },
+          "The target is lost when √tr(Σ) of its predicted position exceeds this.")
+      .integer(
+          "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
+          "Consecutive matches that confirm a jump.")
+      .number(
+          "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
+          [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },
+          "Largest spectral density of the target's acceleration; the default suits a thrown ball.");
+  return keys;
 }
 
-VisionConfig::Target target_from(const Config& keys, const Config& colour_keys, const std::string& otherwise,
+/// Reads one target: from a section of `targets`, or from `tracker`, whose colour stands at the top of the file.
+VisionConfig::Target target_from(const Config& section, bool several, const Config& colour_section,
                                  const StereoRig& rig, std::string& files) {
-  const ColourConfig colour = colour_config_from(colour_keys);
+  TrackerSection tracker;
+  if (!several) tracker.name = "target";
+  tracker_keys(several).read(section, tracker);
+  if (tracker.name.empty()) section.fail(several ? "name" : "target_name", "a name");
+  const ColourConfig colour = colour_config_from(colour_section);
   files += colour.file;
-  VisionConfig::Target target{keys.text("name", otherwise), tracker_options_from(keys, colour, rig)};
-  if (target.name.empty()) keys.fail("name", "a name");
-  return target;
+  tracker.options.rig = rig;
+  tracker.options.colour = colour.models;
+  return {tracker.name, tracker.options};
 }
 
 }  // namespace
@@ -54,16 +102,13 @@ VisionConfig VisionConfig::load(const std::string& path) {
   if (file.has("targets")) {
     std::set<std::string> names;
     for (const Config& section : file.sections("targets")) {
-      vision.targets.push_back(target_from(section, section.section("colour"), "", vision.rig, files));
+      vision.targets.push_back(target_from(section, true, section.section("colour"), vision.rig, files));
       if (!names.insert(vision.targets.back().name).second) section.fail("name", "another name than the targets above");
-      section.finish();
     }
     if (vision.targets.empty()) file.fail("targets", "at least one target");
   } else {
-    const Config keys = file.has("tracker") ? file.section("tracker") : Config::parse(path, "{}");
-    const std::string name = keys.text("target_name", "target");
-    vision.targets.push_back(target_from(keys, file.section("colour"), name, vision.rig, files));
-    keys.finish();
+    const Config section = file.has("tracker") ? file.section("tracker") : Config::parse(path, "{}");
+    vision.targets.push_back(target_from(section, false, file.section("colour"), vision.rig, files));
   }
   file.finish();
   vision.digest = digest_of(read_text_file(path) + files);
@@ -75,6 +120,18 @@ VisionConfig VisionConfig::load(const std::string& path) {
     }
   }
   return vision;
+}
+
+std::string vision_config_reference() {
+  const ConfigKey cameras{"cameras", "section", "", "required", "The two cameras."};
+  const ConfigKey colour{"colour", "section", "", "required without `targets`", "The target's colours."};
+  const ConfigKey tracker{"tracker", "section", "", "all defaults", "How the target is tracked."};
+  const ConfigKey targets{"targets", "list of sections", "", "none",
+                          "Instead of `colour` and `tracker`: several targets."};
+  return config_reference("vision.yaml",
+                          "Two cameras and the objects that they look for. Paths are relative to the file.",
+                          {cameras, colour, tracker, targets}) +
+         "\n" + rig_config_reference() + "\n" + colour_config_reference() + "\n" + tracker_keys(true).reference();
 }
 
 }  // namespace multireach

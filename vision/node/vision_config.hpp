@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "vision/stereo_tracker.hpp"
+#include "vision/stereo_vision.hpp"
 
 namespace multireach {
 
@@ -21,5 +21,8 @@ struct VisionConfig {
   /// Reads and checks a vision file. Throws InputError.
   static VisionConfig load(const std::string& path);
 };
+
+/// The sections of the reference page on a vision file and a colour file.
+std::string vision_config_reference();
 
 }  // namespace multireach

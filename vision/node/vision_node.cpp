@@ -43,140 +43,96 @@ void put(double (&field)[3][3], const Eigen::Matrix3d& matrix) {
   rows = matrix;
 }
 
-vision::PairTimes times_of(const StereoFrames& frames) {
-  return {frames.utime(), frames.frame_utime(Side::kLeft), frames.frame_utime(Side::kRight)};
+std::vector<vision::TrackerOptions> options_of(const VisionConfig& config) {
+  std::vector<vision::TrackerOptions> options;
+  for (const VisionConfig::Target& target : config.targets) options.push_back(target.options);
+  return options;
 }
+
+/// The images of a message, for the stage: decoded with the node's codecs, concurrently where it has two threads.
+class MessageImages final : public vision::StereoImages {
+ public:
+  MessageImages(StereoFrames& frames, std::array<ImageCodec, 2>& codecs, bool side_by_side)
+      : frames_(frames), codecs_(codecs), side_by_side_(side_by_side) {}
+  vision::PairTimes times() const override {
+    return {frames_.utime(), frames_.frame_utime(Side::kLeft), frames_.frame_utime(Side::kRight)};
+  }
+  bool has(Side side, const cv::Size& size) const override { return frames_.has(side, size.width, size.height); }
+  int64_t fingerprint(Side side) const override { return frames_.fingerprint(side); }
+  const cv::Mat* pixels(Side side, const cv::Rect& part) override {
+    return frames_.pixels(side, part, codecs_[static_cast<size_t>(index(side))]);
+  }
+  void for_both_sides(const std::function<void(Side)>& work) override {
+    const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
+    auto right = std::async(policy, [&] { work(Side::kRight); });
+    work(Side::kLeft);
+    right.get();
+  }
+
+ private:
+  StereoFrames& frames_;
+  std::array<ImageCodec, 2>& codecs_;
+  bool side_by_side_;
+};
 
 }  // namespace
 
-VisionNode::VisionNode(const VisionConfig& config, int threads) : config_(config), side_by_side_(threads > 1) {
-  for (const VisionConfig::Target& target : config.targets) {
-    targets_.push_back({target.name, vision::StereoTracker(target.options)});
-  }
-}
+VisionNode::VisionNode(const VisionConfig& config, int threads)
+    : config_(config), vision_(options_of(config)), last_(config.targets.size()), side_by_side_(threads > 1) {}
 
 std::vector<std::string_view> VisionNode::inputs() const {
   return {channel::kStereoImages, channel::kVisionDebugRequest};
 }
 
-/// Searches one image for every target: in its window, or, when `everywhere`, in the whole image for those not found.
-bool VisionNode::look(StereoFrames& frames, Side side, bool everywhere) {
-  const auto at = static_cast<size_t>(index(side));
-  std::vector<cv::Rect> windows;
-  cv::Rect part;
-  for (const Target& target : targets_) {
-    windows.push_back(everywhere ? target.tracker.whole_image(side) : target.tracker.window(side, frames.utime()));
-    part |= windows.back();
-  }
-  const cv::Mat* bgr = frames.pixels(side, part, codecs_[at]);
-  if (!bgr) return false;
-  for (size_t k = 0; k < targets_.size(); ++k) {
-    Target& target = targets_[k];
-    if (everywhere && target.enough) continue;
-    if (target.views[at].window != windows[k]) target.views[at] = target.tracker.look(side, *bgr, windows[k]);
-  }
-  return true;
-}
-
-bool VisionNode::look_at_both(StereoFrames& frames, bool everywhere) {
-  const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
-  auto right = std::async(policy, [&] { return look(frames, Side::kRight, everywhere); });
-  const bool left = look(frames, Side::kLeft, everywhere);
-  if (!right.get() || !left) return false;
-  for (Target& target : targets_) {
-    if (everywhere && target.enough) continue;
-    target.match = target.tracker.match(times_of(frames), target.views[0], target.views[1]);
-    target.enough = target.tracker.enough(target.match, target.views[0], target.views[1]);
-  }
-  return true;
-}
-
-/// Processes the pair for all targets. Returns why the pair as a whole is unusable, or null.
-const char* VisionNode::fault_of(StereoFrames& frames) {
-  const StereoRig& rig = config_.rig;
-  for (Target& target : targets_) {
-    if (target.tracker.begin(frames.utime())) watch_ = {};
-    target.views = {};
-    target.match = {};
-    target.enough = false;
-  }
-  if (frames.frame_utime(Side::kLeft) < 0) return "there is no left image";
-  if (frames.frame_utime(Side::kRight) < 0) return "there is no right image";
-  // Check sizes before decoding, so that a wrong or damaged size allocates no memory.
-  if (!frames.has(Side::kLeft, rig.left.width, rig.left.height) ||
-      !frames.has(Side::kRight, rig.right.width, rig.right.height)) {
-    return vision::description(StereoMatch::Status::kWrongImageSize);
-  }
-  watch_.take(frames.fingerprint(Side::kLeft), frames.fingerprint(Side::kRight));
-  if (!look_at_both(frames, false)) return "an image cannot be decoded";
-  const bool all = std::ranges::all_of(targets_, &Target::enough);
-  if (!all && !look_at_both(frames, true)) return "an image cannot be decoded";
-  // A covered camera also repeats a black image; the tracker reports that case as dark.
-  const auto frozen = watch_.frozen();
-  const auto black = [&](const Target& target) { return target.views[static_cast<size_t>(index(*frozen))].dark; };
-  if (frozen && std::ranges::none_of(targets_, black)) {
-    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
-                                  : "the right camera is frozen: it gives the same image again and again";
-  }
-  return nullptr;
-}
-
-target_t VisionNode::target_of(Target& target, const StereoFrames& frames, const char* fault) {
-  const vision::TargetReport report =
-      fault ? target.tracker.take_unseen(frames.utime(), fault)
-            : target.tracker.take(times_of(frames), target.match, target.views[0], target.views[1]);
-  target_t said{};
-  said.utime = frames.utime();
-  said.sequence = sequence_++;
-  said.left_frame_utime = frames.frame_utime(Side::kLeft);
-  said.right_frame_utime = frames.frame_utime(Side::kRight);
-  said.pair_sequence = frames.pair_sequence();
-  said.last_seen_utime = report.last_seen_utime.value_or(-1);
-  said.status = wire_status(report.status);
-  said.name = target.name;
-  said.reason = report.reason;
-  put(said.position_m, report.estimate.position);
-  put(said.covariance_m2, report.estimate.covariance);
+target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const char* fault) {
+  const vision::StereoVision::Target& target = vision_.targets()[k];
+  const vision::TargetReport& report = target.report;
+  target_t message{};
+  message.utime = frames.utime();
+  message.sequence = sequence_++;
+  message.left_frame_utime = frames.frame_utime(Side::kLeft);
+  message.right_frame_utime = frames.frame_utime(Side::kRight);
+  message.pair_sequence = frames.pair_sequence();
+  message.last_seen_utime = report.last_seen_utime.value_or(-1);
+  message.status = wire_status(report.status);
+  message.name = config_.targets[k].name;
+  message.reason = report.reason;
+  put(message.position_m, report.estimate.position);
+  put(message.covariance_m2, report.estimate.covariance);
   if (report.status != Status::kLost) {
-    put(said.velocity_m_s, report.velocity);
-    put(said.velocity_covariance_m2_s2, report.velocity_covariance);
+    put(message.velocity_m_s, report.velocity);
+    put(message.velocity_covariance_m2_s2, report.velocity_covariance);
   }
   if (!fault) {
-    Eigen::Map<Eigen::Vector2d>(said.left_px) = target.match.left_px;
-    Eigen::Map<Eigen::Vector2d>(said.right_px) = target.match.right_px;
-    said.epipolar_error_px = target.match.point.epipolar_error_px;
-    said.occlusion = target.match.occlusion;
+    Eigen::Map<Eigen::Vector2d>(message.left_px) = target.match.left_px;
+    Eigen::Map<Eigen::Vector2d>(message.right_px) = target.match.right_px;
+    message.epipolar_error_px = target.match.point.epipolar_error_px;
+    message.occlusion = target.match.occlusion;
   }
-  return said;
+  return message;
 }
 
-tracker_state_t VisionNode::state_of(const Target& target) const {
+tracker_state_t VisionNode::tracker_state_message(size_t k) const {
   tracker_state_t state{};
-  state.utime = target.last.utime;
-  state.sequence = target.last.sequence;
-  state.value = target.tracker.serialize(target.last.utime);
-  const std::vector<double> watched = watch_.serialize();
-  state.value.insert(state.value.end(), watched.begin(), watched.end());
+  state.utime = last_[k].utime;
+  state.sequence = last_[k].sequence;
+  state.value = vision_.serialize(k, last_[k].utime);
   state.num_values = static_cast<int32_t>(state.value.size());
   return state;
 }
 
-bool VisionNode::deserialize(const std::vector<std::span<const uint8_t>>& sent) {
-  constexpr size_t kWatched = vision::FrozenFrameDetector::kSerializedSize;
-  if (sent.size() != targets_.size()) return false;
-  vision::FrozenFrameDetector watch;
-  std::vector<vision::StereoTracker> trackers;
-  for (size_t k = 0; k < sent.size(); ++k) {
-    const auto said = decode<tracker_state_t>(sent[k]);
-    if (!said || said->sequence != sequence_ + static_cast<int64_t>(k) || said->value.size() < kWatched) return false;
-    const std::span<const double> memory = said->value;
-    const size_t own = memory.size() - kWatched;
-    trackers.push_back(targets_[k].tracker);
-    if (!trackers[k].deserialize(said->utime, memory.first(own)) || !watch.deserialize(memory.subspan(own)))
-      return false;
+bool VisionNode::deserialize(const std::vector<std::span<const uint8_t>>& outputs) {
+  std::vector<tracker_state_t> messages;
+  std::vector<std::span<const double>> states;
+  if (outputs.size() != last_.size()) return false;
+  for (const std::span<const uint8_t> bytes : outputs) {
+    auto message = decode<tracker_state_t>(bytes);
+    if (!message || message->sequence != sequence_ + static_cast<int64_t>(messages.size())) return false;
+    messages.push_back(std::move(*message));
+    if (messages.back().utime != messages.front().utime) return false;
   }
-  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = std::move(trackers[k]);
-  watch_ = watch;
+  for (const tracker_state_t& message : messages) states.emplace_back(message.value);
+  if (!vision_.deserialize(messages.front().utime, states)) return false;
   sequence_ += sent_per_input();
   return true;
 }
@@ -200,12 +156,13 @@ Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
     ++counters_.refused;
     return {};
   }
-  const char* fault = fault_of(frames);
+  MessageImages images(frames, codecs_, side_by_side_);
+  const char* fault = vision_.update(images);
   if (fault) ++counters_.refused;
-  for (Target& target : targets_) {
-    target.last = target_of(target, frames, fault);
-    send(out, channel::kTarget, target.last);
-    send(out, channel::kTrackerState, state_of(target));
+  for (size_t k = 0; k < last_.size(); ++k) {
+    last_[k] = target_message(k, frames, fault);
+    send(out, channel::kTarget, last_[k]);
+    send(out, channel::kTrackerState, tracker_state_message(k));
   }
   if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
   send_debug_picture(frames, out);
@@ -222,7 +179,7 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
     const auto at = static_cast<size_t>(index(side));
-    const cv::Rect whole = targets_.front().tracker.whole_image(side);
+    const cv::Rect whole = vision_.targets().front().tracker.whole_image(side);
     const bool fits = frames.has(side, whole.width, whole.height);
     const cv::Mat* bgr = fits ? frames.pixels(side, whole, codecs_[at]) : nullptr;
     images[at] = bgr ? *bgr : cv::Mat(whole.size(), CV_8UC3, cv::Scalar(0, 0, 0));
@@ -230,9 +187,11 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   static const std::array kColours{cv::Scalar(0, 255, 0), cv::Scalar(255, 255, 0), cv::Scalar(0, 200, 255),
                                    cv::Scalar(255, 120, 255)};
   std::vector<vision::DebugMarks> marks;
-  for (const Target& target : targets_) {
-    if (!shown_.empty() && target.name != shown_) continue;
-    vision::DebugMarks mark{fmt::format("{} {}: {}", target.name, word_for(target.last.status), target.last.reason),
+  for (size_t at = 0; at < last_.size(); ++at) {
+    const vision::StereoVision::Target& target = vision_.targets()[at];
+    const target_t& last = last_[at];
+    if (!shown_.empty() && last.name != shown_) continue;
+    vision::DebugMarks mark{fmt::format("{} {}: {}", last.name, word_for(last.status), last.reason),
                             kColours[marks.size() % kColours.size()],
                             {}};
     for (size_t side = 0; side < 2; ++side) {
@@ -264,12 +223,12 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
 }
 
 std::string VisionNode::state() const {
-  if (targets_.front().last.utime == 0) return "waiting";
+  if (last_.front().utime == 0) return "waiting";
   std::string text;
-  for (const Target& target : targets_) {
+  for (const target_t& last : last_) {
     if (!text.empty()) text += "; ";
-    text += fmt::format("{} {}", target.name, word_for(target.last.status));
-    if (target.last.status != target_t::STATUS_TRACKED) text += ": " + target.last.reason;
+    text += fmt::format("{} {}", last.name, word_for(last.status));
+    if (last.status != target_t::STATUS_TRACKED) text += ": " + last.reason;
   }
   return text;
 }

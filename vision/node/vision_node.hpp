@@ -26,34 +26,22 @@ class VisionNode : public Node {
   /// Like receive(), for STEREO_IMAGES that were decoded already.
   Receipt conclude(StereoFrames& frames, Outbox& out);
   std::optional<int64_t> replayable() const override { return config_.digest; }
-  int64_t sent_per_input() const override { return static_cast<int64_t>(targets_.size()); }
+  int64_t sent_per_input() const override { return static_cast<int64_t>(last_.size()); }
   void skip(int64_t inputs) override { sequence_ += inputs * sent_per_input(); }
-  bool deserialize(const std::vector<std::span<const uint8_t>>& sent) override;
+  bool deserialize(const std::vector<std::span<const uint8_t>>& outputs) override;
   std::string state() const override;
 
  private:
-  struct Target {
-    std::string name;
-    vision::StereoTracker tracker;
-    std::array<vision::View, 2> views{};
-    vision::StereoMatch match{};
-    bool enough = false;  ///< found in the windows: the whole images need not be searched
-    target_t last{};
-  };
-
-  bool look(StereoFrames& frames, Side side, bool everywhere);
-  bool look_at_both(StereoFrames& frames, bool everywhere);
-  const char* fault_of(StereoFrames& frames);
-  target_t target_of(Target& target, const StereoFrames& frames, const char* fault);
-  tracker_state_t state_of(const Target& target) const;
+  target_t target_message(size_t k, const StereoFrames& frames, const char* fault);
+  tracker_state_t tracker_state_message(size_t k) const;
   void send_debug_picture(StereoFrames& frames, Outbox& out);
 
   VisionConfig config_;
-  std::vector<Target> targets_;
+  vision::StereoVision vision_;
+  std::vector<target_t> last_;  // message of each target for the last pair
   bool side_by_side_;
   std::array<ImageCodec, 2> codecs_;
   std::array<cv::Mat, 2> buffers_;
-  vision::FrozenFrameDetector watch_;
   SequenceWatch pairs_;
   int64_t sequence_ = 0;
   std::optional<std::string> picture_of_;  // target of a pending debug request; "" for all targets

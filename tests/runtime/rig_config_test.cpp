@@ -1,0 +1,52 @@
+// The pose of the cameras as a vision.yaml gives it.
+#include "runtime/rig_config.hpp"
+
+#include <gtest/gtest.h>
+
+#include "runtime/files.hpp"
+
+namespace multireach {
+namespace {
+
+Config cameras(const std::string& left_to_robot) {
+  const std::string camera = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}";
+  return Config::parse("vision.yaml",
+                       "left: " + camera + "\nright: " + camera +
+                           "\nleft_to_right: {translation_m: [-0.06, 0, 0]}\nleft_to_robot: " + left_to_robot + "\n");
+}
+
+TEST(RigConfig, ACameraLooksAtAPoint) {
+  const StereoRig rig = load_rig(cameras("{look_at: {from_m: [1, -2, 1.5], at_m: [0.2, 0.1, 0.3]}}")).rig;
+  const Eigen::Vector3d at(0.2, 0.1, 0.3), eye(1, -2, 1.5);
+  EXPECT_TRUE(rig.X_WL.translation().isApprox(eye));
+  EXPECT_NEAR(rig.X_WL.linear().determinant(), 1, 1e-12);
+  // The point is on the optical axis; a point above it is above it in the image (y points down) and not beside it.
+  const Eigen::Vector3d p = rig.X_WL.inverse() * at;
+  EXPECT_NEAR(p.x(), 0, 1e-12);
+  EXPECT_NEAR(p.y(), 0, 1e-12);
+  EXPECT_NEAR(p.z(), (at - eye).norm(), 1e-12);
+  const Eigen::Vector3d above = rig.X_WL.inverse() * (at + Eigen::Vector3d(0, 0, 0.1));
+  EXPECT_NEAR(above.x(), 0, 1e-12);
+  EXPECT_LT(above.y(), -0.05);
+}
+
+TEST(RigConfig, RefusesALineOfSightAlongUp) {
+  EXPECT_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 0]}}")), InputError);
+  EXPECT_NO_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 0], up: [1, 0, 0]}}")));
+  EXPECT_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 1]}}")), InputError);
+  EXPECT_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 0], up: [1, 0, 0]}, rpy_rad: [0, 0, 0]}")),
+               InputError);
+}
+
+TEST(RigConfig, RollPitchAndYawAreAboutFixedAxes) {
+  const double roll = 0.3, pitch = -0.4, yaw = 0.5;
+  const StereoRig rig = load_rig(cameras("{translation_m: [0, 0, 0], rpy_rad: [0.3, -0.4, 0.5]}")).rig;
+  const Eigen::Matrix3d R =
+      (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
+  EXPECT_LT((rig.X_WL.linear() - R).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace multireach

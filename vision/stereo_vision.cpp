@@ -1,0 +1,108 @@
+#include "vision/stereo_vision.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace multireach::vision {
+
+StereoVision::StereoVision(const std::vector<TrackerOptions>& options) {
+  if (options.empty()) throw std::invalid_argument("vision needs at least one target");
+  for (const TrackerOptions& each : options) targets_.push_back({StereoTracker(each)});
+}
+
+const char* StereoVision::update(StereoImages& images) {
+  const char* fault = measure(images);
+  for (Target& target : targets_) {
+    target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
+                          : target.tracker.update(images.times(), target.match, target.views[0], target.views[1]);
+  }
+  return fault;
+}
+
+/// Finds and matches all targets. Returns why the pair as a whole is unusable, or null.
+const char* StereoVision::measure(StereoImages& images) {
+  for (Target& target : targets_) {
+    if (target.tracker.restart_if_past(images.times().pair)) frozen_frames_ = {};
+    target.views = {};
+    target.match = {};
+    target.found_whole = false;
+  }
+  if (images.times().left < 0) return "there is no left image";
+  if (images.times().right < 0) return "there is no right image";
+  // Sizes are checked before decoding, so that a wrong or damaged size allocates no memory.
+  const StereoTracker& any = targets_.front().tracker;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    if (!images.has(side, any.whole_image(side).size())) return description(StereoMatch::Status::kWrongImageSize);
+  }
+  frozen_frames_.take(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
+  if (!search(images, false)) return "an image cannot be decoded";
+  if (!std::ranges::all_of(targets_, &Target::found_whole) && !search(images, true))
+    return "an image cannot be decoded";
+  // A covered camera also repeats a black image; the tracker reports that case as dark.
+  const auto frozen = frozen_frames_.frozen();
+  const auto black = [&](const Target& target) { return target.views[static_cast<size_t>(index(*frozen))].dark; };
+  if (frozen && std::ranges::none_of(targets_, black)) {
+    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
+                                  : "the right camera is frozen: it gives the same image again and again";
+  }
+  return nullptr;
+}
+
+/// Searches both images and matches. Returns false when an image cannot be decoded.
+bool StereoVision::search(StereoImages& images, bool everywhere) {
+  std::array<bool, 2> decoded{};
+  images.for_both_sides(
+      [&](Side side) { decoded[static_cast<size_t>(index(side))] = search_side(images, side, everywhere); });
+  if (!decoded[0] || !decoded[1]) return false;
+  for (Target& target : targets_) {
+    if (everywhere && target.found_whole) continue;
+    target.match = target.tracker.match(images.times(), target.views[0], target.views[1]);
+    target.found_whole = target.tracker.is_whole(target.match, target.views[0], target.views[1]);
+  }
+  return true;
+}
+
+/// Searches one image for every target: in its window, or, when `everywhere`, in the whole image for those not found.
+bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere) {
+  const auto at = static_cast<size_t>(index(side));
+  std::vector<cv::Rect> windows;
+  cv::Rect part;
+  for (const Target& target : targets_) {
+    windows.push_back(everywhere ? target.tracker.whole_image(side) : target.tracker.window(side, images.times().pair));
+    part |= windows.back();
+  }
+  const cv::Mat* bgr = images.pixels(side, part);
+  if (!bgr) return false;
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
+    if (everywhere && target.found_whole) continue;
+    if (target.views[at].window != windows[k]) target.views[at] = target.tracker.measure(side, *bgr, windows[k]);
+  }
+  return true;
+}
+
+std::vector<double> StereoVision::serialize(size_t target, int64_t utime) const {
+  std::vector<double> state = targets_[target].tracker.serialize(utime);
+  const std::vector<double> shared = frozen_frames_.serialize();
+  state.insert(state.end(), shared.begin(), shared.end());
+  return state;
+}
+
+bool StereoVision::deserialize(int64_t utime, const std::vector<std::span<const double>>& states) {
+  constexpr size_t kShared = FrozenFrameDetector::kSerializedSize;
+  if (states.size() != targets_.size()) return false;
+  FrozenFrameDetector frozen_frames;
+  std::vector<StereoTracker> trackers;
+  for (size_t k = 0; k < states.size(); ++k) {
+    if (states[k].size() < kShared) return false;
+    const size_t own = states[k].size() - kShared;
+    trackers.push_back(targets_[k].tracker);
+    if (!trackers[k].deserialize(utime, states[k].first(own)) || !frozen_frames.deserialize(states[k].subspan(own)))
+      return false;
+  }
+  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = std::move(trackers[k]);
+  frozen_frames_ = frozen_frames;
+  return true;
+}
+
+}  // namespace multireach::vision

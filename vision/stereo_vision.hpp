@@ -1,0 +1,85 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "vision/stereo_tracker.hpp"
+#include "vision/track/frozen_frame_detector.hpp"
+
+namespace multireach::vision {
+
+/// The two images of a pair, decoded on demand, because decoding takes longer than everything else.
+class StereoImages {
+ public:
+  virtual ~StereoImages() = default;
+  /// Capture times, microseconds; that of an image is negative when the pair lacks it.
+  virtual PairTimes times() const = 0;
+  /// Whether the pair has this image, of this size (pixels). The image may still be damaged.
+  virtual bool has(Side side, const cv::Size& size) const = 0;
+  /// A hash of the image's bytes, below 2^53.
+  virtual int64_t fingerprint(Side side) const = 0;
+  /// The image as 8-bit BGR, valid at least in `part`; null when it cannot be decoded there. Both sides may be
+  /// requested concurrently. The pixels must live until update() returns.
+  virtual const cv::Mat* pixels(Side side, const cv::Rect& part) = 0;
+  /// Calls `work` for both sides, in this thread or concurrently.
+  virtual void for_both_sides(const std::function<void(Side)>& work) {
+    work(Side::kLeft);
+    work(Side::kRight);
+  }
+};
+
+/// A pair of images that are decoded already, 8-bit BGR.
+class DecodedImages final : public StereoImages {
+ public:
+  DecodedImages(const PairTimes& times, const cv::Mat& left, const cv::Mat& right) : times_(times), bgr_{left, right} {}
+  PairTimes times() const override { return times_; }
+  bool has(Side side, const cv::Size& size) const override { return image(side).size() == size; }
+  int64_t fingerprint(Side) const override { return ++calls_; }  // no image counts as repeated
+  const cv::Mat* pixels(Side side, const cv::Rect&) override { return &image(side); }
+
+ private:
+  const cv::Mat& image(Side side) const { return bgr_[static_cast<size_t>(index(side))]; }
+
+  PairTimes times_;
+  std::array<cv::Mat, 2> bgr_;
+  mutable int64_t calls_ = 0;
+};
+
+/// Vision as a stage: tracks one or more coloured objects through stereo pairs. It searches each image around the
+/// predicted positions first, and the whole image for those targets that were not found there. Deterministic.
+class StereoVision {
+ public:
+  /// What the last pair shows of one target.
+  struct Target {
+    StereoTracker tracker;
+    std::array<View, 2> views{};
+    StereoMatch match{};
+    TargetReport report{};
+    bool found_whole = false;  ///< found, and completely inside the search windows
+  };
+
+  /// One set of options for each target; all must have the same rig. Throws std::invalid_argument for no target and
+  /// for invalid options.
+  explicit StereoVision(const std::vector<TrackerOptions>& options);
+
+  /// Takes the next pair. Returns null, or why the pair as a whole is unusable; the targets then coast.
+  const char* update(StereoImages& images);
+  /// The targets after the last pair, in the order of their options.
+  const std::vector<Target>& targets() const { return targets_; }
+
+  /// The state of one target, and of what all targets share, after a pair at time `utime` (microseconds).
+  std::vector<double> serialize(size_t target, int64_t utime) const;
+  /// Restores the states that serialize(k, utime) returned for all targets. Returns false, and changes nothing, when
+  /// one is not valid.
+  [[nodiscard]] bool deserialize(int64_t utime, const std::vector<std::span<const double>>& states);
+
+ private:
+  const char* measure(StereoImages& images);
+  bool search(StereoImages& images, bool everywhere);
+  bool search_side(StereoImages& images, Side side, bool everywhere);
+
+  std::vector<Target> targets_;
+  FrozenFrameDetector frozen_frames_;
+};
+
+}  // namespace multireach::vision
