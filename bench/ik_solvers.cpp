@@ -24,7 +24,7 @@ using controller::TaskKind;
 using controller::TaskTarget;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kStepsPerSecond = 140, kMostSeconds = 20;
+constexpr double kStepsPerSecond = 140, kMaxSeconds = 20;
 constexpr double kStill = 1e-6;  // rad (m) per step; the arm rests below this speed
 
 /// A KDL solver, together with the chain that it refers to.
@@ -54,12 +54,12 @@ class Lma final : public KdlPositionSolver {
 
 /// Forward kinematics without the rotation, so that KDL's Newton-Raphson, whose task always has six rows, considers the
 /// position only.
-class PlaceOnly final : public KDL::ChainFkSolverPos {
+class PositionOnlyFk final : public KDL::ChainFkSolverPos {
  public:
-  explicit PlaceOnly(const KDL::Chain& arm) : whole_(arm) {}
-  int JntToCart(const KDL::JntArray& q, KDL::Frame& place, int segment) override {
-    const int code = whole_.JntToCart(q, place, segment);
-    place.M = KDL::Rotation::Identity();
+  explicit PositionOnlyFk(const KDL::Chain& arm) : whole_(arm) {}
+  int JntToCart(const KDL::JntArray& q, KDL::Frame& frame, int segment) override {
+    const int code = whole_.JntToCart(q, frame, segment);
+    frame.M = KDL::Rotation::Identity();
     return code;
   }
   int JntToCart(const KDL::JntArray&, std::vector<KDL::Frame>&, int) override { return E_NOT_IMPLEMENTED; }
@@ -70,9 +70,9 @@ class PlaceOnly final : public KDL::ChainFkSolverPos {
 };
 
 /// Like KDL's ChainIkSolverVel_pinv, for the three rows of the position.
-class PlaceOnlyPinv final : public KDL::ChainIkSolverVel {
+class PositionOnlyPinv final : public KDL::ChainIkSolverVel {
  public:
-  explicit PlaceOnlyPinv(const KDL::Chain& arm) : jacobians_(arm), jacobian_(arm.getNrOfJoints()) {}
+  explicit PositionOnlyPinv(const KDL::Chain& arm) : jacobians_(arm), jacobian_(arm.getNrOfJoints()) {}
   int CartToJnt(const KDL::JntArray& q, const KDL::Twist& twist, KDL::JntArray& v) override {
     constexpr double kSmallest = 1e-5;  // singular values below it are ignored, as in KDL
     jacobians_.JntToJac(q, jacobian_);
@@ -156,7 +156,7 @@ IkAnswer run_to_rest(GuardedLaw& law, const TaskTarget& target, const JointVecto
   law.start(start);
   law.set_target(target);
   int steps = 0;
-  for (bool rests = false; !rests && steps < kMostSeconds * kStepsPerSecond; ++steps) {
+  for (bool rests = false; !rests && steps < kMaxSeconds * kStepsPerSecond; ++steps) {
     law.step();
     rests = law.velocity().cwiseAbs().maxCoeff() < kStill && (law.x() - target.position).norm() <= kIkTolerance &&
             meets(law.chain(), target, law.theta());
@@ -217,10 +217,10 @@ std::vector<IkSolver> kdl_solvers(const Chain& chain, TaskKind task) {
   if (task == TaskKind::kPose) {
     newton = std::make_shared<NewtonRaphson<KDL::ChainFkSolverPos_recursive, KDL::ChainIkSolverVel_pinv>>(chain);
   } else {
-    newton = std::make_shared<NewtonRaphson<PlaceOnly, PlaceOnlyPinv>>(chain);
+    newton = std::make_shared<NewtonRaphson<PositionOnlyFk, PositionOnlyPinv>>(chain);
   }
-  return {wrapped(chain, "KDL LMA", lma, 1), wrapped(chain, "KDL LMA", lma, kMostStarts),
-          wrapped(chain, "KDL NR_JL", newton, 1), wrapped(chain, "KDL NR_JL", newton, kMostStarts)};
+  return {wrapped(chain, "KDL LMA", lma, 1), wrapped(chain, "KDL LMA", lma, kMaxStarts),
+          wrapped(chain, "KDL NR_JL", newton, 1), wrapped(chain, "KDL NR_JL", newton, kMaxStarts)};
 }
 
 }  // namespace multireach::bench

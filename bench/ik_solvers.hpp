@@ -25,7 +25,7 @@ struct IkSolver {
 /// Largest error that counts as solved, m and rad.
 inline constexpr double kIkTolerance = 1e-5;
 /// Most starts of the solvers that restart until a solution is inside the limits.
-inline constexpr int kMostStarts = 200;
+inline constexpr int kMaxStarts = 200;
 
 /// Whether the hand at joint configuration `posture` meets the target within kIkTolerance.
 bool meets(const Chain& chain, const controller::TaskTarget& target, const JointVector& posture);

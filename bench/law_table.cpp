@@ -28,13 +28,13 @@ ReachResult run_lma(const Chain& chain, KDL::ChainIkSolverPos_LMA& solver, const
   const Eigen::Vector3d& p = sample.target;
   const bool solved = solver.CartToJnt(start, KDL::Frame(KDL::Vector(p.x(), p.y(), p.z())), goal) >= 0;
   JointVector theta = sample.start, velocity = JointVector::Zero(chain.size());
-  ReachMonitor watch(chain, sample, {}, chain.position(theta));
+  ReachMonitor monitor(chain, sample, {}, chain.position(theta));
   do {
     const JointVector apart = (solved ? JointVector(goal.data) : sample.start) - theta;
     velocity += kGains.alpha * (kGains.beta * apart - velocity);
     theta += velocity;
-  } while (watch.take(theta, velocity, chain.position(theta)));
-  return watch.result();
+  } while (monitor.update(theta, velocity, chain.position(theta)));
+  return monitor.result();
 }
 
 /// KDL's damped least squares converts a straight motion of the hand into joint velocities, step by step; `clamped`:
@@ -42,7 +42,7 @@ ReachResult run_lma(const Chain& chain, KDL::ChainIkSolverPos_LMA& solver, const
 ReachResult run_wdls(const Chain& chain, KDL::ChainIkSolverVel_wdls& solver, bool clamped, const ReachSample& sample) {
   KDL::JntArray q(static_cast<unsigned>(chain.size())), v(q);
   JointVector theta = sample.start;
-  ReachMonitor watch(chain, sample, {}, chain.position(theta));
+  ReachMonitor monitor(chain, sample, {}, chain.position(theta));
   JointVector moved = JointVector::Zero(chain.size());
   do {
     const Eigen::Vector3d way = kGains.beta * (sample.target - chain.position(theta));
@@ -52,8 +52,8 @@ ReachResult run_wdls(const Chain& chain, KDL::ChainIkSolverVel_wdls& solver, boo
     if (solved) theta += v.data;
     if (clamped) theta = chain.clamped(theta);
     moved = theta - before;
-  } while (watch.take(theta, moved, chain.position(theta)));
-  return watch.result();
+  } while (monitor.update(theta, moved, chain.position(theta)));
+  return monitor.result();
 }
 
 double quantile(std::vector<double> values, double q) {

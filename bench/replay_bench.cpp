@@ -73,7 +73,7 @@ void measure(const std::string& session, const std::string& robot, int repetitio
                         .from = ReplayFrom::kImages,
                         .robot = ReplayRobot::kIdeal,
                         .config = RobotConfig::load(robot),
-                        .vision = VisionConfig::load(beside(robot, "vision.yaml")),
+                        .vision = VisionConfig::load(resolve_relative(robot, "vision.yaml")),
                         .until_s = 1e9,
                         .threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()))};
   const std::string whole = folder + "/whole.lcm", targets = folder + "/targets.lcm", big = folder + "/big.lcm";

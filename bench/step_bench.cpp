@@ -15,6 +15,7 @@
 #include "controller/collision/proximity.hpp"
 #include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_law.hpp"
+#include "numeric/instruction_set.hpp"
 #include "numeric/random.hpp"
 
 namespace multireach::bench {
@@ -112,7 +113,7 @@ void plain_fixed_step(benchmark::State& state, const Chain& chain) {
 /// One step of one arm of a batch, with the named instruction set; the same reaches.
 template <class Batch, class... Parameters>
 void batch_step(benchmark::State& state, const Chain& chain, const std::string& set, const Parameters&... parameters) {
-  if (!controller::use_instruction_set(set)) {
+  if (!select_instruction_set(set)) {
     state.SkipWithError("this processor has not this instruction set");
     return;
   }
@@ -132,7 +133,7 @@ void batch_step(benchmark::State& state, const Chain& chain, const std::string& 
     --left;
   }
   benchmark::DoNotOptimize(&batch.block(0));
-  controller::use_instruction_set("");  // back to the widest
+  select_instruction_set("");  // back to the widest
 }
 void guarded_batch(benchmark::State& state, const Chain& chain, const std::string& set) {
   batch_step<controller::GuardedBatch>(state, chain, set, controller::GuardedParameters{});

@@ -49,7 +49,7 @@ struct Case {
   bool neighbour = false;
   bool distorted = false;
   double most_rms_mm = 0;
-  bool to_be_declared = false;  // expected status: kOccludedTooMuch
+  bool expect_occluded = false;  // expected status: kOccludedTooMuch
 };
 
 std::vector<Case> cases() {
@@ -59,8 +59,8 @@ std::vector<Case> cases() {
       {.name = "1 to 2 m", .near_m = 1, .far_m = 2, .most_rms_mm = 3.5},
       {.name = "0.5 m, JPEG q90", .jpeg_quality = 90, .most_rms_mm = 0.8},
       {.name = "0.5 m, similar hue touches", .neighbour = true, .most_rms_mm = 0.35},
-      {.name = "0.5 m, one tenth hidden", .occlusion = 0.1, .most_rms_mm = 4},
-      {.name = "0.5 m, three tenths hidden", .occlusion = 0.3, .most_rms_mm = 0, .to_be_declared = true},
+      {.name = "0.5 m, one tenth occluded", .occlusion = 0.1, .most_rms_mm = 4},
+      {.name = "0.5 m, three tenths occluded", .occlusion = 0.3, .most_rms_mm = 0, .expect_occluded = true},
   };
 }
 
@@ -77,13 +77,13 @@ StereoRig rig_of(bool distorted) {
 }
 
 /// The two cameras' renderers for one background.
-struct Stage {
-  Stage(const StereoRig& rig, const SceneOptions& scene)
+struct StereoRenderer {
+  StereoRenderer(const StereoRig& rig, const SceneOptions& scene)
       : left(scene, rig.left, rig.X_WL, rig.X_WL), right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
   BallRenderer left, right;
 };
 
-struct Sums {
+struct Statistics {
   int shown = 0, seen = 0, declared = 0, by_edges = 0;
   double nees = 0, square = 0, occlusion = 0, epipolar_z2 = 0;
   std::vector<double> errors_m;
@@ -107,38 +107,38 @@ class Accuracy {
   Accuracy(int positions, uint64_t seed, bool radius_known, bool verbose)
       : positions_(positions), seed_(seed), radius_known_(radius_known), verbose_(verbose) {}
 
-  Sums run(const Case& c) {
+  Statistics run(const Case& c) {
     const StereoRig rig = rig_of(c.distorted);
     const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9);
     const double radius = walls[0].scene.ball_radius_m;
     vision::MatchOptions options;
     if (radius_known_) options.radius_m = radius;
     vision::SphereContourFitter left_measurer(rig.left), right_measurer(rig.right);
-    Sums sums;
+    Statistics sums;
     for (size_t wall = 0; wall < walls.size(); ++wall) {
-      const Stage& stage = stage_of(c, walls[wall], rig);
-      Sums of_wall;
+      const StereoRenderer& renderer = renderer_of(c, walls[wall], rig);
+      Statistics of_wall;
       for (int k = static_cast<int>(wall); k < positions_; k += static_cast<int>(walls.size())) {
         const CounterRandom random(seed_, static_cast<uint64_t>(k));
         const double z = random.uniform(0, c.near_m, c.far_m);
         const Eigen::Vector2d pixel(random.uniform(1, 130, 580), random.uniform(2, 60, 420));
         const Eigen::Vector3d p_LB = z * rig.left.ray(pixel).homogeneous(), p_WB = rig.X_WL * p_LB;
-        Look look;
+        ImageConditions look;
         const double angle = random.uniform(3, 0, 6.283185307179586);
         if (c.occlusion > 0) look.occluder = Occluder{.occlusion = c.occlusion, .angle_rad = angle};
         if (c.neighbour) look.neighbour = Neighbour{.angle_rad = angle, .radius_m = random.uniform(4, 0.008, 0.03)};
         const auto stream = static_cast<uint64_t>(2 * k);
-        const auto left = contours(stage.left.render(p_WB, stream, look), c, left_measurer);
-        const auto right = contours(stage.right.render(p_WB, stream + 1, look), c, right_measurer);
+        const auto left = contours(renderer.left.render(p_WB, stream, look), c, left_measurer);
+        const auto right = contours(renderer.right.render(p_WB, stream + 1, look), c, right_measurer);
         const StereoMatch match = vision::match_candidates(rig, left, right, std::nullopt, options);
-        for (Sums* s : {&sums, &of_wall}) take(match, p_LB, rig, *s);
+        for (Statistics* s : {&sums, &of_wall}) add_match(match, p_LB, rig, *s);
       }
       if (verbose_) print(("  " + std::string(walls[wall].name)).c_str(), of_wall);
     }
     return sums;
   }
 
-  static void print(const char* name, const Sums& s) {
+  static void print(const char* name, const Statistics& s) {
     std::vector<double> sorted = s.errors_m;
     std::ranges::sort(sorted);
     const double n = std::max(1, s.located());
@@ -153,9 +153,9 @@ class Accuracy {
 
  private:
   /// Rendering a wall is slow, so all cases that can share a stage do.
-  const Stage& stage_of(const Case& c, const Background& wall, const StereoRig& rig) {
+  const StereoRenderer& renderer_of(const Case& c, const Background& wall, const StereoRig& rig) {
     const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "");
-    return stages_.try_emplace(key, rig, wall.scene).first->second;
+    return renderers_.try_emplace(key, rig, wall.scene).first->second;
   }
 
   std::vector<vision::SphereContour> contours(cv::Mat image, const Case& c, vision::SphereContourFitter& fitter) {
@@ -172,7 +172,7 @@ class Accuracy {
     return result;
   }
 
-  static void take(const StereoMatch& match, const Eigen::Vector3d& p_LB, const StereoRig& rig, Sums& sums) {
+  static void add_match(const StereoMatch& match, const Eigen::Vector3d& p_LB, const StereoRig& rig, Statistics& sums) {
     using Status = StereoMatch::Status;
     ++sums.shown;
     sums.seen += match.status == Status::kSeen;
@@ -188,9 +188,9 @@ class Accuracy {
   int positions_;
   uint64_t seed_;
   bool radius_known_, verbose_;
-  std::map<std::string, Stage> stages_;
+  std::map<std::string, StereoRenderer> renderers_;
   vision::ColourTable colours_{vision::model_of({.references = {{220, 40, 110}}})};
-  vision::Finder finder_;
+  vision::BlobFinder finder_;
 };
 
 int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const std::string& only,
@@ -200,22 +200,22 @@ int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const
       "%llu, radius %s\n\n",
       positions, static_cast<unsigned long long>(seed), radius_known ? "known" : "not known");
   std::printf(
-      "| case | shown | seen | declared hidden | by edges | RMS mm | p95 | max | NEES x y z | bias mm x y z | "
-      "NEES/3 | hidden |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "| case | shown | seen | declared occluded | by edges | RMS mm | p95 | max | NEES x y z | bias mm x y z | "
+      "NEES/3 | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   Accuracy accuracy(positions, seed, radius_known, verbose);
   nlohmann::json report = {{"positions", positions}, {"seed", seed}, {"radius_known", radius_known}};
   double nees = 0;
   int located = 0;
   for (const Case& c : cases()) {
     if (!only.empty() && c.name.find(only) == std::string::npos) continue;
-    const Sums sums = accuracy.run(c);
+    const Statistics sums = accuracy.run(c);
     Accuracy::print(c.name.c_str(), sums);
     nees += sums.nees;
     located += sums.located();
     report["cases"].push_back({{"name", c.name},
                                {"shown", sums.shown},
                                {"seen", sums.seen},
-                               {"declared_hidden", sums.declared},
+                               {"declared_occluded", sums.declared},
                                {"rms_mm", sums.rms_mm()},
                                {"aim_rms_mm", c.most_rms_mm},
                                {"nees_per_dimension", sums.nees_per_dimension()}});
@@ -239,7 +239,7 @@ int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const
 }  // namespace multireach::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("How far the measured place of a rendered sphere is from its true one, as a table.");
+  CLI::App app("Position error of a rendered sphere, as a Markdown table.");
   int positions = 400;
   uint64_t seed = 1;
   bool unknown_radius = false, verbose = false;

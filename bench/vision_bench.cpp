@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "camera/rendering/ball_renderer.hpp"
-#include "controller/batch/arm_batch.hpp"
 #include "imaging/image_codec.hpp"
+#include "numeric/instruction_set.hpp"
 #include "runtime/channels.hpp"
 #include "vision/colour/find.hpp"
 #include "vision/node/vision_node.hpp"
@@ -48,15 +48,15 @@ vision::ColourClass ball_colours() {
 
 void find(benchmark::State& state, const cv::Mat& bgr, const cv::Rect& part) {
   const vision::ColourTable colours(model_of(ball_colours()));
-  vision::Finder finder;
+  vision::BlobFinder finder;
   if (finder.find(bgr, part, colours).blobs.size() != 1) state.SkipWithError("not one blob");
   for (auto _ : state) benchmark::DoNotOptimize(finder.find(bgr, part, colours).blobs.data());
 }
 
 void find_everywhere(benchmark::State& state, int width, int height, const std::string& instruction_set) {
-  controller::use_instruction_set(instruction_set);
+  select_instruction_set(instruction_set);
   find(state, scene(width, height), {0, 0, width, height});
-  controller::use_instruction_set("");
+  select_instruction_set("");
 }
 
 void find_in_window(benchmark::State& state, int width, int height) {
@@ -175,7 +175,7 @@ void register_all() {
   constexpr auto kUnit = benchmark::kMicrosecond;
   for (const auto& [width, height] : {std::pair(640, 480), std::pair(1920, 1080)}) {
     const std::string size = std::to_string(width) + "x" + std::to_string(height);
-    for (const std::string& name : controller::instruction_sets()) {
+    for (const std::string& name : available_instruction_sets()) {
       benchmark::RegisterBenchmark(("find/" + size + "/" + name).c_str(), find_everywhere, width, height, name)
           ->Unit(kUnit);
     }

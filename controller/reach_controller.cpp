@@ -15,16 +15,16 @@ void require(bool sensible, const char* sentence) {
 }
 
 constexpr double kOffsetAfter = 1e7;  // us: time constant with which a lasting deviation is learnt as an offset
-constexpr double kMostOffset = 0.5;   // rad (m): limits the effect of one wrong measurement on the offset
-constexpr int64_t kLongestTick = 1'000'000'000;
+constexpr double kMaxOffset = 0.5;    // rad (m): limits the effect of one wrong measurement on the offset
+constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
-bool believable(int64_t utime) {
-  return utime >= -ReachController::kLargestTime && utime <= ReachController::kLargestTime;
+bool is_plausible_time(int64_t utime) {
+  return utime >= -ReachController::kMaxTime && utime <= ReachController::kMaxTime;
 }
 
 std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& options, double steps_per_second) {
   if (const auto* paper = std::get_if<PaperParameters>(&options.law)) {
-    require(options.task == TaskKind::kPosition, "the law 'paper' knows positions only: task must be position");
+    require(options.task == TaskKind::kPosition, "law 'paper' supports only task: position");
     return std::make_unique<SupervisedPaperLaw>(chain, *paper, options.drift_m, options.ik);
   }
   GuardedParameters parameters = std::get<GuardedParameters>(options.law);
@@ -37,7 +37,7 @@ std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& op
 
 ReachController::ReachController(const Chain& chain, const ReachOptions& options)
     : chain_(chain), options_(options), rest_(options.rest), filter_(options.target) {
-  require(options.tick_us > 0 && options.tick_us <= kLongestTick, "tick_us must be positive, and at most 1e9");
+  require(options.tick_us > 0 && options.tick_us <= kMaxTickPeriod, "tick_us must be positive, and at most 1e9");
   require(options.steps_per_tick > 0, "steps_per_tick must be positive");
   require(options.target.jump_m > 0, "jump_m must be positive");
   require(options.target.wander_m_per_root_s >= 0, "wander_m_per_root_s must not be negative");
@@ -47,7 +47,7 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   law_ = make_law(chain, options, steps_per_second());
   for (JointVector& command : commands_) command = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
-  const auto fault = posture_fault(chain, {rest_.begin(), rest_.end()}, "the rest posture");
+  const auto fault = joint_configuration_fault(chain, {rest_.begin(), rest_.end()}, "the rest posture");
   if (fault) throw std::invalid_argument(*fault);
   rest_ = chain.clamped(rest_);
 }
@@ -55,21 +55,21 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
 bool ReachController::start(const JointVector& theta) {
   if (!law_->start(theta)) return false;
   if (options_.rest.size() == 0) rest_ = chain_.clamped(theta);
-  filter_.forget();
+  filter_.reset();
   last_seen_.reset();
   mode_ = ReachMode::kWaiting;
   dwelling_ = false;
   measured_.reset();
   offset_ = JointVector::Zero(chain_.size());
-  commands_known_ = 0;
-  remember_command();
+  commands_recorded_ = 0;
+  record_command();
   started_ = true;
   return true;
 }
 
 bool ReachController::observe(const TargetObservation& observation) {
   if (observation.seen && !(observation.position.allFinite() && observation.velocity.allFinite())) return false;
-  if (!believable(observation.utime) || (newest_ && observation.utime < *newest_)) return false;
+  if (!is_plausible_time(observation.utime) || (newest_ && observation.utime < *newest_)) return false;
   newest_ = observation.utime;
   if (!observation.seen) return true;
   const bool jumped = filter_.update(observation);
@@ -80,19 +80,19 @@ bool ReachController::observe(const TargetObservation& observation) {
 }
 
 bool ReachController::observe_robot(const JointVector& theta) {
-  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   measured_ = theta;
   return true;
 }
 
 bool ReachController::restart_grid(int64_t utime) {
-  if (!believable(utime)) return false;
+  if (!is_plausible_time(utime)) return false;
   grid_origin_ = utime;
   tick_ = 0;
   if (newest_ && *newest_ > utime) newest_.reset();
   if (last_seen_ && *last_seen_ > utime) {
     last_seen_.reset();
-    filter_.forget();
+    filter_.reset();
   }
   return true;
 }
@@ -102,7 +102,7 @@ std::optional<int64_t> ReachController::next_tick() const {
   return *grid_origin_ + tick_ * options_.tick_us;
 }
 
-void ReachController::fall_back() {
+void ReachController::handle_lost_target() {
   jumped_ = true;  // treat the next target that is seen as a new one
   switch (options_.on_target_lost) {
     case OnTargetLost::kGoToRest:
@@ -124,7 +124,7 @@ void ReachController::fall_back() {
   if (mode_ != ReachMode::kWaiting) mode_ = ReachMode::kHolding;
 }
 
-void ReachController::pursue(int64_t now) {
+void ReachController::track_target(int64_t now) {
   const TaskTarget target{.position = filter_.position_at(now),
                           .velocity = filter_.velocity() / steps_per_second(),
                           .task = options_.task,
@@ -135,33 +135,33 @@ void ReachController::pursue(int64_t now) {
   jumped_ = false;
   unreachable_ = result == TargetResult::kUnreachable;
   if (unreachable_ && std::holds_alternative<PaperParameters>(options_.law)) {
-    fall_back();
+    handle_lost_target();
     return;
   }
   mode_ = ReachMode::kReaching;
   dwelling_ = false;
 }
 
-void ReachController::choose_goal(int64_t now) {
+void ReachController::update_goal(int64_t now) {
   lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
   unreachable_ = false;
   if (!lost_) {
-    pursue(now);
+    track_target(now);
   } else if (last_seen_ || mode_ != ReachMode::kWaiting) {
-    fall_back();
+    handle_lost_target();
   }
 }
 
-void ReachController::remember_command() {
-  commands_[static_cast<size_t>(commands_known_ % kRemembered)] = law_->theta();
-  ++commands_known_;
+void ReachController::record_command() {
+  commands_[static_cast<size_t>(commands_recorded_ % kCommandHistory)] = law_->theta();
+  ++commands_recorded_;
 }
 
 void ReachController::compensate_disturbance() {
   if (options_.feedback != Feedback::kMeasured) return;
   JointVector displacement = JointVector::Zero(chain_.size());
   if (measured_) {
-    const auto known = static_cast<int>(std::min<int64_t>(commands_known_, kRemembered));
+    const auto known = static_cast<int>(std::min<int64_t>(commands_recorded_, kCommandHistory));
     for (int i = 0; i < chain_.size(); ++i) {
       double low = commands_[0][i], high = low;
       for (int k = 1; k < known; ++k) {
@@ -171,7 +171,7 @@ void ReachController::compensate_disturbance() {
       // Deviation from the range of the commands of the last 0.3 s, after removing the learnt offset.
       const double there = (*measured_)[i] - offset_[i], beside = there - std::clamp(there, low, high);
       offset_[i] += std::min(1.0, static_cast<double>(options_.tick_us) / kOffsetAfter) *
-                    std::clamp(beside, -kMostOffset, kMostOffset);
+                    std::clamp(beside, -kMaxOffset, kMaxOffset);
       displacement[i] = std::copysign(std::max(std::abs(beside) - options_.disturbance_threshold, 0.0), beside);
     }
   }
@@ -179,22 +179,29 @@ void ReachController::compensate_disturbance() {
   law_->compensate(displacement);
 }
 
+void ReachController::set_rate(double rate) {
+  if (rate >= 0 && rate <= 1) rate_ = rate;
+}
+
 ReachOutput ReachController::tick() {
   ReachOutput output;
   output.utime = *next_tick();
   output.tick = tick_++;
-  choose_goal(output.utime);
+  update_goal(output.utime);
   compensate_disturbance();
+  owed_steps_ += rate_ * options_.steps_per_tick;
+  const int steps = static_cast<int>(owed_steps_);
+  owed_steps_ -= steps;
   if (mode_ != ReachMode::kWaiting) {
-    for (int k = 0; k < options_.steps_per_tick; ++k) law_->step();
+    for (int k = 0; k < steps; ++k) law_->step();
   }
-  remember_command();
+  record_command();
   if (mode_ == ReachMode::kReaching) unreachable_ = law_->unreachable();
   output.mode = mode_;
   output.target_lost = lost_;
   output.target_unreachable = unreachable_;
   output.theta = law_->theta();
-  output.velocity = law_->velocity() * steps_per_second();
+  output.velocity = law_->velocity() * (steps_per_second() * steps / options_.steps_per_tick);
   output.theta_target = law_->theta_target();
   output.x = law_->x();
   output.x_T = mode_ == ReachMode::kWaiting ? law_->x() : law_->x_target();

@@ -75,7 +75,7 @@ class ReachController {
   ReachController(const Chain& chain, const ReachOptions& options);
 
   /// Largest absolute time, microseconds; some 36 000 years.
-  static constexpr int64_t kLargestTime = int64_t{1} << 60;
+  static constexpr int64_t kMaxTime = int64_t{1} << 60;
 
   const Chain& chain() const { return chain_; }
   const ReachOptions& options() const { return options_; }
@@ -86,7 +86,7 @@ class ReachController {
   bool started() const { return started_; }
 
   /// Takes an observation of the target. Returns false, and ignores it, when it is marked as seen but not finite, when
-  /// it is older than the newest one, or when its time is further than kLargestTime from 0.
+  /// it is older than the newest one, or when its time is further than kMaxTime from 0.
   bool observe(const TargetObservation& observation);
   /// Takes the measured joint positions (Feedback::kMeasured). Returns false, and ignores them, when they are not
   /// finite, have another size, or are beyond 1e5 rad.
@@ -96,8 +96,12 @@ class ReachController {
   /// (link_radius_m = 0), refuse all.
   int set_obstacles(std::span<const Obstacle> obstacles) { return law_->set_obstacles(obstacles); }
 
+  /// How much of each tick the robot executes, 0 to 1: the bridge slows down or stops. The controller then integrates
+  /// as much less, so that it does not run ahead. Others are ignored.
+  void set_rate(double rate);
+
   /// Restarts the ticks with tick 0 at `utime`: for the first target, and after a jump of the target's clock. Returns
-  /// false, and changes nothing, when `utime` is further than kLargestTime from 0.
+  /// false, and changes nothing, when `utime` is further than kMaxTime from 0.
   bool restart_grid(int64_t utime);
   /// The time of the next tick; nullopt before restart_grid().
   std::optional<int64_t> next_tick() const;
@@ -105,13 +109,13 @@ class ReachController {
   ReachOutput tick();
 
  private:
-  static constexpr int kRemembered = 6;  // commands kept, one per tick of 50 ms
+  static constexpr int kCommandHistory = 6;  // commands kept, one per tick of 50 ms
 
-  void choose_goal(int64_t now);
-  void pursue(int64_t now);
-  void fall_back();
+  void update_goal(int64_t now);
+  void track_target(int64_t now);
+  void handle_lost_target();
   void compensate_disturbance();
-  void remember_command();
+  void record_command();
   double steps_per_second() const { return 1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us); }
 
   Chain chain_;
@@ -121,6 +125,7 @@ class ReachController {
   JointVector rest_;
   std::optional<int64_t> grid_origin_;
   int64_t tick_ = 0;
+  double rate_ = 1, owed_steps_ = 0;  // integration steps not done yet, less than one
 
   std::optional<int64_t> newest_;                            // time of the newest observation, seen or not
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen
@@ -131,8 +136,8 @@ class ReachController {
   bool lost_ = false, unreachable_ = false, dwelling_ = false;
   std::optional<JointVector> measured_;  // newest measurement since the last tick
   JointVector offset_;                   // lasting deviation of the arm from the commands: sag, calibration error
-  std::array<JointVector, kRemembered> commands_;
-  int64_t commands_known_ = 0;
+  std::array<JointVector, kCommandHistory> commands_;
+  int64_t commands_recorded_ = 0;
 };
 
 }  // namespace multireach::controller

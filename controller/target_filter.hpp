@@ -32,7 +32,7 @@ class TargetFilter {
   /// The position of the target at `utime`, extrapolated with its velocity. Call update() first.
   Eigen::Vector3d position_at(int64_t utime) const;
   const Eigen::Vector3d& velocity() const { return velocity_; }
-  void forget() { utime_.reset(); }
+  void reset() { utime_.reset(); }
 
  private:
   Options options_;

@@ -43,11 +43,11 @@ class ImageCodec {
   /// Decodes to 8-bit BGR; allocates `bgr` as needed. Returns false when the format is unknown, the data are too short
   /// for the size, the size is odd where the format requires an even one, or a JPEG is damaged or of another size than
   /// stated.
-  bool decode(const EncodedImage& image, cv::Mat& bgr);
+  [[nodiscard]] bool decode(const EncodedImage& image, cv::Mat& bgr);
   /// Decodes at least `part` of the image, in less time; those pixels are the same as when the whole image is decoded,
   /// the others are undefined. `part` is clipped to the image; returns false when it is empty then. Damage in a JPEG
   /// after the end of the part is not noticed.
-  bool decode(const EncodedImage& image, const cv::Rect& part, cv::Mat& bgr);
+  [[nodiscard]] bool decode(const EncodedImage& image, const cv::Rect& part, cv::Mat& bgr);
   /// Encodes an 8-bit BGR image as JPEG (4:2:0), `quality` 1 to 100.
   std::vector<uint8_t> encode_jpeg(const cv::Mat& bgr, int quality);
 

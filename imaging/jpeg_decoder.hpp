@@ -11,9 +11,9 @@ namespace multireach {
 /// undefined. The part's pixels are the same as when the whole image is decoded, with and without SIMD. Returns false
 /// when the data are not a JPEG, have another size, or are damaged before the end of the part; data after it are not
 /// read.
-bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr);
+[[nodiscard]] bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr);
 
 /// Width and height of a JPEG, from its header; nothing when the data do not start with one.
-std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data);
+[[nodiscard]] std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data);
 
 }  // namespace multireach

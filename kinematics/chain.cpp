@@ -152,18 +152,18 @@ JointVector Chain::clamped(const JointVector& theta) const {
 
 double Chain::sample_lower(int i) const {
   if (!joints_[i].limited()) return -std::numbers::pi;
-  return turns_freely(i) ? std::clamp(-kTwoTurns, lower_[i], upper_[i] - 2 * kTwoTurns) : lower_[i];
+  return has_multi_turn_range(i) ? std::clamp(-kTwoTurns, lower_[i], upper_[i] - 2 * kTwoTurns) : lower_[i];
 }
 double Chain::sample_upper(int i) const {
   if (!joints_[i].limited()) return std::numbers::pi;
-  return turns_freely(i) ? sample_lower(i) + 2 * kTwoTurns : upper_[i];
+  return has_multi_turn_range(i) ? sample_lower(i) + 2 * kTwoTurns : upper_[i];
 }
-bool Chain::turns_freely(int i) const {
+bool Chain::has_multi_turn_range(int i) const {
   return joints_[i].type == Joint::Type::kRevolute && upper_[i] - lower_[i] > 2 * kTwoTurns;
 }
 
-std::optional<std::string> posture_fault(const Chain& chain, const std::vector<double>& theta, std::string_view what,
-                                         double tolerance) {
+std::optional<std::string> joint_configuration_fault(const Chain& chain, const std::vector<double>& theta,
+                                                     std::string_view what, double tolerance) {
   const std::string whose(what);
   if (static_cast<int>(theta.size()) != chain.size()) {
     std::string names;

@@ -72,7 +72,7 @@ class Chain {
   double sample_upper(int i) const;
 
  private:
-  bool turns_freely(int i) const;
+  bool has_multi_turn_range(int i) const;
 
   std::vector<Joint> joints_;
   std::vector<Eigen::Isometry3d> fixed_;
@@ -83,7 +83,7 @@ class Chain {
 /// Checks whether `theta` is a valid joint configuration of `chain`. Returns an error message that names the joint when
 /// the number of joints is wrong, a value is not finite, or a limit is exceeded by more than `tolerance` (rad or m);
 /// nothing when it is valid. `what` names the configuration in the message.
-std::optional<std::string> posture_fault(const Chain& chain, const std::vector<double>& theta, std::string_view what,
-                                         double tolerance = 1e-9);
+[[nodiscard]] std::optional<std::string> joint_configuration_fault(const Chain& chain, const std::vector<double>& theta,
+                                                                   std::string_view what, double tolerance = 1e-9);
 
 }  // namespace multireach

@@ -28,7 +28,7 @@ struct FastLinks {
     std::array<Element, 3> translation;  // to the next joint, in the frame after the rotation about z
     Element sine, cosine;                // of the tilt
     Tilt tilt = Tilt::kNone;
-    bool slides = false;
+    bool is_prismatic = false;
     std::array<bool, 3> translates{};  // which elements of the translation may be non-zero
   };
 
@@ -63,8 +63,8 @@ class FastChain {
 
   /// K(theta) and its Jacobian; with `kRotation` also R_WT and the Jacobian's angular rows.
   template <bool kRotation>
-  void hand(const PerJoint& theta, Hand& hand) const {
-    hand_of<kRotation>(links_, size(), theta, hand);
+  void forward_kinematics(const PerJoint& theta, Hand& hand) const {
+    multireach::forward_kinematics<kRotation>(links_, size(), theta, hand);
   }
 
  private:
@@ -104,14 +104,14 @@ FastLinks<N, Element>::FastLinks(const Chain& chain, const Eigen::Matrix3d& tool
     double sine, cosine;
     sine_and_cosine_of(tilt, sine, cosine);
     Link& link = links[i];
-    link.slides = chain.joint(i).type == Joint::Type::kPrismatic;
+    link.is_prismatic = chain.joint(i).type == Joint::Type::kPrismatic;
     link.offset = all(before + first_turn);
     link.tilt = tilt < kExact ? Tilt::kNone : std::abs(cosine) < kExact ? Tilt::kQuarter : Tilt::kAny;
     link.sine = all(sine);
     link.cosine = all(cosine);
     for (int k = 0; k < 3; ++k) {
       link.translation[k] = all(turned[k]);
-      link.translates[k] = std::abs(turned[k]) > kExact || (link.slides && k == 2);
+      link.translates[k] = std::abs(turned[k]) > kExact || (link.is_prismatic && k == 2);
     }
     before = second_turn;
   }

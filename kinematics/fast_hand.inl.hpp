@@ -15,12 +15,12 @@ struct FastHand {
 /// K(theta) and its Jacobian for the n joints of `arm` (a FastLinks); with `kRotation` also R_WT and the Jacobian's
 /// angular rows.
 template <bool kRotation, class Arm, class Lanes, size_t kCapacity>
-inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& theta,
-                    FastHand<Lanes, kCapacity>& hand) {
+inline void forward_kinematics(const Arm& arm, int n, const std::array<Lanes, kCapacity>& theta,
+                               FastHand<Lanes, kCapacity>& hand) {
   PerJoint<Lanes, kCapacity> sine, cosine;
   for (int i = 0; i < n; ++i) {
     const auto& link = arm.links[i];
-    sine_and_cosine(link.slides ? link.offset : theta[i] + link.offset, sine[i], cosine[i]);
+    sine_and_cosine(link.is_prismatic ? link.offset : theta[i] + link.offset, sine[i], cosine[i]);
   }
   std::array<Lanes, 3> x, y, z, p;
   for (int k = 0; k < 3; ++k) {
@@ -46,7 +46,7 @@ inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& t
       for (int k = 0; k < 3; ++k) p[k] += link.translation[1] * y[k];
     }
     if (link.translates[2]) {
-      const Lanes along = link.slides ? theta[i] + link.translation[2] : link.translation[2];
+      const Lanes along = link.is_prismatic ? theta[i] + link.translation[2] : link.translation[2];
       for (int k = 0; k < 3; ++k) p[k] += along * z[k];
     }
     if (link.tilt == Arm::Tilt::kQuarter) {  // the sine is 1, because tilts are between 0 and pi
@@ -65,7 +65,7 @@ inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& t
   }
   hand.position = p;
   for (int i = 0; i < n; ++i) {
-    if (arm.links[i].slides) {
+    if (arm.links[i].is_prismatic) {
       for (int k = 0; k < 3; ++k) hand.jacobian[k][i] = axis[k][i];
       continue;
     }
@@ -76,7 +76,7 @@ inline void hand_of(const Arm& arm, int n, const std::array<Lanes, kCapacity>& t
   }
   if constexpr (kRotation) {
     for (int k = 0; k < 3; ++k) {
-      for (int i = 0; i < n; ++i) hand.jacobian[3 + k][i] = arm.links[i].slides ? Lanes{} : axis[k][i];
+      for (int i = 0; i < n; ++i) hand.jacobian[3 + k][i] = arm.links[i].is_prismatic ? Lanes{} : axis[k][i];
       hand.rotation[0][k] = arm.tip_cosine * x[k] + arm.tip_sine * y[k];
       hand.rotation[1][k] = arm.tip_cosine * y[k] - arm.tip_sine * x[k];
       hand.rotation[2][k] = z[k];

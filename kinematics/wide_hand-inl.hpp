@@ -1,5 +1,5 @@
-// Kinematics of several joint configurations at once: FastHand and hand_of for the Lanes of numeric/wide_lanes-inl.hpp.
-// Include it by the same rules as that file.
+// Kinematics of several joint configurations at once: FastHand and forward_kinematics for the Lanes of
+// numeric/wide_lanes-inl.hpp. Include it by the same rules as that file.
 #if defined(MULTIREACH_KINEMATICS_WIDE_HAND_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef MULTIREACH_KINEMATICS_WIDE_HAND_INL_HPP
 #undef MULTIREACH_KINEMATICS_WIDE_HAND_INL_HPP

@@ -27,7 +27,7 @@ struct BitsOf<Double2> {
 };
 
 /// Largest magnitude of an angle for `sine_and_cosine`, rad.
-inline constexpr double kLargestAngle = 1e5;
+inline constexpr double kMaxAngle = 1e5;
 
 /// Sine and cosine of an angle, from s and c of the remainder after whole quarter turns; the low bits of `shifted` hold
 /// the number of quarter turns.

@@ -1,7 +1,7 @@
 // Include inside a namespace that defines Lanes and `quarter_turns` for them: lanes.hpp includes this file for double
 // and Double2, wide_lanes-inl.hpp for each instruction set. All use this one source, so all give the same bits.
 
-/// Sine and cosine of each lane, with an absolute error of at most 1e-15 for |angle| <= kLargestAngle. Beyond, the
+/// Sine and cosine of each lane, with an absolute error of at most 1e-15 for |angle| <= kMaxAngle. Beyond, the
 /// output has no meaning. Argument reduction after Cody & Waite (Software Manual for the Elementary Functions, 1980)
 /// with pi/2 in three parts; then the Taylor series on [-pi/4, pi/4], where the first omitted term is below 5e-17.
 template <class Lanes>

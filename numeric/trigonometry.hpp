@@ -15,7 +15,7 @@ namespace multireach {
 /// Sine and cosine, with an absolute error of at most 1e-15; NaN for an angle that is not finite.
 inline void sine_and_cosine_of(double angle, double& sine, double& cosine) {
   // std::remainder is exact, so it gives the same bits everywhere.
-  if (!(std::abs(angle) <= kLargestAngle)) angle = std::remainder(angle, 2 * std::numbers::pi);
+  if (!(std::abs(angle) <= kMaxAngle)) angle = std::remainder(angle, 2 * std::numbers::pi);
   if (std::isnan(angle)) {
     sine = cosine = angle;
     return;

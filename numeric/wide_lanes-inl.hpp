@@ -119,17 +119,17 @@ HWY_INLINE void quarter_turns(Lanes shifted, Lanes s, Lanes c, Lanes& sine, Lane
   cosine = hn::Xor(hn::IfThenElse(swapped, s.v, c.v), hn::BitCast(LanesTag(), cosine_sign));
 }
 
-inline HWY_NOINLINE void take_turns_away(Row& angles) {
+inline HWY_NOINLINE void wrap_large_angles(Row& angles) {
   for (int lane = 0; lane < kWidth; ++lane) {
-    if (std::abs(angles[lane]) > kLargestAngle) angles[lane] = std::remainder(angles[lane], 2 * std::numbers::pi);
+    if (std::abs(angles[lane]) > kMaxAngle) angles[lane] = std::remainder(angles[lane], 2 * std::numbers::pi);
   }
 }
-/// Reduces angles beyond kLargestAngle by whole turns.
-HWY_INLINE Lanes within_turns(Lanes angle) {
-  if (HWY_LIKELY(!any(absolute(angle) > kLargestAngle))) return angle;
+/// Reduces angles beyond kMaxAngle by whole turns.
+HWY_INLINE Lanes wrapped_angle(Lanes angle) {
+  if (HWY_LIKELY(!any(absolute(angle) > kMaxAngle))) return angle;
   Row row;
   store(angle, row, 0);
-  take_turns_away(row);
+  wrap_large_angles(row);
   return load(row, 0);
 }
 

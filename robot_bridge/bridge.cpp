@@ -1,66 +1,325 @@
 #include "robot_bridge/bridge.hpp"
 
-#include <cstdlib>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr double kAbsurd = 1e6;           // rad or m: no joint has such a position; larger values could overflow
-constexpr int64_t kOtherClock = 1000000;  // us: a set-point further than this from the bridge's time has another clock
+constexpr double kImpossible = 1e6;     // rad or m: no joint has such a position; larger values could overflow
+constexpr double kImpliedSpeed = 1.5;   // times the speed limit: a set-point that implies more is refused
+constexpr double kApproachSpeed = 0.2;  // speed override while the robot is far from the set-points
+constexpr double kMinSpeed = 0.01;      // a smaller speed override pauses
+constexpr double kMicro = 1e-6;
 
 const BridgeOptions& checked(const BridgeOptions& options) {
-  if (options.period_us <= 0 || options.setpoint_period_us <= 0)
-    throw std::invalid_argument("the bridge's periods must be positive");
-  if (options.delay_us < 0 || options.delay_us > 3 * options.setpoint_period_us) {
-    throw std::invalid_argument("the bridge's delay must be from zero to three periods of the set-points");
-  }
-  if (!(options.speed_where_unlimited > 0))
-    throw std::invalid_argument("the speed of joints without a limit must be positive");
+  const auto require = [](bool valid, const char* sentence) {
+    if (!valid) throw std::invalid_argument(sentence);
+  };
+  require(options.period_us > 0 && options.setpoint_period_us > 0, "the bridge's periods must be positive");
+  require(options.delay_us >= 0 && options.delay_us <= 3 * options.setpoint_period_us,
+          "the bridge's delay must be from zero to three periods of the set-points");
+  require(options.speed_where_unlimited > 0, "the speed of joints without a limit must be positive");
+  require(options.max_setpoint_age_us > 0 && options.max_setpoint_lead_us > 0 && options.setpoint_timeout_us > 0 &&
+              options.max_start_distance > 0,
+          "the bridge's tolerances for set-points must be positive");
   return options;
 }
 
 }  // namespace
 
+const char* name_of(BridgeState state) {
+  switch (state) {
+    case BridgeState::kIdle:
+      return "idle";
+    case BridgeState::kArmed:
+      return "armed";
+    case BridgeState::kRunning:
+      return "running";
+    case BridgeState::kStopping:
+      return "stopping";
+    case BridgeState::kFault:
+      break;
+  }
+  return "fault";
+}
+
+const char* name_of(SetpointVerdict verdict) {
+  switch (verdict) {
+    case SetpointVerdict::kAccepted:
+      return "accepted";
+    case SetpointVerdict::kNotReady:
+      return "the bridge is not ready";
+    case SetpointVerdict::kInvalid:
+      return "invalid";
+    case SetpointVerdict::kOtherRun:
+      return "another sender is followed";
+    case SetpointVerdict::kNotNewer:
+      return "not newer than the last";
+    case SetpointVerdict::kTooOld:
+      return "too old";
+    case SetpointVerdict::kTooEarly:
+      return "too far in the future";
+    case SetpointVerdict::kTooFast:
+      return "too fast";
+    case SetpointVerdict::kFarFromRobot:
+      break;
+  }
+  return "the robot is elsewhere or moves";
+}
+
 Bridge::Bridge(const Chain& chain, const BridgeOptions& options)
     : chain_(chain),
       options_(checked(options)),
+      generator_(motion_limits(chain, options.speed_where_unlimited, options.acceleration, options.jerk),
+                 static_cast<double>(options.period_us) * kMicro),
       interpolator_(options.setpoint_period_us, options.delay_us),
-      guard_(chain, static_cast<double>(options.period_us) * 1e-6, options.speed_where_unlimited) {}
+      guard_(chain, static_cast<double>(options.period_us) * kMicro, options.speed_where_unlimited),
+      monitor_(generator_.limits(), options.monitor, options.period_us) {}
 
-bool Bridge::sensible(const JointVector& theta) const {
-  return theta.size() == chain_.size() && theta.allFinite() && theta.cwiseAbs().maxCoeff() < kAbsurd;
-}
-
-bool Bridge::measured(const JointVector& theta) {
-  if (!sensible(theta)) return false;
-  if (!next_tick_) {
-    position_ = theta;
-    interpolator_.reset(theta);
-  }
+bool Bridge::measured(const Measurement& measurement) {
+  if (!monitor_.update(measurement, next_tick_.has_value())) return false;
+  measured_since_gap_ = true;
+  if (state_ == BridgeState::kIdle && enabled_) state_ = BridgeState::kArmed;
   return true;
 }
 
-bool Bridge::setpoint(const Setpoint& setpoint) {
-  if (!position_ || !sensible(setpoint.theta)) return false;
-  if (!next_tick_ || std::abs(setpoint.utime - *next_tick_) > kOtherClock) {
-    interpolator_.reset(*position_);
-    next_tick_ = setpoint.utime;
+void Bridge::enable() {
+  enabled_ = true;
+  if (state_ == BridgeState::kIdle && monitor_.knows_robot()) state_ = BridgeState::kArmed;
+}
+
+void Bridge::disable() {
+  enabled_ = false;
+  if (state_ == BridgeState::kRunning || state_ == BridgeState::kArmed) decelerate("disabled");
+  if (!next_tick_ && state_ != BridgeState::kFault) state_ = BridgeState::kIdle;
+}
+
+bool Bridge::reset() {
+  if (state_ != BridgeState::kFault || next_tick_ || !monitor_.knows_robot() || monitor_.late() || !monitor_.stands())
+    return false;
+  monitor_.reset();
+  cause_ = "";
+  run_ = 0;
+  state_ = enabled_ ? BridgeState::kArmed : BridgeState::kIdle;
+  return true;
+}
+
+void Bridge::set_speed(double speed) {
+  if (speed >= 0 && speed <= 1) speed_ = speed;
+}
+
+SetpointVerdict Bridge::setpoint(const Setpoint& setpoint, bool& restarted) {
+  restarted = false;
+  const auto n = chain_.size();
+  const auto is_valid = [n](const JointVector& values) {
+    return values.size() == n && values.allFinite() && values.cwiseAbs().maxCoeff() < kImpossible;
+  };
+  if (!is_valid(setpoint.theta) || !is_valid(setpoint.velocity)) return SetpointVerdict::kInvalid;
+  if (state_ == BridgeState::kIdle || state_ == BridgeState::kFault || !enabled_) return SetpointVerdict::kNotReady;
+  if (state_ == BridgeState::kArmed) return start_following(setpoint, restarted);
+  const SetpointVerdict verdict = judge(setpoint);
+  if (verdict != SetpointVerdict::kAccepted) return verdict;
+  if (options_.shape == BridgeOptions::Shape::kLinear) {
+    if (!interpolator_.add(setpoint)) return SetpointVerdict::kNotNewer;
+  } else {
+    if (num_waiting_ == waiting_.size()) {
+      std::move(waiting_.begin() + 1, waiting_.end(), waiting_.begin());
+      --num_waiting_;
+    }
+    waiting_[num_waiting_++] = setpoint;
   }
-  return interpolator_.add(setpoint);
+  newest_ = setpoint;
+  since_setpoint_us_ = 0;
+  return verdict;
+}
+
+/// Judges a set-point of a running motion.
+SetpointVerdict Bridge::judge(const Setpoint& setpoint) const {
+  if (setpoint.run != run_) return SetpointVerdict::kOtherRun;
+  if (setpoint.sequence <= newest_.sequence || setpoint.utime <= newest_.utime) return SetpointVerdict::kNotNewer;
+  if (setpoint.utime < *next_tick_ - options_.max_setpoint_age_us) return SetpointVerdict::kTooOld;
+  if (setpoint.utime > *next_tick_ + options_.max_setpoint_lead_us) return SetpointVerdict::kTooEarly;
+  const double seconds = static_cast<double>(setpoint.utime - newest_.utime) * kMicro;
+  const JointVector& speed = generator_.limits().velocity;
+  const JointVector furthest = kImpliedSpeed * seconds * speed;
+  if (((setpoint.theta - newest_.theta).cwiseAbs() - furthest).maxCoeff() > 0 ||
+      (setpoint.velocity.cwiseAbs() - kImpliedSpeed * speed).maxCoeff() > 0)
+    return SetpointVerdict::kTooFast;
+  return SetpointVerdict::kAccepted;
+}
+
+/// In the state armed: follows the sender of this set-point from now on, if the robot stands near it.
+SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarted) {
+  if (!measured_since_gap_ || !monitor_.stands()) return SetpointVerdict::kFarFromRobot;
+  const JointVector from = next_tick_ ? generator_.state().position : monitor_.newest().theta;
+  const bool near = (setpoint.theta - from).cwiseAbs().maxCoeff() <= options_.max_start_distance;
+  const bool resumes = next_tick_ && setpoint.run == run_;  // the same sender after an interruption
+  if (!near && !resumes) return SetpointVerdict::kFarFromRobot;
+  restarted = true;
+  if (!next_tick_) {
+    generator_.rest_at(from);
+    monitor_.rest_at(from);
+  }
+  next_tick_ = setpoint.utime;
+  interpolator_.reset(from);
+  interpolator_.add(setpoint);
+  run_ = setpoint.run;
+  newest_ = waiting_[0] = setpoint;
+  num_waiting_ = 1;
+  goal_ = {};
+  velocity_ = JointVector::Zero(chain_.size());
+  since_setpoint_us_ = 0;
+  approaching_ = !near;
+  path_rate_ = setpoint_rate_ = speed_;
+  state_ = BridgeState::kRunning;
+  cause_ = "";
+  return SetpointVerdict::kAccepted;
 }
 
 Command Bridge::tick() {
+  const int64_t now = *next_tick_;
+  const JointVector before = generator_.state().position;
+  step();
   Command command;
-  command.utime = *next_tick_;
-  *next_tick_ += options_.period_us;
-  const JointVector wanted = interpolator_.at(command.utime);
-  command.theta = guard_.next(*position_, wanted, command.limited);
-  command.velocity = (command.theta - *position_) * (1e6 / static_cast<double>(options_.period_us));
-  command.holding = interpolator_.holding();
-  command.setpoint_sequence = interpolator_.sequence();
-  position_ = command.theta;
+  command.utime = now;
+  command.setpoint_sequence = goal_.sequence;
+  command.holding = state_ != BridgeState::kRunning || coasted_ || goal_.sequence < 0;
+  command.limited = path_rate_ < speed_ && !command.holding;
+  command.theta = generator_.state().position;
+  command.velocity = options_.shape == BridgeOptions::Shape::kLinear
+                         ? ((command.theta - before) / (static_cast<double>(options_.period_us) * kMicro)).eval()
+                         : generator_.state().velocity;
+  // At rest, a bridge that is disabled or in a fault ends its stream: the robot then holds its position by itself.
+  if (generator_.at_rest() && (state_ == BridgeState::kFault || (state_ == BridgeState::kStopping && !enabled_))) {
+    next_tick_.reset();
+    if (state_ == BridgeState::kStopping) {
+      state_ = BridgeState::kIdle;
+      cause_ = "";
+    }
+  }
   return command;
+}
+
+void Bridge::skip(int64_t periods) {
+  if (!next_tick_) return;
+  if (periods <= kBridgedGap) {
+    for (int64_t k = 0; k < periods && next_tick_; ++k) step();
+    return;
+  }
+  // The robot stops by itself: begin again from rest, where the last command was.
+  *next_tick_ += periods * options_.period_us;
+  const JointVector position = generator_.state().position;
+  generator_.rest_at(position);
+  replans_ = true;
+  if (periods * options_.period_us <= options_.robot_timeout_us) return;
+  // It has stopped: look where it is before the motion goes on.
+  monitor_.rest_at(position);
+  measured_since_gap_ = false;
+  num_waiting_ = 0;
+  path_rate_ = setpoint_rate_ = 0;
+  if (state_ == BridgeState::kRunning || state_ == BridgeState::kStopping)
+    state_ = enabled_ ? BridgeState::kArmed : BridgeState::kStopping;
+}
+
+/// One period without its command.
+void Bridge::step() {
+  watch_robot();
+  if (state_ == BridgeState::kRunning) follow();
+  if (options_.shape == BridgeOptions::Shape::kSmooth) generator_.advance();
+  monitor_.commanded(generator_.state().position);
+  *next_tick_ += options_.period_us;
+  since_setpoint_us_ += options_.period_us;
+  if (state_ == BridgeState::kRunning && since_setpoint_us_ > options_.setpoint_timeout_us && generator_.at_rest())
+    state_ = BridgeState::kArmed;
+}
+
+void Bridge::watch_robot() {
+  if (state_ == BridgeState::kFault) return;
+  if (const char* fault = monitor_.fault()) return fail(fault);
+  if (state_ == BridgeState::kRunning && monitor_.late()) return decelerate("no ROBOT_STATE");
+  // Resumes from rest, as after a pause.
+  if (state_ == BridgeState::kStopping && enabled_ && !monitor_.late() && generator_.at_rest())
+    state_ = BridgeState::kArmed;
+}
+
+void Bridge::fail(const char* cause) {
+  decelerate(cause);
+  state_ = BridgeState::kFault;
+}
+
+void Bridge::decelerate(const char* cause) {
+  if (options_.shape == BridgeOptions::Shape::kLinear) {
+    generator_.rest_at(generator_.state().position);
+  } else {
+    generator_.stop();
+  }
+  num_waiting_ = 0;
+  path_rate_ = setpoint_rate_ = 0;
+  cause_ = cause;
+  state_ = BridgeState::kStopping;
+}
+
+/// Starts the segment to the newest set-point that is due.
+void Bridge::follow() {
+  if (options_.shape == BridgeOptions::Shape::kLinear) {
+    bool limited = false;
+    const JointVector position = guard_.next(generator_.state().position, interpolator_.at(*next_tick_), limited);
+    generator_.rest_at(position);
+    goal_.sequence = interpolator_.sequence();
+    coasted_ = interpolator_.holding();
+    path_rate_ = limited ? 0.5 : 1;
+    return;
+  }
+  const double speed = std::min({speed_, monitor_.speed_factor(), approaching_ ? kApproachSpeed : 1.0});
+  setpoint_rate_ = speed < kMinSpeed ? 0 : speed;
+  if (speed < kMinSpeed) {
+    path_rate_ = 0;
+    return generator_.stop();
+  }
+  const int64_t begin = *next_tick_ - options_.period_us;  // time of generator_.state()
+  std::optional<Setpoint> due;
+  while (num_waiting_ > 0 && waiting_[0].utime + options_.delay_us <= begin) {
+    due = waiting_[0];
+    std::move(waiting_.begin() + 1, waiting_.begin() + static_cast<std::ptrdiff_t>(num_waiting_), waiting_.begin());
+    --num_waiting_;
+  }
+  if (due || (replans_ && goal_.sequence >= 0)) {
+    move_to(due ? *due : goal_, speed);
+    replans_ = false;
+  } else if (generator_.finished() && !generator_.at_rest()) {
+    // A set-point is missing: continue for one period at the velocity of the last, then stop.
+    const double period = static_cast<double>(options_.setpoint_period_us) * kMicro;
+    MotionState onwards = generator_.state();
+    onwards.position += period * onwards.velocity;
+    onwards.acceleration.setZero();
+    if (coasted_ || generator_.move_to(onwards, period) < 1) generator_.stop();
+    coasted_ = true;
+  }
+}
+
+void Bridge::move_to(const Setpoint& goal, double speed) {
+  const double period = static_cast<double>(options_.setpoint_period_us) * kMicro;
+  const int64_t begin = *next_tick_ - options_.period_us;
+  // A set-point is reached one period after its segment begins, at the latest possible punctual start.
+  const double left =
+      static_cast<double>(goal.utime + options_.delay_us + options_.setpoint_period_us - begin) * kMicro;
+  const double duration = std::clamp(left, period / 2, period) / speed;
+  MotionState end{goal.theta, speed * goal.velocity, JointVector::Zero(goal.theta.size())};
+  const bool follows =
+      goal_.sequence >= 0 && goal.utime > goal_.utime && goal.utime - goal_.utime <= 2 * options_.setpoint_period_us;
+  if (follows) {
+    const double seconds = static_cast<double>(goal.utime - goal_.utime) * kMicro;
+    end.acceleration = speed * speed * (goal.velocity - goal_.velocity) / seconds;
+  }
+  const double rate = generator_.move_to(end, duration);
+  if (rate == 0 && generator_.finished()) generator_.stop();
+  path_rate_ = rate * speed;
+  goal_ = goal;
+  coasted_ = false;
+  if ((goal.theta - generator_.state().position).cwiseAbs().maxCoeff() <= options_.max_start_distance)
+    approaching_ = false;
 }
 
 }  // namespace multireach::robot_bridge

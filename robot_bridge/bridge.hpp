@@ -1,58 +1,135 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "robot_bridge/guard.hpp"
 #include "robot_bridge/interpolate.hpp"
+#include "robot_bridge/motion_generator.hpp"
+#include "robot_bridge/robot_monitor.hpp"
+#include "robot_bridge/setpoint.hpp"
 
 namespace multireach::robot_bridge {
 
 struct BridgeOptions {
+  /// How the commands go from one set-point to the next.
+  enum class Shape {
+    kSmooth,  ///< all limits are kept: position, velocity, acceleration and jerk
+    kLinear,  ///< as on the paper's second computer (Sect. 4): only position and velocity limits; for simulated robots
+  };
   int64_t period_us = 1000;            ///< 1 kHz, Sect. 4
   int64_t setpoint_period_us = 50000;  ///< period of the controller
+  int64_t robot_timeout_us = 20000;    ///< without a command for this long, the robot stops by itself
   int64_t delay_us = 10000;            ///< how late a set-point may arrive without affecting the motion
   double speed_where_unlimited = 3;    ///< rad/s or m/s, for joints whose URDF gives no speed limit
+  JointVector acceleration{}, jerk{};  ///< limits of each joint; empty for the defaults of motion_limits()
+  Shape shape = Shape::kSmooth;
+  int64_t max_setpoint_age_us = 100000;  ///< an older set-point is refused
+  int64_t max_setpoint_lead_us = 60000;  ///< a set-point further in the future is refused
+  int64_t setpoint_timeout_us = 500000;  ///< without a set-point for this long, the bridge no longer follows its sender
+  double max_start_distance = 0.1;       ///< rad or m: of the first set-point from the robot, in each joint
+  MonitorOptions monitor{};
 };
+
+/// What the bridge does; docs/safety.md has the table of states and events.
+enum class BridgeState {
+  kIdle,      ///< disabled, or the robot is unknown: no commands
+  kArmed,     ///< at rest, ready to follow the first sender of set-points near the robot
+  kRunning,   ///< follows set-points
+  kStopping,  ///< decelerates, and resumes by itself when the cause is over
+  kFault,     ///< at rest, or decelerating to it, until reset()
+};
+/// "idle", "armed", ...
+const char* name_of(BridgeState state);
 
 struct Command {
   int64_t utime = 0;               ///< nominal time of the tick, microseconds
   int64_t setpoint_sequence = -1;  ///< the set-point of the current segment
-  bool holding = false;            ///< whether the segment is complete and no later set-point has come
-  bool limited = false;            ///< whether the guard changed the interpolated position
+  bool holding = false;            ///< no set-point is followed: the robot decelerates or rests
+  bool limited = false;            ///< a limit made the motion slower than the set-points
   JointVector theta;               ///< rad or m
-  JointVector velocity;            ///< rad/s or m/s, from the previous command to this one
+  JointVector velocity;            ///< rad/s or m/s
 };
 
-/// The bridge as a stage. It sends nothing until it has the robot's joint positions and a first set-point. From then on
-/// it computes one command per tick; when set-points stop, it completes the current segment, then holds.
+/// The bridge as a stage: set-points, measurements and requests in; one command in each period out. Position, velocity,
+/// acceleration and jerk of the commands keep their limits for any inputs at any times (but for a gap of more than
+/// kBridgedGap periods, in which the robot must stop by itself). Deterministic.
 class Bridge {
  public:
-  /// Throws std::invalid_argument for periods or speeds that are not positive, or a delay that is negative or
+  /// Longest gap in the ticks, in periods, after which the motion continues as if there had been none.
+  static constexpr int64_t kBridgedGap = 3;
+
+  /// Throws std::invalid_argument for a period, limit or tolerance that is not positive, or a delay that is negative or
   /// longer than three periods of the set-points.
   Bridge(const Chain& chain, const BridgeOptions& options);
 
-  /// Takes the robot's measured joint positions. Before the first set-point they are the start of the motion;
-  /// afterwards they have no effect. Returns false when they are not finite, beyond 1e6 rad or m, or have another size.
-  bool measured(const JointVector& theta);
-  bool knows_robot() const { return position_.has_value(); }
-  /// Takes a set-point. Returns false, and ignores it, when it is not finite, beyond 1e6 rad or m, has another size or
-  /// is not newer than the last, or when the robot's joint positions are unknown. A set-point whose time differs from
-  /// the next tick by more than a second restarts the ticks at its time.
-  bool setpoint(const Setpoint& setpoint);
-  /// The time of the next tick; nullopt before the first set-point.
+  /// Takes what the robot measures. Returns false, and ignores it, when it is not finite, beyond 1e6, of another size,
+  /// or from another run than that of a robot that is heard.
+  [[nodiscard]] bool measured(const Measurement& measurement);
+  /// There was a measurement, which is not known any more: a recorder lost it.
+  void heard() { monitor_.heard(); }
+  /// Takes a set-point, or returns why it is refused. `restarted` is set when the ticks restart at its time.
+  [[nodiscard]] SetpointVerdict setpoint(const Setpoint& setpoint, bool& restarted);
+
+  /// Requests from a user. Disabling decelerates first. reset() leaves a fault when the robot is heard and stands
+  /// still.
+  void enable();
+  void disable();
+  [[nodiscard]] bool reset();
+  /// Sets the speed override: 0 (pause) to 1. Others are ignored.
+  void set_speed(double speed);
+
+  /// The time of the next tick, microseconds; nullopt while no commands are sent.
   std::optional<int64_t> next_tick() const { return next_tick_; }
   /// Computes the next tick. Requires that next_tick() has a value.
   Command tick();
+  /// `periods` > 0 ticks were missed: their commands are never sent.
+  void skip(int64_t periods);
+
+  BridgeState state() const { return state_; }
+  /// Why the bridge is in kStopping or kFault; "" otherwise.
+  const char* cause() const { return cause_; }
+  /// Progress along the set-points per time, 0 to 1; below 1 where a limit or the speed override slows the motion.
+  double path_rate() const { return path_rate_; }
+  /// How much of each tick the controller should integrate, so that it does not run ahead: 0 to 1.
+  double setpoint_rate() const { return setpoint_rate_; }
+  double speed() const { return speed_; }
+  /// The run of the robot that the commands are for; 0 before the first measurement.
+  int64_t robot_run() const { return monitor_.run(); }
+  const MotionLimits& limits() const { return generator_.limits(); }
 
  private:
-  bool sensible(const JointVector& theta) const;
+  SetpointVerdict start_following(const Setpoint& setpoint, bool& restarted);
+  SetpointVerdict judge(const Setpoint& setpoint) const;
+  void step();
+  void watch_robot();
+  void follow();
+  void move_to(const Setpoint& goal, double speed);
+  void fail(const char* cause);
+  void decelerate(const char* cause);
 
   Chain chain_;
   BridgeOptions options_;
-  Interpolator interpolator_;
-  Guard guard_;
-  std::optional<JointVector> position_;
+  MotionGenerator generator_;
+  Interpolator interpolator_;  // Shape::kLinear
+  Guard guard_;                // Shape::kLinear
+  RobotMonitor monitor_;
+  BridgeState state_ = BridgeState::kIdle;
+  const char* cause_ = "";
+  bool enabled_ = true;
+  double speed_ = 1, path_rate_ = 1, setpoint_rate_ = 1;
+
   std::optional<int64_t> next_tick_;
+  int64_t run_ = 0;                // of the sender of set-points that is followed
+  int64_t since_setpoint_us_ = 0;  // since the last accepted set-point
+  Setpoint newest_, goal_;         // accepted last; the one of the current segment
+  std::array<Setpoint, 4> waiting_;
+  size_t num_waiting_ = 0;
+  bool replans_ = false;      // a gap interrupted the segment
+  bool coasted_ = false;      // the segment after goal_ continues at its velocity
+  bool approaching_ = false;  // far from the set-points: slow until there
+  bool measured_since_gap_ = false;
+  JointVector velocity_;  // of the last command
 };
 
 }  // namespace multireach::robot_bridge

@@ -7,7 +7,8 @@ namespace multireach::robot_bridge {
 void Interpolator::reset(const JointVector& theta) {
   num_waiting_ = 0;
   from_ = theta;
-  to_ = {.utime = 0, .sequence = -1, .theta = theta};
+  to_ = {};
+  to_.theta = theta;
   begin_us_ = last_us_ = 0;
   holding_ = true;
 }

@@ -3,15 +3,9 @@
 #include <array>
 #include <cstdint>
 
-#include "kinematics/chain.hpp"
+#include "robot_bridge/setpoint.hpp"
 
 namespace multireach::robot_bridge {
-
-struct Setpoint {
-  int64_t utime = 0;  ///< nominal time of the controller's tick, microseconds
-  int64_t sequence = -1;
-  JointVector theta;  ///< rad or m
-};
 
 /// Linear interpolation between set-points, as on the paper's second computer (Sect. 4). At the time of a set-point
 /// plus `delay`, a straight segment starts from the current position to the set-point; it lasts one `period`. The

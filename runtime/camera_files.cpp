@@ -120,16 +120,16 @@ void read_opencv(const std::vector<Config>& files, const CameraFileHints& hints,
   out.rig.X_RL.translation() = Eigen::Map<const Eigen::Vector3d>(T.data());
   double unit_m = 0;
   for (const Config& file : files) {
-    if (file.has("unit")) unit_m = metres_in(file.file() + ": unit", file.text("unit"));
+    if (file.has("unit")) unit_m = unit_length_m(file.file() + ": unit", file.text("unit"));
   }
   if (hints.unit_m && unit_m > 0 && *hints.unit_m != unit_m)
-    throw InputError(files.front().file() + ": says another unit itself than it is said to have");
+    throw InputError(files.front().file() + ": states another unit than the one given");
   if (hints.unit_m) unit_m = *hints.unit_m;
   if (unit_m <= 0) {
     throw InputError(
         files.front().file() +
-        ": does not say the unit of T; say it: --unit m|cm|mm|inch, or unit in a vision file. It is that of "
-        "the board's squares");
+        ": does not say the unit of T (that of the board's squares); give --unit m|cm|mm|inch, or unit in a vision "
+        "file");
   }
   out.rig.X_RL.translation() *= unit_m;
 }
@@ -166,10 +166,10 @@ void read_ros(const std::vector<Config>& files, const CameraFileHints& hints, Ca
   const Eigen::Vector3d t(P2(0, 3) / P2(0, 0), P2(1, 3) / P2(1, 1), 0);
   out.rig.X_RL.linear() = R2.transpose() * R1;
   out.rig.X_RL.translation() = hints.unit_m.value_or(1) * (R2.transpose() * t);
-  out.assumed.push_back("camera_info has no R and T: taken from the rectification matrices and P[0,3] = " +
-                        fmt::format("{:.6g} = -fx B, in {}", P2(0, 3), hints.unit_m ? "the unit given" : "metres"));
+  out.assumptions.push_back("camera_info has no R and T: taken from the rectification matrices and P[0,3] = " +
+                            fmt::format("{:.6g} = -fx B, in {}", P2(0, 3), hints.unit_m ? "the unit given" : "metres"));
   if (R1.isIdentity(0) && R2.isIdentity(0))
-    out.assumed.push_back("both rectification matrices are the identity: the cameras are taken as parallel");
+    out.assumptions.push_back("both rectification matrices are the identity: the cameras are taken as parallel");
 }
 
 void read_kalibr(const Config& file, const CameraFileHints& hints, CameraFiles& out) {
@@ -211,8 +211,8 @@ void read_vision(const Config& file, const CameraFileHints& hints, CameraFiles& 
   if (cameras.has("file") || cameras.has("files"))
     throw InputError(file.file() + ": its cameras are in another file; name that one");
   out.rig = inline_rig(cameras);
-  out.knows_robot = cameras.has("left_to_robot");
-  if (out.knows_robot) out.rig.X_WL = transform_from(cameras.section("left_to_robot"));
+  out.has_robot_pose = cameras.has("left_to_robot");
+  if (out.has_robot_pose) out.rig.X_WL = transform_from(cameras.section("left_to_robot"));
   cameras.finish();
   out.rig.X_RL.translation() *= hints.unit_m.value_or(1);
 }
@@ -223,11 +223,11 @@ CameraFormat camera_format_of(const std::string& option, const std::string& word
   return chosen(kFormats, option, word);
 }
 
-double metres_in(const std::string& option, const std::string& unit) {
+double unit_length_m(const std::string& option, const std::string& unit) {
   return chosen(kUnits, option, unit);
 }
 
-CameraFormat usual_format(const std::vector<std::string>& paths) {
+CameraFormat format_from_names(const std::vector<std::string>& paths) {
   if (paths.size() == 2) return CameraFormat::kRos;
   const std::filesystem::path path(paths.front());
   if (path.filename().string().find("camchain") != std::string::npos) return CameraFormat::kKalibr;
@@ -266,7 +266,7 @@ CameraFiles read_camera_files(const std::vector<std::string>& paths, const Camer
   for (const CameraModel* camera : {&out.rig.left, &out.rig.right}) {
     const int width = hints.width.value_or(camera->width), height = hints.height.value_or(camera->height);
     if (camera->width == width && camera->height == height) continue;
-    throw InputError(fmt::format("{}: is for images of {} x {} pixels; they are said to be {} x {}", paths.front(),
+    throw InputError(fmt::format("{}: is for images of {} x {} pixels; the given size is {} x {}", paths.front(),
                                  camera->width, camera->height, width, height));
   }
   check_rig(out.rig, paths.back());

@@ -21,9 +21,9 @@ enum class CameraFormat {
 CameraFormat camera_format_of(const std::string& option, const std::string& word);
 /// The format guessed from the file names: two files are ROS, *camchain* is Kalibr, .yml is OpenCV, anything else is a
 /// vision file.
-CameraFormat usual_format(const std::vector<std::string>& paths);
+CameraFormat format_from_names(const std::vector<std::string>& paths);
 /// Length of one `unit` ("m", "cm", "mm" or "inch") in metres; throws InputError that names `option` for another word.
-double metres_in(const std::string& option, const std::string& unit);
+double unit_length_m(const std::string& option, const std::string& unit);
 
 /// What the caller knows about the calibration. Throws InputError where a file contradicts it.
 struct CameraFileHints {
@@ -33,9 +33,9 @@ struct CameraFileHints {
 
 struct CameraFiles {
   CameraFormat format = CameraFormat::kVision;
-  StereoRig rig;                     ///< X_WL is the identity unless `knows_robot`
-  bool knows_robot = false;          ///< X_WL was read from the section left_to_robot of a vision file
-  std::vector<std::string> assumed;  ///< one sentence for each assumption about data that the files lack
+  StereoRig rig;                         ///< X_WL is the identity unless `has_robot_pose`
+  bool has_robot_pose = false;           ///< X_WL was read from the section left_to_robot of a vision file
+  std::vector<std::string> assumptions;  ///< one sentence for each assumption about data that the files lack
 };
 
 /// Reads a calibration; the keys in the files determine the format. Throws InputError that names file, line and key

@@ -30,7 +30,7 @@ int64_t digest_of(std::initializer_list<int64_t> numbers) {
   return digest_of(bytes);
 }
 
-void seal(std::vector<uint8_t>& message) {
+void set_checksum(std::vector<uint8_t>& message) {
   if (message.size() < kCheck) return;
   const size_t before = message.size() - kCheck;
   XXH64_canonical_t check;
@@ -38,7 +38,7 @@ void seal(std::vector<uint8_t>& message) {
   std::memcpy(message.data() + before, check.digest, kCheck);
 }
 
-bool sealed(std::span<const uint8_t> message) {
+bool checksum_matches(std::span<const uint8_t> message) {
   if (message.size() < kCheck) return false;
   const size_t before = message.size() - kCheck;
   XXH64_canonical_t check;

@@ -15,8 +15,8 @@ int64_t digest_of(std::string_view text);
 int64_t digest_of(std::initializer_list<int64_t> numbers);
 
 /// Writes the digest of all preceding bytes into `check`, the last field of the message.
-void seal(std::vector<uint8_t>& message);
+void set_checksum(std::vector<uint8_t>& message);
 /// Whether the last eight bytes are the digest of the bytes before them.
-bool sealed(std::span<const uint8_t> message);
+[[nodiscard]] bool checksum_matches(std::span<const uint8_t> message);
 
 }  // namespace multireach

@@ -114,7 +114,7 @@ std::vector<std::string> matching_files(const std::string& option, const std::st
   return files;
 }
 
-std::string beside(const std::string& file, const std::string& path) {
+std::string resolve_relative(const std::string& file, const std::string& path) {
   return (std::filesystem::path(file).parent_path() / path).string();
 }
 

@@ -55,6 +55,6 @@ Chain load_chain(const std::string& urdf_path, const std::string& base, const st
 std::vector<std::string> matching_files(const std::string& option, const std::string& pattern);
 
 /// Resolves a relative `path` against the folder of `file`; an absolute path is returned unchanged.
-std::string beside(const std::string& file, const std::string& path);
+std::string resolve_relative(const std::string& file, const std::string& path);
 
 }  // namespace multireach

@@ -5,34 +5,40 @@
 #include "runtime/digest.hpp"
 
 namespace multireach {
-InputJournal::InputJournal(std::string node, int64_t run, int64_t config_digest, size_t repeated)
-    : node_(std::move(node)), run_(run), config_digest_(config_digest), repeated_(repeated) {}
+InputJournal::InputJournal(std::string node, int64_t run, int64_t sender_run, int64_t config_digest, size_t repeated)
+    : node_(std::move(node)), run_(run), sender_run_(sender_run), config_digest_(config_digest), repeated_(repeated) {}
 
-std::optional<ConsumedInput> InputJournal::took(const Receipt& receipt, std::string_view channel,
-                                                std::span<const uint8_t> bytes) {
+std::optional<ConsumedInput> InputJournal::record(const Receipt& receipt, std::string_view channel,
+                                                  std::span<const uint8_t> bytes) {
   if (receipt.effect == Receipt::Effect::kNone) return std::nullopt;
   if (receipt.effect == Receipt::Effect::kReplaces) {
-    const auto unsaid = newest_.rbegin() + static_cast<std::ptrdiff_t>(taken_ - said_);
-    const auto replaced =
-        std::find_if(newest_.rbegin(), unsaid, [&](const ConsumedInput& input) { return input.channel == channel; });
-    if (replaced != unsaid && replaced->ticks == ticks_) {
+    const auto unpublished_end = newest_.rbegin() + static_cast<std::ptrdiff_t>(recorded_ - published_);
+    const auto replaced = std::find_if(newest_.rbegin(), unpublished_end,
+                                       [&](const ConsumedInput& input) { return input.channel == channel; });
+    if (replaced != unpublished_end && replaced->ticks == ticks_) {
       newest_.erase(std::next(replaced).base());
-      --taken_;
+      --recorded_;
     }
   }
   newest_.push_back({ticks_, std::string(channel), receipt.sequence, digest_of(bytes)});
-  ++taken_;
-  while (newest_.size() > repeated_ + static_cast<size_t>(taken_ - said_)) newest_.pop_front();
+  ++recorded_;
+  while (newest_.size() > repeated_ + static_cast<size_t>(recorded_ - published_)) newest_.pop_front();
   return newest_.back();
 }
 
-std::optional<std::vector<uint8_t>> InputJournal::news() {
-  if (said_ == taken_) return std::nullopt;
+void InputJournal::record_skip(int64_t ticks) {
+  newest_.push_back({ticks_, std::string(kClockInput), ticks, 0});
+  ++recorded_;
+}
+
+std::optional<std::vector<uint8_t>> InputJournal::next_message() {
+  if (published_ == recorded_) return std::nullopt;
   node_inputs_t message{};
   message.node = node_;
   message.run = run_;
+  message.sender_run = sender_run_;
   message.config_digest = config_digest_;
-  message.first = taken_ - static_cast<int64_t>(newest_.size());
+  message.first = recorded_ - static_cast<int64_t>(newest_.size());
   message.num_inputs = static_cast<int32_t>(newest_.size());
   for (const ConsumedInput& input : newest_) {
     message.ticks.push_back(input.ticks);
@@ -41,10 +47,10 @@ std::optional<std::vector<uint8_t>> InputJournal::news() {
     message.digest.push_back(input.digest);
   }
   message.num_channels = static_cast<int32_t>(message.channel_name.size());
-  said_ = taken_;
+  published_ = recorded_;
   while (newest_.size() > repeated_) newest_.pop_front();
   auto bytes = encode(message);
-  if (bytes) seal(*bytes);
+  if (bytes) set_checksum(*bytes);
   return bytes;
 }
 

@@ -22,8 +22,8 @@ inline std::vector<double> to_field(const JointVector& vector) {
 
 /// The chain's joint values from a message, which may list joints in any order and have additional ones; nothing when a
 /// joint is missing.
-inline std::optional<JointVector> from_fields(const Chain& chain, const std::vector<std::string>& names,
-                                              const std::vector<double>& values) {
+[[nodiscard]] inline std::optional<JointVector> from_fields(const Chain& chain, const std::vector<std::string>& names,
+                                                            const std::vector<double>& values) {
   if (names.size() != values.size()) return std::nullopt;
   JointVector vector(chain.size());
   for (int i = 0; i < chain.size(); ++i) {

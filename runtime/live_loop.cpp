@@ -1,11 +1,17 @@
 #include "runtime/live_loop.hpp"
 
+#include <sched.h>
 #include <spdlog/spdlog.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <multireach/node_status_t.hpp>
+#include <random>
+#include <utility>
 
 #include "runtime/build_id.hpp"
 #include "runtime/bus.hpp"
@@ -21,17 +27,34 @@ namespace {
 volatile std::sig_atomic_t signal_received = 0;
 
 /// A node that is further behind than this skips ticks instead of catching up.
-constexpr int64_t kHopeless = 2000000;  // us
-constexpr int64_t kLongestTurn = 5000;  // us; longest time for ticks without handling messages
+constexpr int64_t kMaxTickDelay = 2000000;  // us
+constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kStatusPeriod = 1000000;
 constexpr int64_t kReportPeriod = 20000;
-constexpr int64_t kPlayerIsGone = 30000000;
-constexpr size_t kRepeatedInputs = 32;  // about one second of any node's inputs, in case a recorder stalls
+constexpr int64_t kMaxShutdown = 2000000;
+constexpr int kRealTimePriority = 40;  // below that of the kernel's interrupt threads, 50
+constexpr int64_t kPlayerTimeout = 30000000;
+constexpr size_t kRepeatedInputs = 72;  // about a third of a second of the bridge's inputs, in case a recorder stalls
+
+/// A random number that identifies a run.
+int64_t random_run() {
+  std::random_device device;
+  return static_cast<int64_t>((static_cast<uint64_t>(device()) << 31) ^ device()) | 2;  // not kVirtualRun
+}
+
+/// Gives this process a fixed priority above all ordinary ones, and keeps its memory from being swapped out.
+void become_real_time() {
+  sched_param parameters{};
+  parameters.sched_priority = kRealTimePriority;
+  if (sched_setscheduler(0, SCHED_FIFO, &parameters) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+    spdlog::warn("no real-time priority or locked memory ({}): on a busy machine periods will be missed",
+                 strerror(errno));
+}
 
 class LiveLoop {
  public:
   /// Without `make`, the node does not support lockstep replay.
-  LiveLoop(Node& node, NodeMaker make, const LiveOptions& options)
+  LiveLoop(Node& node, NodeFactory make, const LiveOptions& options)
       : node_(&node),
         make_(std::move(make)),
         options_(options),
@@ -40,23 +63,23 @@ class LiveLoop {
     start_journal();
     for (const std::string_view channel : node.inputs()) {
       bus_.subscribe(channel, node.name(),
-                     [this](std::string_view on, std::span<const uint8_t> bytes) { take(on, bytes); });
+                     [this](std::string_view on, std::span<const uint8_t> bytes) { receive(on, bytes); });
     }
     if (!make_) return;
     bus_.subscribe(channel::kReplayStep, node.name(),
-                   [this](std::string_view, std::span<const uint8_t> bytes) { take_step(bytes); });
+                   [this](std::string_view, std::span<const uint8_t> bytes) { receive_step(bytes); });
   }
 
   int run() {
     prctl(PR_SET_TIMERSLACK, 1);
+    if (options_.real_time) become_real_time();
     start_us_ = monotonic_us();
     next_status_us_ = start_us_;
     if (node_->next_tick()) clock_.anchor(*node_->next_tick(), start_us_);
     spdlog::info("{} is running (build {})", node_->name(), kBuildId);
-    while (!interrupted() && !node_->finished()) {
+    while (!ended()) {
       const int64_t now = monotonic_us();
-      if (options_.seconds > 0 && static_cast<double>(now - start_us_) > options_.seconds * 1e6) break;
-      take_messages(wake_time() - now);
+      poll_messages(wake_time() - now);
       if (lockstep_) {
         follow_steps();
       } else {
@@ -69,36 +92,64 @@ class LiveLoop {
   }
 
  private:
+  /// Whether to leave the loop: at once, or once a node that ends by itself has ended its ticks.
+  bool ended() {
+    const int64_t now = monotonic_us();
+    const bool over = options_.seconds > 0 && static_cast<double>(now - start_us_) > options_.seconds * 1e6;
+    if (node_->finished()) return true;
+    if (!interrupted() && !over) return false;
+    if (lockstep_ || !node_->next_tick()) return true;
+    if (!shutdown_us_) {
+      const auto request = node_->shutdown_request();
+      if (!request) return true;
+      bus_.publish(request->channel, request->bytes);
+      shutdown_us_ = now;
+    }
+    return now - *shutdown_us_ > kMaxShutdown;
+  }
+
   int64_t wake_time() const {
     int64_t wake = next_status_us_;
-    if (options_.seconds > 0) wake = std::min(wake, start_us_ + static_cast<int64_t>(options_.seconds * 1e6) + 1);
+    if (shutdown_us_) {
+      wake = std::min(wake, monotonic_us() + kReportPeriod);
+    } else if (options_.seconds > 0)
+      wake = std::min(wake, start_us_ + static_cast<int64_t>(options_.seconds * 1e6) + 1);
     if (lockstep_) return std::min(wake, next_report_us_);
     const auto tick = node_->next_tick();
     if (tick && clock_.anchored()) wake = std::min(wake, clock_.monotonic_at(*tick));
     return wake;
   }
 
-  void take_messages(int64_t timeout_us) {
+  void poll_messages(int64_t timeout_us) {
     bus_.handle_messages(timeout_us, [this] {
       publish();
       // Too many messages must not delay the ticks.
-      return interrupted() || monotonic_us() >= wake_time();
+      return (interrupted() && !shutdown_us_) || monotonic_us() >= wake_time();
     });
   }
 
-  void take(std::string_view channel, std::span<const uint8_t> bytes) {
+  void receive(std::string_view channel, std::span<const uint8_t> bytes) {
     if (lockstep_) return lockstep_->receive(channel, bytes);
     const Receipt receipt = node_->receive(channel, bytes, outbox_);
-    if (receipt.utime) clock_.observe(*receipt.utime, monotonic_us());
-    if (journal_) journal_->took(receipt, channel, bytes);
+    if (receipt.utime && receipt.restarts_ticks) {
+      clock_.anchor(*receipt.utime, monotonic_us());
+    } else if (receipt.utime) {
+      clock_.observe(*receipt.utime, monotonic_us());
+    }
+    if (journal_) journal_->record(receipt, channel, bytes);
   }
 
-  void take_step(std::span<const uint8_t> bytes) {
+  void receive_step(std::span<const uint8_t> bytes) {
     const auto step = decode<replay_step_t>(bytes);
-    if (!step || !sealed(bytes) || step->node != node_->name()) return;
-    if (left_ && step->replay == left_->replay) {  // the player did not receive the final report
-      left_->step = step->step;
-      if (const auto report = encode(*left_)) bus_.publish(channel::kReplayDone, *report);
+    if (!step || !checksum_matches(bytes) || step->node != node_->name()) return;
+    if (!options_.lockstep) {
+      if (!std::exchange(refused_step_, true))
+        spdlog::warn("a lockstep replay is refused: this process was started without --lockstep");
+      return;
+    }
+    if (last_report_ && step->replay == last_report_->replay) {  // the player did not receive the final report
+      last_report_->step = step->step;
+      if (const auto report = encode(*last_report_)) bus_.publish(channel::kReplayDone, *report);
       return;
     }
     if (!lockstep_) {
@@ -107,9 +158,9 @@ class LiveLoop {
       spdlog::info("{} follows a replay in lockstep", node_->name());
     }
     const bool is_new = lockstep_->begin(*step);
-    stepped_us_ = monotonic_us();
+    last_step_us_ = monotonic_us();
     if (is_new) reported_done_ = false;
-    next_report_us_ = stepped_us_ + (is_new ? kReportPeriod : 0);
+    next_report_us_ = last_step_us_ + (is_new ? kReportPeriod : 0);
   }
 
   /// Computes the current step and reports when it is done. Until then, it periodically reports which messages are
@@ -124,14 +175,14 @@ class LiveLoop {
       next_report_us_ = done ? INT64_MAX : now + kReportPeriod;
     }
     reported_done_ = done;
-    if ((done && lockstep_->last()) || now - stepped_us_ > kPlayerIsGone) leave_lockstep();
+    if ((done && lockstep_->last()) || now - last_step_us_ > kPlayerTimeout) leave_lockstep();
   }
 
   void leave_lockstep() {
-    left_ = lockstep_->report();
+    last_report_ = lockstep_->report();
     lockstep_.reset();
-    own_ = make_();
-    node_ = own_.get();
+    new_node_ = make_();
+    node_ = new_node_.get();
     clock_ = MessageClock(options_.speed);
     if (node_->next_tick()) clock_.anchor(*node_->next_tick(), monotonic_us());
     start_journal();
@@ -139,20 +190,32 @@ class LiveLoop {
   }
 
   void start_journal() {
-    if (const auto digest = node_->replayable()) journal_.emplace(node_->name(), wall_us(), *digest, kRepeatedInputs);
+    node_->set_run(random_run());
+    if (const auto digest = node_->config_digest())
+      journal_.emplace(node_->name(), wall_us(), node_->run(), *digest, kRepeatedInputs);
   }
 
   void compute_ticks() {
     const int64_t begin = monotonic_us();
     while (const auto tick = node_->next_tick()) {
       const int64_t now = monotonic_us();
-      if (now - begin > kLongestTurn) return;  // ticks slower than their period must not starve the messages
+      if (now - begin > kMaxTickBurst) return;  // ticks slower than their period must not starve the messages
       if (!clock_.anchored()) clock_.anchor(*tick, now);
       const int64_t behind = now - clock_.monotonic_at(*tick);
-      if (behind < 0 || interrupted()) return;
-      if (behind > kHopeless) clock_.anchor(*tick, now);
-      if (static_cast<double>(behind) * options_.speed > static_cast<double>(node_->tick_period_us()))
-        node_->count_late();
+      if (behind < 0 || (interrupted() && !shutdown_us_)) return;
+      const auto missed = static_cast<int64_t>(static_cast<double>(behind) * options_.speed /
+                                               static_cast<double>(node_->tick_period_us()));
+      if (missed > 0) {
+        const LateTicks policy = node_->late_ticks();
+        node_->count_late(policy == LateTicks::kCompute ? 1 : missed);
+        if (policy == LateTicks::kPause || behind > kMaxTickDelay) clock_.anchor(*tick, now);
+        if (policy == LateTicks::kSkip) {
+          node_->skip_ticks(missed);
+          if (journal_) journal_->record_skip(missed);
+          if (behind > kMaxTickDelay && node_->next_tick()) clock_.anchor(*node_->next_tick(), now);
+          continue;
+        }
+      }
       node_->tick(outbox_);
       if (journal_) journal_->ticked();
       publish();
@@ -162,8 +225,9 @@ class LiveLoop {
   void publish() {
     // NODE_INPUTS goes out before the messages that depend on it, so that no recorded output lacks its inputs. In
     // lockstep, the outbox already contains it.
-    const bool says = !outbox_.empty() && journal_ && !lockstep_;
-    if (const auto news = says ? journal_->news() : std::nullopt) bus_.publish(channel::kNodeInputs, *news);
+    const bool publishes_inputs = !outbox_.empty() && journal_ && !lockstep_;
+    if (const auto inputs_message = publishes_inputs ? journal_->next_message() : std::nullopt)
+      bus_.publish(channel::kNodeInputs, *inputs_message);
     for (const OutMessage& message : outbox_) bus_.publish(message.channel, message.bytes);
     outbox_.clear();
   }
@@ -183,25 +247,27 @@ class LiveLoop {
     status.limited = counters.limited;
     status.sent = counters.sent;
     if (auto bytes = encode(status)) {
-      seal(*bytes);
+      set_checksum(*bytes);
       bus_.publish(channel::kNodeStatus, *bytes);
     }
     next_status_us_ = std::max(next_status_us_ + kStatusPeriod, monotonic_us());
   }
 
   Node* node_;
-  NodeMaker make_;
-  std::unique_ptr<Node> own_;  // the node made after a lockstep replay has ended
+  NodeFactory make_;
+  std::unique_ptr<Node> new_node_;  // the node made after a lockstep replay has ended
   std::optional<Lockstep> lockstep_;
-  int64_t stepped_us_ = 0, next_report_us_ = 0;
+  int64_t last_step_us_ = 0, next_report_us_ = 0;
   bool reported_done_ = false;
-  std::optional<replay_done_t> left_;  // final report of the previous replay
+  std::optional<replay_done_t> last_report_;  // final report of the previous replay
   LiveOptions options_;
   MessageClock clock_;
   Bus bus_;
   std::optional<InputJournal> journal_;
   Outbox outbox_;
   int64_t start_us_ = 0, next_status_us_ = 0;
+  std::optional<int64_t> shutdown_us_;  // when the node was asked to end
+  bool refused_step_ = false;
 };
 
 }  // namespace
@@ -222,7 +288,7 @@ int run_live(Node& node, const LiveOptions& options) {
   return LiveLoop(node, nullptr, options).run();
 }
 
-int run_live(const NodeMaker& make, const LiveOptions& options) {
+int run_live(const NodeFactory& make, const LiveOptions& options) {
   catch_signals();
   const std::unique_ptr<Node> node = make();
   return LiveLoop(*node, make, options).run();

@@ -9,9 +9,11 @@ namespace multireach {
 
 struct LiveOptions {
   std::string control_url;
-  std::string image_url;  ///< empty: the group that belongs to the control group, see channel::image_url_for
-  double speed = 1;       ///< seconds of message time per second
-  double seconds = 0;     ///< end after this time; 0 for never
+  std::string image_url;   ///< empty: the group that belongs to the control group, see channel::image_url_for
+  double speed = 1;        ///< seconds of message time per second
+  double seconds = 0;      ///< end after this time; 0 for never
+  bool real_time = false;  ///< ask for SCHED_FIFO and locked memory; without the right to, warn and go on
+  bool lockstep = false;   ///< whether `multireach-replay play --lockstep` may drive the node
 };
 
 /// Runs a node on LCM until SIGINT or SIGTERM arrives, `seconds` have passed, or the node is finished. Subscribes to
@@ -20,7 +22,7 @@ struct LiveOptions {
 int run_live(Node& node, const LiveOptions& options);
 /// Like above, for a node that can also be driven in lockstep by `multireach-replay play`. `make` creates a fresh node
 /// when a lockstep replay starts and another when it has ended.
-int run_live(const NodeMaker& make, const LiveOptions& options);
+int run_live(const NodeFactory& make, const LiveOptions& options);
 
 /// True once SIGINT or SIGTERM has been received; needs `catch_signals` first.
 bool interrupted();

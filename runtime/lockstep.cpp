@@ -7,12 +7,12 @@
 namespace multireach {
 namespace {
 
-constexpr size_t kMostWaiting = 5000;            // messages, per channel
-constexpr size_t kMostBytesWaiting = 256 << 20;  // bytes, all channels together
-constexpr int64_t kBeginnings = 2;               // steps 0 and 1 start afresh; at step 1 all nodes are in lockstep
+constexpr size_t kMaxWaiting = 5000;            // messages, per channel
+constexpr size_t kMaxBytesWaiting = 256 << 20;  // bytes, all channels together
+constexpr int64_t kRestartSteps = 2;            // steps 0 and 1 start afresh; at step 1 all nodes are in lockstep
 
 InputJournal journal_of(const Node& node, int64_t replay) {
-  return {node.name(), replay, node.replayable().value_or(0), 0};
+  return {node.name(), replay, node.run(), node.config_digest().value_or(0), 0};
 }
 
 }  // namespace
@@ -21,9 +21,9 @@ int64_t digest_with(int64_t before, std::string_view channel, std::span<const ui
   return digest_of({before, digest_of(channel), digest_of(bytes)});
 }
 
-Lockstep::Lockstep(NodeMaker make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_, 0)) {}
+Lockstep::Lockstep(NodeFactory make) : make_(std::move(make)), node_(make_()), journal_(journal_of(*node_, 0)) {}
 
-void Lockstep::start_afresh() {
+void Lockstep::restart_node() {
   node_ = make_();
   journal_ = journal_of(*node_, step_->replay);
   waiting_.clear();
@@ -35,7 +35,7 @@ void Lockstep::receive(std::string_view channel, std::span<const uint8_t> bytes)
   std::deque<Waiting>& waiting = waiting_[std::string(channel)];
   waiting.push_back({digest_of(bytes), {bytes.begin(), bytes.end()}});
   waiting_bytes_ += bytes.size();
-  while (!waiting.empty() && (waiting.size() > kMostWaiting || waiting_bytes_ > kMostBytesWaiting)) {
+  while (!waiting.empty() && (waiting.size() > kMaxWaiting || waiting_bytes_ > kMaxBytesWaiting)) {
     waiting_bytes_ -= waiting.front().bytes.size();
     waiting.pop_front();
   }
@@ -53,11 +53,11 @@ bool Lockstep::begin(const replay_step_t& step) {
   named.digest = step.digest;
   inputs_ = inputs_in(named).value_or(std::vector<ConsumedInput>());
   next_input_ = 0;
-  if (!same_replay || step.step < kBeginnings) start_afresh();
+  if (!same_replay || step.step < kRestartSteps) restart_node();
   return true;
 }
 
-std::optional<std::vector<uint8_t>> Lockstep::taken(const ConsumedInput& input) {
+std::optional<std::vector<uint8_t>> Lockstep::extract_message(const ConsumedInput& input) {
   std::deque<Waiting>& waiting = waiting_[std::string(input.channel)];
   const auto found = std::ranges::find(waiting, input.digest, &Waiting::digest);
   if (found == waiting.end()) return std::nullopt;
@@ -67,10 +67,11 @@ std::optional<std::vector<uint8_t>> Lockstep::taken(const ConsumedInput& input) 
   return bytes;
 }
 
-void Lockstep::hand_on(Outbox& sent, Outbox& out) {
+void Lockstep::forward_outputs(Outbox& sent, Outbox& out) {
   if (sent.empty()) return;
-  if (node_->replayable()) {
-    if (auto news = journal_.news()) out.push_back({channel::kNodeInputs, std::move(*news)});
+  if (node_->config_digest()) {
+    if (auto inputs_message = journal_.next_message())
+      out.push_back({channel::kNodeInputs, std::move(*inputs_message)});
   }
   for (OutMessage& message : sent) {
     ++sent_;
@@ -89,18 +90,18 @@ bool Lockstep::advance(Outbox& out) {
       if (turn == kTicksAtOnce) return false;
       node_->tick(sent);
       journal_.ticked();
-      hand_on(sent, out);
+      forward_outputs(sent, out);
     }
     return true;
   };
   for (; next_input_ < inputs_.size(); ++next_input_) {
     const ConsumedInput& input = inputs_[next_input_];
     if (!tick_until(input.ticks)) return true;
-    const auto bytes = taken(input);
+    const auto bytes = extract_message(input);
     if (!bytes) return false;
     const Receipt receipt = node_->receive(input.channel, *bytes, sent);
-    journal_.took(receipt, input.channel, *bytes);
-    hand_on(sent, out);
+    journal_.record(receipt, input.channel, *bytes);
+    forward_outputs(sent, out);
   }
   return !tick_until(step_->ticks);
 }

@@ -13,7 +13,7 @@
 
 namespace multireach {
 
-using NodeMaker = std::function<std::unique_ptr<Node>()>;
+using NodeFactory = std::function<std::unique_ptr<Node>()>;
 
 /// Runs a node by the steps of a replay player instead of a clock. Messages may arrive before or after the step that
 /// lists them, in any order, late or twice. The node consumes them as the step says and therefore sends the same bytes
@@ -23,7 +23,7 @@ class Lockstep {
   /// Most ticks per call of `advance`, so that the node still handles messages during a long step.
   static constexpr int kTicksAtOnce = 500;
 
-  explicit Lockstep(NodeMaker make);
+  explicit Lockstep(NodeFactory make);
 
   const Node& node() const { return *node_; }
   /// A message on one of the node's inputs.
@@ -39,11 +39,11 @@ class Lockstep {
   replay_done_t report() const;
 
  private:
-  void start_afresh();
-  void hand_on(Outbox& sent, Outbox& out);
-  std::optional<std::vector<uint8_t>> taken(const ConsumedInput& input);
+  void restart_node();
+  void forward_outputs(Outbox& sent, Outbox& out);
+  std::optional<std::vector<uint8_t>> extract_message(const ConsumedInput& input);
 
-  NodeMaker make_;
+  NodeFactory make_;
   std::unique_ptr<Node> node_;
   InputJournal journal_;
   std::optional<replay_step_t> step_;

@@ -15,8 +15,8 @@ namespace {
 constexpr uint32_t kSync = 0xEDA1DA01;
 constexpr size_t kHeader = 28;
 constexpr size_t kBuffer = 1 << 18;
-constexpr int kMostMarks = 64;            // sync marks examined to find out whether a length is damaged
-constexpr uint32_t kLongestChannel = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
+constexpr int kMaxMarks = 64;             // sync marks examined to find out whether a length is damaged
+constexpr uint32_t kMaxChannelName = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
 
 template <class Integer>
 Integer read_big_endian(const uint8_t* bytes) {
@@ -70,7 +70,7 @@ std::optional<LogEvent> LogReader::event_at(size_t position) const {
   if (read_big_endian<uint32_t>(header) != kSync) return std::nullopt;
   const auto channel_size = read_big_endian<uint32_t>(header + 20), data_size = read_big_endian<uint32_t>(header + 24);
   const size_t left = bytes_.size() - position - kHeader;
-  if (channel_size < 1 || channel_size > kLongestChannel || channel_size > left || data_size > left - channel_size) {
+  if (channel_size < 1 || channel_size > kMaxChannelName || channel_size > left || data_size > left - channel_size) {
     return std::nullopt;
   }
   LogEvent event;
@@ -104,7 +104,7 @@ bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
     if (next && next->number == event.number + 1) return false;
   }
   int marks = 0;
-  for (size_t mark = next_mark(position + 4); mark < bytes_.size() && marks < kMostMarks; mark = next_mark(mark + 4)) {
+  for (size_t mark = next_mark(position + 4); mark < bytes_.size() && marks < kMaxMarks; mark = next_mark(mark + 4)) {
     ++marks;
     const auto other = event_at(mark);
     if (!other || !followed(end_of(mark, *other))) continue;

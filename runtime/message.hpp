@@ -12,7 +12,7 @@ namespace multireach {
 /// fingerprint, truncated, trailing bytes, or a count that exceeds the bytes. Never throws and never allocates more
 /// than the bytes could fill (see lcmtypes/harden.cmake). Bit errors inside a field go undetected: LCM has no checksum.
 template <class Message>
-std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
+[[nodiscard]] std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) return std::nullopt;
   try {
     std::optional<Message> message(std::in_place);
@@ -26,7 +26,7 @@ std::optional<Message> decode(std::span<const uint8_t> bytes) noexcept {
 
 /// Encodes `message`, or returns nothing when a count disagrees with the size of its vector.
 template <class Message>
-std::optional<std::vector<uint8_t>> encode(const Message& message) {
+[[nodiscard]] std::optional<std::vector<uint8_t>> encode(const Message& message) {
   const int size = message.getEncodedSize();
   if (size < 8) return std::nullopt;
   std::vector<uint8_t> bytes(size);

@@ -133,10 +133,10 @@ class JsonSink {
       *stack_.back() = json::object();
       return;
     }
-    stack_.push_back(&place(field->name, json::object()));
+    stack_.push_back(&insert(field->name, json::object()));
   }
   void end_struct() { stack_.pop_back(); }
-  void begin_array(size_t) { stack_.push_back(&place(*array_name_, json::array())); }
+  void begin_array(size_t) { stack_.push_back(&insert(*array_name_, json::array())); }
   void end_array() { stack_.pop_back(); }
   void begin_element(size_t) {}
   void end_element() {}
@@ -144,17 +144,17 @@ class JsonSink {
   void values(const MessageSchema::Field& field, std::span<const uint8_t> bytes, size_t count) {
     const bool whole = field.kind == Kind::kByte || field.kind == Kind::kString;
     if (whole || field.dimensions.empty()) {
-      place(field.name, value_of(field.kind, bytes));
+      insert(field.name, value_of(field.kind, bytes));
       return;
     }
     json list = json::array();
     const size_t size = count ? bytes.size() / count : 0;
     for (size_t i = 0; i < count; ++i) list.push_back(value_of(field.kind, bytes.subspan(i * size, size)));
-    place(field.name, std::move(list));
+    insert(field.name, std::move(list));
   }
 
  private:
-  json& place(const std::string& name, json value) {
+  json& insert(const std::string& name, json value) {
     json& at = *stack_.back();
     if (at.is_array()) {
       at.push_back(std::move(value));
@@ -169,7 +169,7 @@ class JsonSink {
 template <class Sink>
 bool read(const MessageSchema& schema, std::span<const uint8_t> message, Sink& sink) {
   MessageWalk<Sink> walk(message, sink);
-  return walk.whole(schema);
+  return walk.parse(schema);
 }
 
 }  // namespace

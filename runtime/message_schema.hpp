@@ -61,7 +61,7 @@ class MessageSchemas {
 };
 
 /// Whether the bytes are exactly one well-formed message of the type.
-bool well_formed(const MessageSchema& schema, std::span<const uint8_t> message);
+[[nodiscard]] bool well_formed(const MessageSchema& schema, std::span<const uint8_t> message);
 /// The message's sequence number: the field `sequence`, or for images_t the decimal metadata "sequence" of the first
 /// image that has one. Nothing when it is absent or negative.
 std::optional<int64_t> sequence_of(const MessageSchema& schema, std::span<const uint8_t> message);

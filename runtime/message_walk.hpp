@@ -33,7 +33,7 @@ class MessageWalk {
   MessageWalk(std::span<const uint8_t> message, Sink& sink) : bytes_(message), sink_(sink) {}
 
   /// Reads the fingerprint and the fields; false when the message is not well-formed or has trailing bytes.
-  bool whole(const MessageSchema& schema) {
+  bool parse(const MessageSchema& schema) {
     if (bytes_.size() < 8 || big_endian<int64_t>(bytes_) != schema.fingerprint) return false;
     at_ = 8;
     sink_.begin_struct(nullptr);

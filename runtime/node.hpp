@@ -33,12 +33,20 @@ struct NodeCounters {
 struct Receipt {
   enum class Effect {
     kNone,      ///< the node's outputs do not depend on it
-    kTaken,     ///< the node's state depends on it
-    kReplaces,  ///< as kTaken, and an earlier message of this channel since the last tick no longer has any effect
+    kConsumed,  ///< the node's state depends on it
+    kReplaces,  ///< as kConsumed, and an earlier message of this channel since the last tick no longer has any effect
   };
   Effect effect = Effect::kNone;
   std::optional<int64_t> utime{};  ///< time in the message that the ticks are aligned to, if any
   int64_t sequence = -1;           ///< the message's sequence number; -1 if it has none
+  bool restarts_ticks = false;     ///< the ticks begin anew at `utime`, which is now
+};
+
+/// What a node does about ticks that could not be computed in time.
+enum class LateTicks {
+  kCompute,  ///< computes them late, for their nominal times
+  kSkip,     ///< skips them, see Node::skip_ticks: at most one tick in a period of the clock
+  kPause,    ///< its time stands still meanwhile
 };
 
 /// A processing stage with its messages: timed events in, messages out. It uses neither LCM nor a clock, so the same
@@ -56,24 +64,35 @@ class Node {
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
   virtual void tick(Outbox&) {}
+  virtual LateTicks late_ticks() const { return LateTicks::kCompute; }
+  /// LateTicks::kSkip: this many ticks are never computed. Part of the record from which outputs are computed again.
+  virtual void skip_ticks(int64_t) {}
+  /// A message to publish when the program is asked to end, where the node must end by itself before (it reads the
+  /// message from one of its inputs, and then ends its ticks).
+  virtual std::optional<OutMessage> shutdown_request() const { return std::nullopt; }
   /// Whether the node has finished; a live loop then ends.
   virtual bool finished() const { return false; }
   /// For a node whose outputs can be computed again from a log: the digest of its configuration. Such a node's inputs
   /// are published on NODE_INPUTS. Nothing for other nodes.
-  virtual std::optional<int64_t> replayable() const { return std::nullopt; }
+  virtual std::optional<int64_t> config_digest() const { return std::nullopt; }
   /// Number of messages sent per input, for a node that sends a fixed number for each input.
   virtual int64_t sent_per_input() const { return 1; }
   /// During recomputation, this many consumed inputs are missing from the log: advances the sequence numbers as if
-  /// their outputs had been sent.
-  virtual void skip(int64_t) {}
+  /// their outputs had been sent. `channel`: theirs; "" where it is unknown.
+  virtual void skip_inputs(int64_t, std::string_view) {}
   /// During recomputation, an input is missing from the log, but the outputs that the node sent for it are there:
   /// restores the node's state from these outputs. Returns false, and changes nothing, when they are not sufficient.
-  virtual bool deserialize(const std::vector<std::span<const uint8_t>>&) { return false; }
+  [[nodiscard]] virtual bool restore_from_outputs(const std::vector<std::span<const uint8_t>>&) { return false; }
   /// A short state description for NODE_STATUS.
   virtual std::string state() const = 0;
 
+  /// Identifies this run of the node, in its messages: random live, kVirtualRun in virtual time.
+  void set_run(int64_t run) { run_ = run; }
+  int64_t run() const { return run_; }
+  static constexpr int64_t kVirtualRun = 1;
+
   const NodeCounters& counters() const { return counters_; }
-  void count_late() { ++counters_.late; }
+  void count_late(int64_t ticks = 1) { counters_.late += ticks; }
 
  protected:
   /// Encodes and queues a message.
@@ -87,21 +106,24 @@ class Node {
 
   /// Like `send`, for a message that ends in a field `check`.
   template <class Message>
-  void send_sealed(Outbox& out, std::string_view channel, const Message& message) {
+  void send_with_checksum(Outbox& out, std::string_view channel, const Message& message) {
     const size_t before = out.size();
     send(out, channel, message);
-    if (out.size() > before) seal(out.back().bytes);
+    if (out.size() > before) set_checksum(out.back().bytes);
   }
 
   /// Decodes a message and counts it as received or refused.
   template <class Message>
-  std::optional<Message> take(std::span<const uint8_t> bytes) {
+  [[nodiscard]] std::optional<Message> decode_and_count(std::span<const uint8_t> bytes) {
     auto message = decode<Message>(bytes);
     ++(message ? counters_.received : counters_.refused);
     return message;
   }
 
   NodeCounters counters_;
+
+ private:
+  int64_t run_ = kVirtualRun;
 };
 
 /// Whether a time is plausible: from 0 to some 36 000 years after it, so that differences of two such times never
@@ -111,7 +133,7 @@ constexpr bool plausible_utime(int64_t utime) {
 }
 
 /// Detects lost messages from one publisher's sequence numbers.
-class SequenceWatch {
+class SequenceGapCounter {
  public:
   /// Number of messages missing just before this one. A sequence that restarts at a smaller number (the publisher was
   /// restarted, a log is played again) is not a loss.

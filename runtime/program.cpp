@@ -38,6 +38,7 @@ LiveOptions& Program::add_live_options() {
   app_.add_option("--seconds", live_.seconds, "end after this many seconds; 0 for never")
       ->check(finite_range(0, 1e9))
       ->capture_default_str();
+  app_.add_flag("--lockstep", live_.lockstep, "let multireach-replay play --lockstep drive this process");
   return live_;
 }
 
@@ -86,7 +87,7 @@ std::string default_robot_file() {
     const auto file = (folder / place).lexically_normal();
     if (std::filesystem::exists(file, error)) return file.string();
   }
-  throw InputError("the Hoap2's robot.yaml is not where this program is; say which robot with --robot");
+  throw InputError("the default robot.yaml (Hoap2) was not found; give --robot");
 }
 
 CLI::Validator finite_range(double min, double max) {

@@ -15,7 +15,7 @@ class Program {
   Program(const std::string& name, const std::string& description);
 
   CLI::App& cli() { return app_; }
-  /// Adds --lcm-url, --image-url, --speed and --seconds.
+  /// Adds --lcm-url, --image-url, --speed, --seconds and --lockstep.
   LiveOptions& add_live_options();
   /// Adds --config-reference, which prints the reference page of the configuration files that the program reads.
   void add_config_reference(const std::function<std::string()>& page);

@@ -136,7 +136,7 @@ Eigen::Isometry3d left_to_robot_from(const Config& section, std::string& files) 
     return X;
   }
   if (!section.has("file")) return transform_from(section);
-  const std::string path = beside(section.file(), section.text("file"));
+  const std::string path = resolve_relative(section.file(), section.text("file"));
   section.finish();
   const std::string text = read_text_file(path);
   files += text;
@@ -186,7 +186,7 @@ ConfigKeys<CamerasSection> cameras_keys() {
       .other("unit", "`m`, `cm`, `mm`, `inch`", "", "none", "Unit of the baseline, where the files do not tell it.",
              [](const Config& config, Section& s) {
                if (config.has("unit"))
-                 s.hints.unit_m = metres_in("unit", config.choice("unit", {"m", "cm", "mm", "inch"}));
+                 s.hints.unit_m = unit_length_m("unit", config.choice("unit", {"m", "cm", "mm", "inch"}));
              });
 }
 
@@ -199,23 +199,23 @@ std::string rig_config_reference() {
 RigConfig load_rig(const Config& cameras) {
   RigConfig config;
   StereoRig& rig = config.rig;
-  bool knows_robot = false;
+  bool has_robot_pose = false;
   CamerasSection section;
   cameras_keys().read(cameras, section);
   if (section.paths.empty()) {
     rig = inline_rig(cameras);
   } else {
     for (std::string& path : section.paths) {
-      path = beside(cameras.file(), path);
+      path = resolve_relative(cameras.file(), path);
       std::error_code error;
       if (std::filesystem::equivalent(path, cameras.file(), error)) cameras.fail("file", "another file than this one");
       config.files += read_text_file(path);
     }
     const CameraFiles found = read_camera_files(section.paths, section.hints);
     rig = found.rig;
-    knows_robot = found.knows_robot;
+    has_robot_pose = found.has_robot_pose;
   }
-  if (!knows_robot || cameras.has("left_to_robot"))
+  if (!has_robot_pose || cameras.has("left_to_robot"))
     rig.X_WL = left_to_robot_from(cameras.section("left_to_robot"), config.files);
   check_rig(rig, cameras.file());
   return config;

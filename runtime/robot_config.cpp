@@ -1,5 +1,6 @@
 #include "runtime/robot_config.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "runtime/config_keys.hpp"
@@ -41,19 +42,41 @@ ConfigKeys<SharedValues> shared_keys() {
 
 struct Arm {
   std::string urdf{}, base{}, tip{};
+  std::vector<double> acceleration{}, jerk{};
 };
 
 ConfigKeys<Arm> arm_keys() {
-  return ConfigKeys<Arm>("robot.yaml, section robot", "The arm: a chain of joints in a URDF file.")
-      .text(
+  ConfigKeys<Arm> keys("robot.yaml, section robot", "The arm: a chain of joints in a URDF file.");
+  const std::string list = "list, one number for each joint";
+  keys.text(
           "urdf", [](auto& arm) -> auto& { return arm.urdf; }, "The URDF file.")
-      .required()
-      .text(
+      .required();
+  keys.text(
           "base", [](auto& arm) -> auto& { return arm.base; }, "Link at the start of the chain; its frame is W.")
-      .required()
-      .text(
+      .required();
+  keys.text(
           "tip", [](auto& arm) -> auto& { return arm.tip; }, "Link at the end of the chain, the hand.")
       .required();
+  keys.other("joint_acceleration_limits", list, "rad/s² or m/s²", "controller: none; bridge: speed limit / 0.1 s",
+             "Largest acceleration of each joint, which the controller plans with and the bridge enforces.",
+             [](const Config& config, Arm& arm) {
+               arm.acceleration = config.numbers("joint_acceleration_limits", -1, std::vector<double>{});
+             });
+  keys.other("joint_jerk_limits", list, "rad/s³ or m/s³", "acceleration limit / 0.01 s",
+             "Largest jerk of each joint, which the bridge enforces.", [](const Config& config, Arm& arm) {
+               arm.jerk = config.numbers("joint_jerk_limits", -1, std::vector<double>{});
+             });
+  return keys;
+}
+
+/// The limits under `key`, one for each joint of the chain; empty when none are given.
+JointVector limits_from(const Config& section, const std::string& key, const std::vector<double>& values,
+                        const Chain& chain) {
+  if (values.empty()) return {};
+  const bool positive = std::ranges::all_of(values, [](double value) { return value > 0; });
+  if (!positive || values.size() != static_cast<size_t>(chain.size()))
+    section.fail(key, "a positive number for each of the " + std::to_string(chain.size()) + " joints");
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
 }
 
 }  // namespace
@@ -63,15 +86,21 @@ RobotConfig RobotConfig::load(const std::string& file_or_folder) {
   const bool folder = std::filesystem::is_directory(file_or_folder, error);
   const std::string path = folder ? (std::filesystem::path(file_or_folder) / "robot.yaml").string() : file_or_folder;
   Config file = Config::load(path);
+  const Config section = file.section("robot");
   Arm arm;
-  arm_keys().read(file.section("robot"), arm);
-  const std::string urdf_path = beside(path, arm.urdf);
+  arm_keys().read(section, arm);
+  const std::string urdf_path = resolve_relative(path, arm.urdf);
   Chain chain = load_chain(urdf_path, arm.base, arm.tip);
   SharedValues shared;
   shared_keys().read(file, shared);
-  const int64_t digest = digest_of(read_text_file(path) + read_text_file(urdf_path));
-  return {std::move(file),        urdf_path, std::move(chain), digest, shared.tick_us, 1000000 / shared.state_hz,
-          std::move(shared.start)};
+  RobotConfig robot{std::move(file), urdf_path, std::move(chain)};
+  robot.tick_us = shared.tick_us;
+  robot.state_period_us = 1000000 / shared.state_hz;
+  robot.start = std::move(shared.start);
+  robot.joint_acceleration_limits = limits_from(section, "joint_acceleration_limits", arm.acceleration, robot.chain);
+  robot.joint_jerk_limits = limits_from(section, "joint_jerk_limits", arm.jerk, robot.chain);
+  robot.digest = digest_of(read_text_file(path) + read_text_file(urdf_path));
+  return robot;
 }
 
 std::string robot_config_reference() {
@@ -85,7 +114,7 @@ std::optional<Config> RobotConfig::section(const std::string& name) const {
 
 JointVector joint_configuration_from(const Config& config, const std::string& key, const Chain& chain) {
   const std::vector<double> values = config.numbers(key, -1);
-  if (const auto fault = posture_fault(chain, values, "the joint configuration"))
+  if (const auto fault = joint_configuration_fault(chain, values, "the joint configuration"))
     config.fail(key, "a joint configuration of the robot: " + *fault);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
 }

@@ -14,10 +14,12 @@ struct RobotConfig {
   Config file;
   std::string urdf_path;
   Chain chain;
-  int64_t digest = 0;                     ///< of both files' bytes
-  int64_t tick_us = 50000;                ///< period of the controller's set-points (`tick_ms`)
-  int64_t state_period_us = 0;            ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
-  std::map<std::string, double> start{};  ///< joint positions from which a simulated robot starts, rad or m
+  JointVector joint_acceleration_limits{};  ///< rad/s^2 (m/s^2); empty where none are given
+  JointVector joint_jerk_limits{};          ///< rad/s^3 (m/s^3); empty where none are given
+  int64_t digest = 0;                       ///< of both files' bytes
+  int64_t tick_us = 50000;                  ///< period of the controller's set-points (`tick_ms`)
+  int64_t state_period_us = 0;              ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
+  std::map<std::string, double> start{};    ///< joint positions from which a simulated robot starts, rad or m
 
   /// Reads a robot.yaml, or the one in a folder. Throws InputError for a missing or malformed file, key, URDF or link.
   static RobotConfig load(const std::string& file_or_folder);

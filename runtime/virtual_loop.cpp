@@ -8,8 +8,9 @@ namespace multireach {
 
 void VirtualLoop::add(Node& node, int64_t first_tick_us) {
   // No message is lost in this loop, so NODE_INPUTS repeats no inputs.
-  auto member = std::make_unique<Member>(
-      Member{&node, node.inputs(), MessageClock(), InputJournal(node.name(), 0, node.replayable().value_or(0), 0)});
+  auto member =
+      std::make_unique<Member>(Member{&node, node.inputs(), MessageClock(),
+                                      InputJournal(node.name(), 0, node.run(), node.config_digest().value_or(0), 0)});
   if (const auto tick = node.next_tick()) member->clock.anchor(*tick, first_tick_us);
   members_.push_back(std::move(member));
 }
@@ -45,16 +46,20 @@ void VirtualLoop::advance(int64_t now_us) {
 
 void VirtualLoop::deliver(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes) {
   advance(now_us);
-  pass_on(channel, bytes);
+  dispatch(channel, bytes);
 }
 
-void VirtualLoop::pass_on(std::string_view channel, std::span<const uint8_t> bytes) {
+void VirtualLoop::dispatch(std::string_view channel, std::span<const uint8_t> bytes) {
   Outbox outbox;
   for (const auto& member : members_) {
     if (std::ranges::find(member->inputs, channel) == member->inputs.end()) continue;
     const Receipt receipt = member->node->receive(channel, bytes, outbox);
-    if (receipt.utime) member->clock.observe(*receipt.utime, *now_us_);
-    if (const auto taken = member->journal.took(receipt, channel, bytes)) observer_.took(*member->node, *taken);
+    if (receipt.utime && receipt.restarts_ticks) {
+      member->clock.anchor(*receipt.utime, *now_us_);
+    } else if (receipt.utime) {
+      member->clock.observe(*receipt.utime, *now_us_);
+    }
+    if (const auto input = member->journal.record(receipt, channel, bytes)) observer_.consumed(*member->node, *input);
     send(*member, outbox);
   }
 }
@@ -63,11 +68,11 @@ void VirtualLoop::send(Member& sender, Outbox& outbox) {
   if (outbox.empty()) return;
   Outbox messages;
   messages.swap(outbox);
-  const auto news = sender.journal.news();
-  if (news && sender.node->replayable()) observer_.sent(*now_us_, channel::kNodeInputs, *news);
+  const auto inputs_message = sender.journal.next_message();
+  if (inputs_message && sender.node->config_digest()) observer_.sent(*now_us_, channel::kNodeInputs, *inputs_message);
   for (const OutMessage& message : messages) {
     observer_.sent(*now_us_, message.channel, message.bytes);
-    pass_on(message.channel, message.bytes);
+    dispatch(message.channel, message.bytes);
   }
   messages.clear();
   if (outbox.empty()) outbox.swap(messages);  // keeps the allocated memory

@@ -22,7 +22,7 @@ class VirtualLoop {
     /// A message that a node has sent.
     virtual void sent(int64_t now_us, std::string_view channel, std::span<const uint8_t> bytes) = 0;
     /// The node has consumed a message.
-    virtual void took(const Node&, const ConsumedInput&) {}
+    virtual void consumed(const Node&, const ConsumedInput&) {}
     /// The node has computed a tick.
     virtual void ticked(const Node&) {}
   };
@@ -46,7 +46,7 @@ class VirtualLoop {
 
   /// Time of the member's next tick, in the loop's time.
   std::optional<int64_t> due(const Member& member) const;
-  void pass_on(std::string_view channel, std::span<const uint8_t> bytes);
+  void dispatch(std::string_view channel, std::span<const uint8_t> bytes);
   void send(Member& sender, Outbox& outbox);
 
   Observer& observer_;

@@ -5,8 +5,8 @@
 # Of docs/results.md:    fig1 fig4 fig7 fig8 fig9 fig10 fig11 fig12 fig13 fig14 fig15 fig16 gamma
 # Of docs/results-protocols.md: protocol-reaches-ARM protocol-lemniscate-ARM, ARM being hoap2, panda or iiwa14
 # With --into, pictures, measures.csv and both pages of results go to DIR, and the docs stay as they are. The Panda and the iiwa 14 are
-# in ../shared/robots; without them, what they are needed for is left as it is. The picture "orientation" is the Panda's, or
-# that of the arm of six joints or more that MULTIREACH_ARM names (URDF:BASE:TIP).
+# in ../shared/robots; without them, their pictures and tables are left unchanged. The picture "orientation" shows the Panda, or
+# the arm in MULTIREACH_ARM (URDF:BASE:TIP; six joints or more).
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"

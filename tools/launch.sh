@@ -12,7 +12,7 @@ Usage: tools/launch.sh [options]
   --session FILE    play this recorded camera session (default: logs/reach.lcm) with lcm-logplayer
   --camera SOURCE   instead of a session, run multireach-camera with these arguments, as --camera "render --config logs/reach.yaml"
   --robot DIR       folder of the robot, with robot.yaml and vision.yaml (default: robots/hoap2)
-  --vision FILE     cameras and colour (default: FILE.vision.yaml beside the session FILE.lcm if there is one, else the robot's)
+  --vision FILE     vision.yaml (default: NAME.vision.yaml next to the session NAME.lcm if it exists, else the robot's)
   --speed X         seconds of message time per second (default: 1)
   --seconds N       end after N seconds
   --record FILE     keep the log of all traffic
@@ -20,7 +20,7 @@ Usage: tools/launch.sh [options]
   --isolated        in a network namespace of its own, so that nothing leaves the machine
   --no-setup        do not install or build anything
   --help
-Exit code: 0 when every place within reach was reached, 1 when not or when a process failed, 2 for wrong usage.
+Exit code: 0 if every reachable position was reached and no limit exceeded, 1 if not or if a process failed, 2 for wrong usage.
 EOF
 }
 fail() { echo "launch.sh: $1" >&2; exit "${2:-2}"; }
@@ -50,7 +50,7 @@ fi
 [ -r "$vision" ] || fail "--vision: '$vision' cannot be read"
 
 for file in "$record" "$json"; do
-  [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder is not there or not writable"
+  [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder does not exist or is not writable"
 done
 [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
 

@@ -7,7 +7,7 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kMostBlobs = 6;          // measured per image
+constexpr int kMaxBlobs = 6;           // measured per image
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
 constexpr int64_t kFarApart = 200000;  // us: an image time that differs more than this from the pair's is ignored
@@ -85,15 +85,15 @@ cv::Rect StereoTracker::whole_image(Side side) const {
 
 cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const cv::Rect whole = whole_image(side);
-  const auto expected = track_.expected(utime);
-  if (!expected || radius_m_ <= 0) return whole;
+  const auto predicted = track_.predicted(utime);
+  if (!predicted || radius_m_ <= 0) return whole;
   const StereoRig& rig = options_.rig;
   const bool left = side == Side::kLeft;
   const CameraModel& camera = left ? rig.left : rig.right;
-  Eigen::Vector3d p = rig.X_WL.inverse() * expected->position;
+  Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
   if (!left) p = rig.X_RL * p;
   // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
-  const double sigma_m = std::sqrt(expected->covariance.cwiseAbs().rowwise().sum().maxCoeff());
+  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
   const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
   if (!(near > radius_m_)) return whole;
   const double half =
@@ -107,16 +107,16 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
 }
 
 View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window) {
-  CameraState& camera_state = cameras_[static_cast<size_t>(index(side))];
+  CameraState& camera_state = cameras_[index(side)];
   const cv::Rect whole = whole_image(side);
   View view;
   view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole.size();
   if (!view.fits) return view;
   view.window = window;
   view.bgr = bgr;
-  const Found found = camera_state.finder.find(bgr, window, camera_state.model.members(camera_state.gains),
-                                               {.min_area = options_.min_area_px, .most = kMostBlobs});
-  view.filled = found.crowded || static_cast<double>(found.members) > kFilled * whole.area();
+  const FoundBlobs found = camera_state.finder.find(bgr, window, camera_state.model.members(camera_state.gains),
+                                                    {.min_area = options_.min_area_px, .most = kMaxBlobs});
+  view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
   view.blobs.assign(found.blobs.begin(), found.blobs.end());
   const Eigen::Matrix2d additional =
@@ -151,18 +151,18 @@ StereoMatch StereoTracker::match(const PairTimes& times, const View& left, const
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   std::optional<Prediction> prediction;
-  if (const auto expected = track_.expected(times.pair)) {
+  if (const auto predicted = track_.predicted(times.pair)) {
     // rig_at() refers the match to the time of the left image.
-    prediction = {expected->position + track_.velocity() * offset_s(times.left, times.pair), expected->covariance};
+    prediction = {predicted->position + track_.velocity() * offset_s(times.left, times.pair), predicted->covariance};
   }
   match = vision::match_candidates(rig_at(times), left.contours, right.contours, prediction, options_.match);
-  const bool apart = match.status == Status::kBehindCameras || match.status == Status::kNotTheSame ||
+  const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
                      match.status == Status::kEpipolarMismatch;
   if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
   return match;
 }
 
-bool StereoTracker::is_whole(const StereoMatch& match, const View& left, const View& right) const {
+bool StereoTracker::is_inside_windows(const StereoMatch& match, const View& left, const View& right) const {
   if (match.status != StereoMatch::Status::kSeen) return false;
   constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
@@ -206,7 +206,7 @@ TargetReport StereoTracker::report(TargetTrack::Status status, const char* reaso
 }
 
 TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
-  track_.take(utime, std::nullopt);
+  track_.update(utime, std::nullopt);
   for (CameraState& camera_state : cameras_) camera_state.gains = relaxed(camera_state.gains);
   return report(unseen_status(), reason);
 }
@@ -215,16 +215,17 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
                                    const View& right) {
   using Status = StereoMatch::Status;
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
-  const bool seen = match.status == Status::kSeen || match.status == Status::kNotWhereExpected;
+  const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
                       match.left >= 0 && match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
   if (!seen && !partly) return update_unseen(times.pair, description(match.status));
   const int64_t before = track_.utime();
   const PositionEstimate estimate = estimate_at_pair(times, match);
-  if (!track_.take(times.pair, estimate, seen)) {
+  if (!track_.update(times.pair, estimate, seen)) {
     const bool past = track_.utime() == before && times.pair <= before;
-    return report(unseen_status(), past ? "seen, but of a time that is past" : description(Status::kNotWhereExpected));
+    return report(unseen_status(),
+                  past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
   }
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
@@ -242,7 +243,7 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
 }
 
 void StereoTracker::adapt(Side side, const View& view, int chosen, double quality) {
-  CameraState& camera_state = cameras_[static_cast<size_t>(index(side))];
+  CameraState& camera_state = cameras_[index(side)];
   const IlluminationSample sample =
       camera_state.model.sample(camera_state.gains, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
   camera_state.gains = adapted(camera_state.gains, sample, quality);
@@ -265,7 +266,7 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
   if (!(own[1] >= 0 && own[1] < 1e6)) return false;
   for (const double gain : own.last(4)) {
-    if (!(gain >= kSmallestGain && gain <= kLargestGain)) return false;
+    if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
   if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), state.first(state.size() - kOwn))) return false;
   radius_m_ = own[1];

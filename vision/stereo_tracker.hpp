@@ -70,7 +70,7 @@ class StereoTracker {
   StereoMatch match(const PairTimes& times, const View& left, const View& right) const;
   /// Whether the windows sufficed, so that the whole images need not be searched: the object was matched and lies
   /// completely inside both windows.
-  bool is_whole(const StereoMatch& match, const View& left, const View& right) const;
+  bool is_inside_windows(const StereoMatch& match, const View& left, const View& right) const;
   /// Updates the track and the white balance with a pair. `match` is the match of these views.
   TargetReport update(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
   /// Updates the track with a pair that has no usable match. `reason` must be a string literal: it is not copied.
@@ -82,7 +82,7 @@ class StereoTracker {
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;
   /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `state` is not valid.
-  bool deserialize(int64_t utime, std::span<const double> state);
+  [[nodiscard]] bool deserialize(int64_t utime, std::span<const double> state);
 
  private:
   struct CameraState {
@@ -90,7 +90,7 @@ class StereoTracker {
         : model(colour), fitter(camera, least_seen) {}
     AdaptedColourModel model;
     WhiteBalanceGains gains;
-    Finder finder;
+    BlobFinder finder;
     SphereContourFitter fitter;
   };
 

@@ -25,7 +25,7 @@ const char* StereoVision::measure(StereoImages& images) {
     if (target.tracker.restart_if_past(images.times().pair)) frozen_frames_ = {};
     target.views = {};
     target.match = {};
-    target.found_whole = false;
+    target.found_inside_windows = false;
   }
   if (images.times().left < 0) return "there is no left image";
   if (images.times().right < 0) return "there is no right image";
@@ -34,16 +34,16 @@ const char* StereoVision::measure(StereoImages& images) {
   for (const Side side : {Side::kLeft, Side::kRight}) {
     if (!images.has(side, any.whole_image(side).size())) return description(StereoMatch::Status::kWrongImageSize);
   }
-  frozen_frames_.take(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
+  frozen_frames_.update(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
   if (!search(images, false)) return "an image cannot be decoded";
-  if (!std::ranges::all_of(targets_, &Target::found_whole) && !search(images, true))
+  if (!std::ranges::all_of(targets_, &Target::found_inside_windows) && !search(images, true))
     return "an image cannot be decoded";
   // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto frozen = frozen_frames_.frozen();
-  const auto black = [&](const Target& target) { return target.views[static_cast<size_t>(index(*frozen))].dark; };
+  const auto black = [&](const Target& target) { return target.views[index(*frozen)].dark; };
   if (frozen && std::ranges::none_of(targets_, black)) {
-    return *frozen == Side::kLeft ? "the left camera is frozen: it gives the same image again and again"
-                                  : "the right camera is frozen: it gives the same image again and again";
+    return *frozen == Side::kLeft ? "the left camera is frozen: it repeats the same image"
+                                  : "the right camera is frozen: it repeats the same image";
   }
   return nullptr;
 }
@@ -51,20 +51,19 @@ const char* StereoVision::measure(StereoImages& images) {
 /// Searches both images and matches. Returns false when an image cannot be decoded.
 bool StereoVision::search(StereoImages& images, bool everywhere) {
   std::array<bool, 2> decoded{};
-  images.for_both_sides(
-      [&](Side side) { decoded[static_cast<size_t>(index(side))] = search_side(images, side, everywhere); });
+  images.for_both_sides([&](Side side) { decoded[index(side)] = search_side(images, side, everywhere); });
   if (!decoded[0] || !decoded[1]) return false;
   for (Target& target : targets_) {
-    if (everywhere && target.found_whole) continue;
+    if (everywhere && target.found_inside_windows) continue;
     target.match = target.tracker.match(images.times(), target.views[0], target.views[1]);
-    target.found_whole = target.tracker.is_whole(target.match, target.views[0], target.views[1]);
+    target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
   }
   return true;
 }
 
 /// Searches one image for every target: in its window, or, when `everywhere`, in the whole image for those not found.
 bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere) {
-  const auto at = static_cast<size_t>(index(side));
+  const auto at = index(side);
   std::vector<cv::Rect> windows;
   cv::Rect part;
   for (const Target& target : targets_) {
@@ -75,7 +74,7 @@ bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere)
   if (!bgr) return false;
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
-    if (everywhere && target.found_whole) continue;
+    if (everywhere && target.found_inside_windows) continue;
     if (target.views[at].window != windows[k]) target.views[at] = target.tracker.measure(side, *bgr, windows[k]);
   }
   return true;

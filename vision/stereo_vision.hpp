@@ -38,7 +38,7 @@ class DecodedImages final : public StereoImages {
   const cv::Mat* pixels(Side side, const cv::Rect&) override { return &image(side); }
 
  private:
-  const cv::Mat& image(Side side) const { return bgr_[static_cast<size_t>(index(side))]; }
+  const cv::Mat& image(Side side) const { return bgr_[index(side)]; }
 
   PairTimes times_;
   std::array<cv::Mat, 2> bgr_;
@@ -55,7 +55,7 @@ class StereoVision {
     std::array<View, 2> views{};
     StereoMatch match{};
     TargetReport report{};
-    bool found_whole = false;  ///< found, and completely inside the search windows
+    bool found_inside_windows = false;  ///< found, and completely inside the search windows
   };
 
   /// One set of options for each target; all must have the same rig. Throws std::invalid_argument for no target and

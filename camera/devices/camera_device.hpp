@@ -35,15 +35,15 @@ struct RawImage {
 struct Grab {
   enum class Kind {
     kImage,
-    kNothing,  ///< no image yet
-    kDamaged,  ///< an image was lost; the next may be good
-    kAway,     ///< the device disappeared; this object reconnects by itself
-    kGone,     ///< the device disappeared or does not answer: it must be reopened
-    kEnded,    ///< no more images will come
+    kNoImage,       ///< no image yet
+    kDamaged,       ///< an image was lost; the next may be good
+    kReconnecting,  ///< the device disappeared; this object reconnects by itself
+    kDisconnected,  ///< the device disappeared or does not answer: it must be reopened
+    kEndOfStream,   ///< no more images will come
   };
-  Kind kind = Kind::kNothing;
+  Kind kind = Kind::kNoImage;
   RawImage image{};
-  std::string reason{};  ///< for kDamaged, kAway, kGone; a predicate without subject ("gave ...")
+  std::string reason{};  ///< for kDamaged, kReconnecting, kDisconnected; a predicate without subject ("gave ...")
 };
 
 /// A source of images, used by one thread only.
@@ -56,7 +56,7 @@ class CameraDevice {
   /// each.
   virtual std::vector<std::string> lock() { return {}; }
   /// Whether the source waits for the reader, so that a slow reader loses no image.
-  virtual bool patient() const { return false; }
+  virtual bool waits_for_reader() const { return false; }
 };
 
 /// An opened device, or the reason why it could not be opened.

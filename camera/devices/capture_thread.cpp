@@ -10,7 +10,7 @@ namespace {
 constexpr int64_t kGrabTimeout = 100000;        // us; bounds the time until a stop request is noticed
 constexpr int64_t kReopenPeriod = 500000;       // us
 constexpr int64_t kLongWithoutImage = 1000000;  // us; plus two frame periods
-constexpr int64_t kComplaintPeriod = 5000000;   // us
+constexpr int64_t kWarningPeriod = 5000000;     // us
 
 }  // namespace
 
@@ -18,7 +18,7 @@ CaptureThread::CaptureThread(const Camera& camera, const CaptureClock& clock, St
     : camera_(camera),
       clock_(clock),
       buffer_(buffer),
-      maker_(camera.form),
+      converter_(camera.form),
       opened_us_(monotonic_us()),
       image_us_(opened_us_) {
   OpenedDevice opened = open_device(camera_.name, camera_.request);
@@ -32,28 +32,28 @@ std::vector<Side> CaptureThread::sides() const {
   return camera_.both ? std::vector{Side::kLeft, Side::kRight} : std::vector{camera_.side};
 }
 
-std::string CaptureThread::who() const {
+std::string CaptureThread::label() const {
   const char* side = camera_.both ? "" : camera_.side == Side::kLeft ? "left " : "right ";
   return std::string(side) + "camera " + camera_.name;
 }
 
-/// Handles a lost image: logs it at most every kComplaintPeriod; NODE_STATUS shows the fault once no image has arrived
+/// Handles a lost image: logs it at most every kWarningPeriod; NODE_STATUS shows the fault once no image has arrived
 /// for long.
-void CaptureThread::lose_image(const std::string& damage) {
+void CaptureThread::report_lost_image(const std::string& damage) {
   damage_ = damage;
   const int64_t now = monotonic_us();
-  if (complained_us_ != 0 && now - complained_us_ < kComplaintPeriod) return;
-  complained_us_ = now;
-  spdlog::warn("{} {}", who(), damage);
+  if (last_warning_us_ != 0 && now - last_warning_us_ < kWarningPeriod) return;
+  last_warning_us_ = now;
+  spdlog::warn("{} {}", label(), damage);
 }
 
-void CaptureThread::set_trouble(const std::string& trouble) {
-  if (trouble == trouble_) return;
-  trouble_ = trouble;
-  const std::string sentence = who() + " " + trouble;
-  for (const Side side : sides()) buffer_.set_trouble(side, trouble.empty() ? "" : sentence);
-  if (trouble.empty()) {
-    spdlog::info("{} gives images", who());
+void CaptureThread::set_fault(const std::string& fault) {
+  if (fault == fault_) return;
+  fault_ = fault;
+  const std::string sentence = label() + " " + fault;
+  for (const Side side : sides()) buffer_.set_fault(side, fault.empty() ? "" : sentence);
+  if (fault.empty()) {
+    spdlog::info("{} gives images", label());
   } else {
     spdlog::warn("{}", sentence);
   }
@@ -76,7 +76,7 @@ void CaptureThread::run(const std::stop_token& stop) {
       }
     }
   } catch (const std::exception& error) {
-    set_trouble(std::string("cannot go on: ") + error.what());
+    set_fault(std::string("cannot go on: ") + error.what());
     ended_ = true;
   }
   if (!ended_) return;
@@ -84,7 +84,7 @@ void CaptureThread::run(const std::stop_token& stop) {
 }
 
 void CaptureThread::grab() {
-  if (device_->patient() && !buffer_.wait_for_room(camera_.side, kGrabTimeout)) return;
+  if (device_->waits_for_reader() && !buffer_.wait_for_room(camera_.side, kGrabTimeout)) return;
   Grab grab = device_->grab(kGrabTimeout);
   switch (grab.kind) {
     case Grab::Kind::kImage:
@@ -92,27 +92,27 @@ void CaptureThread::grab() {
       lock_when_due();
       break;
     case Grab::Kind::kDamaged:
-      lose_image(grab.reason);
+      report_lost_image(grab.reason);
       break;
-    case Grab::Kind::kAway:
-    case Grab::Kind::kGone:
-      if (grab.kind == Grab::Kind::kGone) device_.reset();
+    case Grab::Kind::kReconnecting:
+    case Grab::Kind::kDisconnected:
+      if (grab.kind == Grab::Kind::kDisconnected) device_.reset();
       damage_.clear();
-      for (const Side side : sides()) buffer_.forget(side);
-      set_trouble(grab.reason + ", trying again");
+      for (const Side side : sides()) buffer_.reset(side);
+      set_fault(grab.reason + ", trying again");
       return;
-    case Grab::Kind::kEnded:
-      spdlog::warn("{} gives no more images", who());
+    case Grab::Kind::kEndOfStream:
+      spdlog::warn("{} gives no more images", label());
       ended_ = true;
       return;
-    case Grab::Kind::kNothing:
+    case Grab::Kind::kNoImage:
       break;
   }
   if (monotonic_us() - image_us_ < kLongWithoutImage + 2000000 / camera_.request.rate_hz) return;
   if (!damage_.empty()) {
-    set_trouble(damage_);
-  } else if (trouble_.empty()) {
-    set_trouble("gives no images");
+    set_fault(damage_);
+  } else if (fault_.empty()) {
+    set_fault("gives no images");
   }
 }
 
@@ -123,7 +123,7 @@ void CaptureThread::reopen(const std::stop_token& stop) {
   if (stop.stop_requested()) return;
   OpenedDevice opened = open_device(camera_.name, camera_.request);
   device_ = std::move(opened.device);
-  if (!device_ && !opened.absent) set_trouble("was not opened again (" + opened.fault + "), trying again");
+  if (!device_ && !opened.absent) set_fault("was not opened again (" + opened.fault + "), trying again");
   if (!device_) return;
   image_us_ = opened_us_ = monotonic_us();
   locked_ = false;
@@ -133,13 +133,13 @@ void CaptureThread::reopen(const std::stop_token& stop) {
 
 void CaptureThread::deliver(RawImage image) {
   const int64_t utime = clock_.utime_at(image.monotonic_us);
-  auto made = maker_.make(std::move(image), utime);
-  if (const auto* damage = std::get_if<std::string>(&made)) return lose_image(*damage);
+  auto made = converter_.convert(std::move(image), utime);
+  if (const auto* damage = std::get_if<std::string>(&made)) return report_lost_image(*damage);
   image_us_ = monotonic_us();
   damage_.clear();
-  set_trouble("");
+  set_fault("");
   auto& frames = std::get<std::vector<Frame>>(made);
-  for (size_t i = 0; i < frames.size(); ++i) buffer_.put(sides()[i], std::move(frames[i]));
+  for (size_t i = 0; i < frames.size(); ++i) buffer_.push(sides()[i], std::move(frames[i]));
 }
 
 }  // namespace multireach

@@ -4,7 +4,7 @@
 
 #include "camera/devices/camera_device.hpp"
 #include "camera/devices/capture_clock.hpp"
-#include "camera/devices/frame_maker.hpp"
+#include "camera/devices/frame_converter.hpp"
 #include "camera/pairing/stereo_buffer.hpp"
 
 namespace multireach {
@@ -18,7 +18,7 @@ class CaptureThread {
     Side side = Side::kLeft;
     bool both = false;  ///< the device gives both images
     DeviceRequest request{};
-    FrameForm form{};
+    FrameConversion form{};
   };
 
   /// Opens the device and starts the thread. Throws InputError when the device cannot be opened. `buffer` must outlive
@@ -30,24 +30,24 @@ class CaptureThread {
   void reopen(const std::stop_token& stop);
   void deliver(RawImage image);
   void grab();
-  void lose_image(const std::string& damage);
-  void set_trouble(const std::string& trouble);
+  void report_lost_image(const std::string& damage);
+  void set_fault(const std::string& fault);
   void lock_when_due();
   std::vector<Side> sides() const;
-  std::string who() const;
+  std::string label() const;
 
   Camera camera_;
   CaptureClock clock_;
   StereoBuffer& buffer_;
-  FrameMaker maker_;
+  FrameConverter converter_;
   std::unique_ptr<CameraDevice> device_;
   int64_t opened_us_;
   bool locked_ = false, ended_ = false;
-  int64_t image_us_;           // time of the last good image
-  int64_t complained_us_ = 0;  // time of the last log entry about a lost image
-  std::string damage_;         // fault of the newest images, if any
-  std::string trouble_;        // fault shown in NODE_STATUS
-  std::jthread thread_;        // last member: the thread uses all the others
+  int64_t image_us_;             // time of the last good image
+  int64_t last_warning_us_ = 0;  // time of the last log entry about a lost image
+  std::string damage_;           // fault of the newest images, if any
+  std::string fault_;            // fault shown in NODE_STATUS
+  std::jthread thread_;          // last member: the thread uses all the others
 };
 
 }  // namespace multireach

@@ -14,7 +14,7 @@ std::string device_name(const Config& config, const std::string& key) {
   const std::string name = config.text(key, "");
   if (config.has(key) && name.empty()) config.fail(key, "a device number, a device, a FIFO or a video file");
   const bool number = std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
-  return number ? name : beside(config.file(), name);
+  return number ? name : resolve_relative(config.file(), name);
 }
 
 ConfigKeys<DeviceOptions> device_keys() {
@@ -54,7 +54,7 @@ ConfigKeys<DeviceOptions> device_keys() {
       .otherwise("automatic")
       .number(
           "lock_after_s", "s", 0, 3600, [](auto& o) -> auto& { return o.lock_after_s; },
-          "When automatic settings are locked.")
+          "Time after opening at which automatic settings are locked.")
       .otherwise("never")
       .integer(
           "jpeg_quality", "", 0, 100, [](auto& o) -> auto& { return o.jpeg_quality; },

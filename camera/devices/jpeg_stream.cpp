@@ -8,7 +8,7 @@ namespace multireach {
 namespace {
 
 constexpr uint8_t kPrefix = 0xff, kStartOfImage = 0xd8, kEndOfImage = 0xd9, kStartOfScan = 0xda;
-constexpr size_t kLargestImage = size_t{64} << 20;  // bytes; no camera image is larger
+constexpr size_t kMaxImageBytes = size_t{64} << 20;  // bytes; no camera image is larger
 
 bool is_frame_header(uint8_t marker) {
   return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
@@ -101,7 +101,7 @@ std::optional<JpegStream::Image> JpegStream::next() {
       bytes_.erase(bytes_.begin(), end);
       return image;
     }
-    if (extent.kind == JpegExtent::Kind::kIncomplete && static_cast<size_t>(bytes_.end() - begin) <= kLargestImage) {
+    if (extent.kind == JpegExtent::Kind::kIncomplete && static_cast<size_t>(bytes_.end() - begin) <= kMaxImageBytes) {
       bytes_.erase(bytes_.begin(), begin);
       return std::nullopt;
     }

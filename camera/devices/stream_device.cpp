@@ -42,8 +42,8 @@ class StreamDevice : public CameraDevice {
                       .data = std::move(image->data)};
         return grab;
       }
-      if (stream_.damaged() > damaged_said_) {
-        damaged_said_ = stream_.damaged();
+      if (stream_.damaged() > damaged_reported_) {
+        damaged_reported_ = stream_.damaged();
         return {.kind = Grab::Kind::kDamaged, .reason = "gave a JPEG image that is damaged"};
       }
       if (bytes_without_image_ > kManyBytes && stream_.pending() < 3) {
@@ -53,20 +53,20 @@ class StreamDevice : public CameraDevice {
       const int64_t left = deadline - monotonic_us();
       if (left <= 0) return {};
       const Grab::Kind kind = read_more(left);
-      if (kind != Grab::Kind::kNothing) return {.kind = kind, .reason = "is gone"};
+      if (kind != Grab::Kind::kNoImage) return {.kind = kind, .reason = "is gone"};
     }
   }
 
  private:
   Grab::Kind read_more(int64_t timeout_us) {
     pollfd wait{file_, POLLIN, 0};
-    if (poll(&wait, 1, static_cast<int>(timeout_us / 1000) + 1) <= 0) return Grab::Kind::kNothing;
+    if (poll(&wait, 1, static_cast<int>(timeout_us / 1000) + 1) <= 0) return Grab::Kind::kNoImage;
     const ssize_t size = read(file_, buffer_.data(), buffer_.size());
-    if (size == 0) return wait_for_writer() ? Grab::Kind::kAway : Grab::Kind::kGone;
-    if (size < 0) return errno == EAGAIN || errno == EINTR ? Grab::Kind::kNothing : Grab::Kind::kGone;
+    if (size == 0) return wait_for_writer() ? Grab::Kind::kReconnecting : Grab::Kind::kDisconnected;
+    if (size < 0) return errno == EAGAIN || errno == EINTR ? Grab::Kind::kNoImage : Grab::Kind::kDisconnected;
     bytes_without_image_ += size;
     stream_.put({buffer_.data(), static_cast<size_t>(size)});
-    return Grab::Kind::kNothing;
+    return Grab::Kind::kNoImage;
   }
 
   /// A FIFO whose writers have closed reports end of file until it is reopened. The new end is opened before the old
@@ -77,7 +77,7 @@ class StreamDevice : public CameraDevice {
     close(file_);
     file_ = anew;
     stream_ = JpegStream();
-    damaged_said_ = bytes_without_image_ = 0;
+    damaged_reported_ = bytes_without_image_ = 0;
     return true;
   }
 
@@ -85,7 +85,7 @@ class StreamDevice : public CameraDevice {
   std::string path_;
   std::array<uint8_t, 65536> buffer_{};
   JpegStream stream_;
-  int64_t damaged_said_ = 0;
+  int64_t damaged_reported_ = 0;
   int64_t bytes_without_image_ = 0;
 };
 

@@ -10,9 +10,9 @@
 namespace multireach {
 namespace {
 
-constexpr uint32_t kBuffers = 4;           // so that a late reader loses no image; each image has its own time stamp
-constexpr int64_t kSilence = 2000000;      // us; the device is reopened after this plus two periods without an image
-constexpr int64_t kOldestStamp = 1000000;  // us; an older time stamp is from another clock
+constexpr uint32_t kBuffers = 4;            // so that a late reader loses no image; each image has its own time stamp
+constexpr int64_t kImageTimeout = 2000000;  // us; the device is reopened after this plus two periods without an image
+constexpr int64_t kOldestStamp = 1000000;   // us; an older time stamp is from another clock
 
 PixelFormat pixel_format_of(uint32_t code) {
   switch (code) {
@@ -31,7 +31,7 @@ PixelFormat pixel_format_of(uint32_t code) {
 
 class V4l2Device : public CameraDevice {
  public:
-  explicit V4l2Device(V4l2File device) : device_(std::move(device)), heard_us_(device_.calls.monotonic_us()) {}
+  explicit V4l2Device(V4l2File device) : device_(std::move(device)), last_buffer_us_(device_.calls.monotonic_us()) {}
   ~V4l2Device() override {
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
     if (streaming_) device_.ask(VIDIOC_STREAMOFF, &type);
@@ -68,7 +68,7 @@ class V4l2Device : public CameraDevice {
       if (errno == EIO) return damaged("lost an image");
       return gone(errno == ENODEV ? "is gone" : std::string("gives no more images (") + std::strerror(errno) + ")");
     }
-    heard_us_ = device_.calls.monotonic_us();
+    last_buffer_us_ = device_.calls.monotonic_us();
     Grab grab = take(buffer);
     if (!device_.ask(VIDIOC_QBUF, &buffer)) return gone("is gone");
     return grab;
@@ -81,9 +81,11 @@ class V4l2Device : public CameraDevice {
   };
 
   static Grab damaged(std::string reason) { return {.kind = Grab::Kind::kDamaged, .reason = std::move(reason)}; }
-  static Grab gone(std::string reason) { return {.kind = Grab::Kind::kGone, .reason = std::move(reason)}; }
+  static Grab gone(std::string reason) { return {.kind = Grab::Kind::kDisconnected, .reason = std::move(reason)}; }
 
-  bool silent() const { return device_.calls.monotonic_us() - heard_us_ > kSilence + 2000000 / request_.rate_hz; }
+  bool silent() const {
+    return device_.calls.monotonic_us() - last_buffer_us_ > kImageTimeout + 2000000 / request_.rate_hz;
+  }
 
   static v4l2_buffer empty_buffer() {
     v4l2_buffer buffer = {};
@@ -119,9 +121,9 @@ class V4l2Device : public CameraDevice {
   }
 
   int64_t capture_time(const v4l2_buffer& buffer) const {
-    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) return heard_us_;
+    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) return last_buffer_us_;
     const int64_t stamp = int64_t{buffer.timestamp.tv_sec} * 1000000 + buffer.timestamp.tv_usec;
-    return stamp <= heard_us_ && stamp > heard_us_ - kOldestStamp ? stamp : heard_us_;
+    return stamp <= last_buffer_us_ && stamp > last_buffer_us_ - kOldestStamp ? stamp : last_buffer_us_;
   }
 
   Grab take(const v4l2_buffer& buffer) const {
@@ -154,7 +156,7 @@ class V4l2Device : public CameraDevice {
   v4l2_pix_format format_ = {};
   std::vector<Memory> memory_;
   bool streaming_ = false;
-  int64_t heard_us_;
+  int64_t last_buffer_us_;
 };
 
 }  // namespace

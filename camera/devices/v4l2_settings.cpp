@@ -68,7 +68,7 @@ std::string set_control(const V4l2File& device, const Setting& setting) {
   if (!device.ask(VIDIOC_QUERYCTRL, &range) || (range.flags & V4L2_CTRL_FLAG_DISABLED))
     return "the device has no such control";
   if (setting.value < range.minimum || setting.value > range.maximum) {
-    return fmt::format("the device takes {} to {} where this is {}", range.minimum, range.maximum, setting.value);
+    return fmt::format("the device accepts {} to {}, not {}", range.minimum, range.maximum, setting.value);
   }
   v4l2_control control{setting.control, setting.value};
   if (!device.ask(VIDIOC_S_CTRL, &control)) return std::strerror(errno);

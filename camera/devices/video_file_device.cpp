@@ -21,7 +21,7 @@ class VideoFileDevice : public CameraDevice {
     const int64_t wait = due - monotonic_us();
     if (wait > 0) std::this_thread::sleep_for(std::chrono::microseconds(std::min(wait, timeout_us)));
     if (wait > timeout_us) return {};
-    if (!capture_.read(bgr_) || bgr_.empty()) return {.kind = Grab::Kind::kEnded};
+    if (!capture_.read(bgr_) || bgr_.empty()) return {.kind = Grab::Kind::kEndOfStream};
     ++number_;
     if (bgr_.type() != CV_8UC3) return {.kind = Grab::Kind::kDamaged, .reason = "gave an image that is not in colour"};
     Grab grab{.kind = Grab::Kind::kImage};
@@ -34,7 +34,7 @@ class VideoFileDevice : public CameraDevice {
                   .data = {packed.data, packed.data + packed.total() * packed.elemSize()}};
     return grab;
   }
-  bool patient() const override { return true; }
+  bool waits_for_reader() const override { return true; }
 
  private:
   cv::VideoCapture capture_;

@@ -7,7 +7,7 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kLongestWait = 50000;  // us; the node must also handle messages while no images arrive
+constexpr int64_t kMaxWait = 50000;      // us; the node must also handle messages while no images arrive
 constexpr int64_t kFilesBegin = 100000;  // us after the start; both are open by then
 
 FramePairing pairing_for(const DeviceOptions& options) {
@@ -50,7 +50,7 @@ class DeviceSource : public CameraSource {
   }
 
   std::optional<StereoPair> next() override {
-    auto frames = buffer_.take(kLongestWait);
+    auto frames = buffer_.pop(kMaxWait);
     if (!frames) return std::nullopt;
     StereoPair pair;
     pair.utime = frames->left.utime;

@@ -1,6 +1,6 @@
 #include "camera/node/file_sources.hpp"
 
-#include "camera/devices/frame_maker.hpp"
+#include "camera/devices/frame_converter.hpp"
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
 

@@ -23,12 +23,12 @@ int main(int argc, char** argv) {
   files->add_option("--left", images.left, "file, folder or pattern")->required();
   files->add_option("--right", images.right, "file, folder or pattern")->required();
   files->add_option("--rate", images.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
-  files->add_option("--repeat", images.repeat, "send the whole list this often")
+  files->add_option("--repeat", images.repeat, "number of times to send the whole list")
       ->check(CLI::Range(1, 1000000000))
       ->capture_default_str();
   files->add_option("--origin-utime", images.origin_utime, "time of the first pair, microseconds")
       ->capture_default_str();
-  files->add_option("--jpeg-quality", images.jpeg_quality, "for files that are not JPEG; 0 sends raw BGR")
+  files->add_option("--jpeg-quality", images.jpeg_quality, "JPEG quality of encoded images; 0 sends raw BGR")
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
 

@@ -36,7 +36,8 @@ ConfigKeys<RenderSource::Scene> RenderSource::scene_keys() {
       .text(
           "target_name", [](auto& s) -> auto& { return s.target_name; }, "Name of the target in TARGET_TRUTH.")
       .integer(
-          "seed", "", 0, INT64_MAX, [](auto& s) -> auto& { return s.options.seed; }, "Of the noise and the wall.")
+          "seed", "", 0, INT64_MAX, [](auto& s) -> auto& { return s.options.seed; },
+          "Random seed of the noise and the wall.")
       .integer(
           "rate_hz", "Hz", 1, 1000, [](auto& s) -> auto& { return s.rate_hz; }, "Stereo pairs per second.")
       .integer(
@@ -79,7 +80,7 @@ RenderSource::RenderSource(const Config& file) : RenderSource(file, scene_from(f
 RenderSource::Scene RenderSource::scene_from(const Config& file) {
   Scene scene;
   scene_keys().read(file, scene);
-  scene.rig = load_rig(Config::load(beside(file.file(), scene.vision)).section("cameras")).rig;
+  scene.rig = load_rig(Config::load(resolve_relative(file.file(), scene.vision)).section("cameras")).rig;
   return scene;
 }
 
@@ -124,7 +125,7 @@ std::optional<StereoPair> RenderSource::next() {
   const double time = static_cast<double>(frame_) / static_cast<double>(scene_.rate_hz);
   const Eigen::Vector3d p_WB = path_.position(time);
   std::optional<Eigen::Vector3d> ball;
-  if (!path_.hidden(time)) ball = p_WB;
+  if (!path_.is_invisible(time)) ball = p_WB;
   StereoPair pair;
   pair.utime = next_utime();
   const auto stream = static_cast<uint64_t>(2 * frame_);

@@ -25,7 +25,7 @@ void FramePairing::drop_front(Side side) {
 }
 
 void FramePairing::learn_period(Side side, int64_t interval_us) {
-  int64_t& period = period_us_[static_cast<size_t>(side)];
+  int64_t& period = period_us_[index(side)];
   // Missing frames lengthen an interval and hardly anything shortens one, so the estimate follows short intervals
   // quickly and long ones slowly.
   period += (interval_us - period) / (interval_us < period ? 2 : 8);
@@ -33,7 +33,7 @@ void FramePairing::learn_period(Side side, int64_t interval_us) {
 }
 
 std::vector<FramePairing::Pair> FramePairing::add(Side side, Frame frame) {
-  std::optional<int64_t>& newest = newest_[static_cast<size_t>(side)];
+  std::optional<int64_t>& newest = newest_[index(side)];
   if (newest && frame.utime <= *newest) {
     ++unpaired_;
     return {};
@@ -44,14 +44,14 @@ std::vector<FramePairing::Pair> FramePairing::add(Side side, Frame frame) {
 
   std::vector<Pair> pairs;
   while (auto pair = next_pair()) pairs.push_back(std::move(*pair));
-  if (queue(side).size() > kDeepest) drop_front(side);
+  if (queue(side).size() > kMaxQueue) drop_front(side);
   return pairs;
 }
 
-void FramePairing::forget(Side side) {
+void FramePairing::reset(Side side) {
   while (!queue(side).empty()) drop_front(side);
-  newest_[static_cast<size_t>(side)].reset();
-  period_us_[static_cast<size_t>(side)] = nominal_period_us_;
+  newest_[index(side)].reset();
+  period_us_[index(side)] = nominal_period_us_;
 }
 
 std::optional<FramePairing::Pair> FramePairing::next_pair() {
@@ -60,7 +60,7 @@ std::optional<FramePairing::Pair> FramePairing::next_pair() {
     const Side early = left.front().utime <= right.front().utime ? Side::kLeft : Side::kRight;
     const std::deque<Frame>& before = queue(early);
     const std::deque<Frame>& after = queue(other(early));
-    const int64_t late_utime = after.front().utime, period = period_us_[static_cast<size_t>(early)];
+    const int64_t late_utime = after.front().utime, period = period_us_[index(early)];
     const int64_t skew = late_utime - before.front().utime;
     if (skew > max_skew_us_) {
       drop_front(early);

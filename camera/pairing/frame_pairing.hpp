@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "camera/pairing/frame.hpp"
+#include "imaging/side.hpp"
 
 namespace multireach {
-
-enum class Side { kLeft = 0, kRight = 1 };
 
 /// Pairs the left and right frames of two unsynchronised cameras by time of capture.
 ///
@@ -22,7 +21,7 @@ class FramePairing {
     Frame left, right;
   };
   /// Most frames of one side that wait for the other; beyond that, the oldest is dropped.
-  static constexpr size_t kDeepest = 8;
+  static constexpr size_t kMaxQueue = 8;
 
   /// `period_us`: the configured frame period of both cameras. Throws std::invalid_argument when it is not positive, or
   /// when `max_skew_us` is negative.
@@ -32,7 +31,7 @@ class FramePairing {
   /// dropped.
   std::vector<Pair> add(Side side, Frame frame);
   /// Call when a camera has stopped: drops its waiting frames and resets its estimated period.
-  void forget(Side side);
+  void reset(Side side);
 
   size_t waiting(Side side) const { return queue(side).size(); }
   int64_t unpaired() const { return unpaired_; }  ///< frames dropped so far
@@ -40,8 +39,8 @@ class FramePairing {
   int64_t period_us() const { return nominal_period_us_; }
 
  private:
-  const std::deque<Frame>& queue(Side side) const { return queues_[static_cast<size_t>(side)]; }
-  std::deque<Frame>& queue(Side side) { return queues_[static_cast<size_t>(side)]; }
+  const std::deque<Frame>& queue(Side side) const { return queues_[index(side)]; }
+  std::deque<Frame>& queue(Side side) { return queues_[index(side)]; }
   void drop_front(Side side);
   void learn_period(Side side, int64_t interval_us);
   std::optional<Pair> next_pair();

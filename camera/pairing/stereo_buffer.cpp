@@ -8,55 +8,55 @@ namespace multireach {
 namespace {
 
 constexpr int64_t kLongWithoutPair = 1000000;  // us; plus two frame periods
-constexpr size_t kDeepest = 8;                 // pairs waiting to be sent; beyond that, the oldest is dropped
+constexpr size_t kMaxQueue = 8;                // pairs waiting to be sent; beyond that, the oldest is dropped
 
 }  // namespace
 
-void StereoBuffer::put(Side side, Frame frame) {
+void StereoBuffer::push(Side side, Frame frame) {
   const std::lock_guard lock(mutex_);
   if (!first_frame_) first_frame_ = frame.utime;
   for (FramePairing::Pair& pair : pairing_.add(side, std::move(frame))) {
     newest_pair_ = pair.left.utime;
     skew_.add(pair.left.utime, pair.right.utime - pair.left.utime);
     pairs_.push_back(std::move(pair));
-    if (pairs_.size() <= kDeepest) continue;
+    if (pairs_.size() <= kMaxQueue) continue;
     pairs_.pop_front();
     ++unsent_;
   }
   changed_.notify_all();
 }
 
-bool StereoBuffer::room(Side side) const {
+bool StereoBuffer::has_room(Side side) const {
   const Side other = side == Side::kLeft ? Side::kRight : Side::kLeft;
-  const bool partner_comes = !ended_[static_cast<size_t>(other)] && trouble_[static_cast<size_t>(other)].empty();
-  return (pairing_.waiting(side) < FramePairing::kDeepest || !partner_comes) && pairs_.size() < kDeepest;
+  const bool partner_comes = !ended_[index(other)] && fault_[index(other)].empty();
+  return (pairing_.waiting(side) < FramePairing::kMaxQueue || !partner_comes) && pairs_.size() < kMaxQueue;
 }
 
 bool StereoBuffer::wait_for_room(Side side, int64_t timeout_us) {
   std::unique_lock lock(mutex_);
-  return changed_.wait_for(lock, std::chrono::microseconds(timeout_us), [&] { return room(side); });
+  return changed_.wait_for(lock, std::chrono::microseconds(timeout_us), [&] { return has_room(side); });
 }
 
-void StereoBuffer::set_trouble(Side side, std::string trouble) {
+void StereoBuffer::set_fault(Side side, std::string fault) {
   const std::lock_guard lock(mutex_);
-  trouble_[static_cast<size_t>(side)] = std::move(trouble);
+  fault_[index(side)] = std::move(fault);
   changed_.notify_all();
 }
 
-void StereoBuffer::forget(Side side) {
+void StereoBuffer::reset(Side side) {
   const std::lock_guard lock(mutex_);
-  pairing_.forget(side);
+  pairing_.reset(side);
 }
 
 void StereoBuffer::end(Side side) {
   const std::lock_guard lock(mutex_);
-  ended_[static_cast<size_t>(side)] = true;
+  ended_[index(side)] = true;
   changed_.notify_all();
 }
 
-std::optional<FramePairing::Pair> StereoBuffer::take(int64_t timeout_us) {
+std::optional<FramePairing::Pair> StereoBuffer::pop(int64_t timeout_us) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, std::chrono::microseconds(timeout_us), [&] { return !pairs_.empty() || over(); });
+  changed_.wait_for(lock, std::chrono::microseconds(timeout_us), [&] { return !pairs_.empty() || finished(); });
   if (pairs_.empty()) return std::nullopt;
   FramePairing::Pair pair = std::move(pairs_.front());
   pairs_.pop_front();
@@ -64,20 +64,20 @@ std::optional<FramePairing::Pair> StereoBuffer::take(int64_t timeout_us) {
   return pair;
 }
 
-bool StereoBuffer::over() const {
-  const auto over_for = [this](Side side) { return ended_[static_cast<size_t>(side)] && pairing_.waiting(side) == 0; };
-  return over_for(Side::kLeft) || over_for(Side::kRight) || (ended_[0] && ended_[1]);
+bool StereoBuffer::finished() const {
+  const auto finished_for = [this](Side side) { return ended_[index(side)] && pairing_.waiting(side) == 0; };
+  return finished_for(Side::kLeft) || finished_for(Side::kRight) || (ended_[0] && ended_[1]);
 }
 
 bool StereoBuffer::ended() const {
   const std::lock_guard lock(mutex_);
-  return pairs_.empty() && over();
+  return pairs_.empty() && finished();
 }
 
 std::string StereoBuffer::state(int64_t utime) const {
   const std::lock_guard lock(mutex_);
-  if (!trouble_[0].empty() || !trouble_[1].empty()) {
-    return trouble_[0] + (trouble_[0].empty() || trouble_[1].empty() ? "" : "; ") + trouble_[1];
+  if (!fault_[0].empty() || !fault_[1].empty()) {
+    return fault_[0] + (fault_[0].empty() || fault_[1].empty() ? "" : "; ") + fault_[1];
   }
   if (!first_frame_) return "waiting for the first images";
   const int64_t since = newest_pair_.value_or(*first_frame_);

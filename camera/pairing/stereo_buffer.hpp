@@ -17,33 +17,33 @@ class StereoBuffer {
   explicit StereoBuffer(FramePairing pairing) : pairing_(std::move(pairing)) {}
 
   /// Adds a frame of one side.
-  void put(Side side, Frame frame);
+  void push(Side side, Frame frame);
   /// Waits up to `timeout_us` until the side has room for a frame; returns whether it has.
-  bool wait_for_room(Side side, int64_t timeout_us);
+  [[nodiscard]] bool wait_for_room(Side side, int64_t timeout_us);
   /// Sets the side's fault for NODE_STATUS; "" for none.
-  void set_trouble(Side side, std::string trouble);
+  void set_fault(Side side, std::string fault);
   /// The side's device was closed and may be reopened.
-  void forget(Side side);
+  void reset(Side side);
   /// The side will deliver no more frames.
   void end(Side side);
 
   /// Waits at most `timeout_us` for the next pair.
-  std::optional<FramePairing::Pair> take(int64_t timeout_us);
+  std::optional<FramePairing::Pair> pop(int64_t timeout_us);
   /// Whether there will be no more pairs.
   bool ended() const;
   /// State text for NODE_STATUS at time `utime` of the capture clock.
   std::string state(int64_t utime) const;
 
  private:
-  bool room(Side side) const;
-  bool over() const;
+  bool has_room(Side side) const;
+  bool finished() const;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   FramePairing pairing_;
   SkewStatistics skew_;
   std::deque<FramePairing::Pair> pairs_;
-  std::array<std::string, 2> trouble_;
+  std::array<std::string, 2> fault_;
   std::array<bool, 2> ended_{};
   int64_t unsent_ = 0;  // pairs dropped because they were not taken in time
   std::optional<int64_t> newest_pair_, first_frame_;

@@ -63,7 +63,7 @@ BallPath::BallPath(const Config& scene) {
         section.fail("at_s", "a time after the motion above has ended");
       motions_.push_back({entry.at_s, entry.over_s, *entry.move_to});
     } else {
-      hidden_.push_back({entry.at_s, entry.at_s + entry.hidden_for_s});
+      invisible_.push_back({entry.at_s, entry.at_s + entry.hidden_for_s});
     }
   }
   if (motions_.empty()) scene.fail("path", "at least one entry with position_m");
@@ -79,9 +79,9 @@ Eigen::Vector3d BallPath::position(double time_s) const {
   return at;
 }
 
-bool BallPath::hidden(double time_s) const {
+bool BallPath::is_invisible(double time_s) const {
   return std::ranges::any_of(
-      hidden_, [=](const Interval& interval) { return time_s >= interval.begin_s && time_s < interval.end_s; });
+      invisible_, [=](const Interval& interval) { return time_s >= interval.begin_s && time_s < interval.end_s; });
 }
 
 }  // namespace multireach

@@ -19,7 +19,7 @@ class BallPath {
 
   /// Position (m, in W) at a time (s from the start).
   Eigen::Vector3d position(double time_s) const;
-  bool hidden(double time_s) const;
+  bool is_invisible(double time_s) const;
 
  private:
   struct Motion {
@@ -30,7 +30,7 @@ class BallPath {
     double begin_s, end_s;
   };
   std::vector<Motion> motions_;
-  std::vector<Interval> hidden_;
+  std::vector<Interval> invisible_;
 };
 
 }  // namespace multireach

@@ -51,7 +51,7 @@ double chord_distance(double share) {
 /// ball.
 class Surroundings {
  public:
-  Surroundings(const Look& look, const Eigen::Vector3d& p_CB, double radius_m) : look_(look), p_CB_(p_CB) {
+  Surroundings(const ImageConditions& look, const Eigen::Vector3d& p_CB, double radius_m) : look_(look), p_CB_(p_CB) {
     if (look.occluder) {
       // The ball's contour as seen from the camera, in the card's plane.
       card_z_ = p_CB.z() - 1.05 * radius_m;
@@ -88,7 +88,7 @@ class Surroundings {
   }
 
  private:
-  const Look& look_;
+  const ImageConditions& look_;
   Eigen::Vector3d p_CB_;
   double card_z_ = 0, card_radius_ = 0, card_from_ = 0;
   Eigen::Vector2d card_ball_{0, 0}, card_way_{1, 0}, disc_{0, 0};
@@ -159,7 +159,7 @@ std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, 
   return bgr(scene_.ball_colour) * light;
 }
 
-void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::Mat& image) const {
+void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const {
   if (p_CB.z() <= 2 * scene_.ball_radius_m) return;
   const Eigen::Vector2d centre = camera_.project(p_CB);
   const Surroundings surroundings(look, p_CB, scene_.ball_radius_m);
@@ -189,7 +189,7 @@ void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::
 }
 
 /// The image before noise, averaged over the exposure time.
-cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const Look& look) const {
+cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const ImageConditions& look) const {
   constexpr int kInstants = 24;
   const int instants = look.motion_W.isZero(0) ? 1 : kInstants;
   cv::Mat sum = cv::Mat::zeros(wall_.size(), CV_32FC3);
@@ -203,7 +203,8 @@ cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const Look& look) con
   return sum;
 }
 
-cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const Look& look) const {
+cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream,
+                             const ImageConditions& look) const {
   const cv::Mat image = p_WB ? exposed(*p_WB, look) : wall_;
   std::array<float, 3> gains;
   for (size_t channel = 0; channel < 3; ++channel)

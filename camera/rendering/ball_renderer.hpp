@@ -42,7 +42,7 @@ struct Neighbour {
 };
 
 /// What may vary from image to image.
-struct Look {
+struct ImageConditions {
   double exposure = 1;                       ///< factor on all intensities, before noise and clipping
   std::array<double, 3> gains_rgb{1, 1, 1};  ///< white-balance gains, likewise
   std::optional<Occluder> occluder;
@@ -61,14 +61,14 @@ class BallRenderer {
 
   /// An 8-bit BGR image with the ball's centre at `p_WB` (m), or without a ball. `stream` selects the noise of the
   /// image. Occluder, neighbour and motion of `look` are drawn only with a ball.
-  cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const Look& look = {}) const;
+  cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const ImageConditions& look = {}) const;
 
  private:
   Eigen::Vector3d ray_in_pixel(int column, int row, double right, double down) const;
   std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const;
   cv::Vec3f wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const;
-  void draw_ball(const Eigen::Vector3d& p_CB, const Look& look, cv::Mat& image) const;
-  cv::Mat exposed(const Eigen::Vector3d& p_WB, const Look& look) const;
+  void draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const;
+  cv::Mat exposed(const Eigen::Vector3d& p_WB, const ImageConditions& look) const;
 
   struct Disc {
     Eigen::Vector2d centre;

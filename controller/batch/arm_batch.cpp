@@ -1,6 +1,5 @@
 #include "controller/batch/arm_batch.hpp"
 
-#include <hwy/highway.h>
 #include <stdexcept>
 
 #include "numeric/lanes.hpp"
@@ -12,7 +11,7 @@ ArmBatch::ArmBatch(const Chain& chain, int arms) : chain_(chain) {
   running_.resize(static_cast<size_t>((arms + kRowLanes - 1) / kRowLanes));
 }
 
-void ArmBatch::rest() {
+void ArmBatch::reset_all() {
   const JointVector posture = chain().clamped(JointVector::Zero(chain().size()));
   const Eigen::Vector3d hand = chain().position(posture);
   for (int arm = 0; arm < size(); ++arm) {
@@ -21,16 +20,16 @@ void ArmBatch::rest() {
   }
 }
 
-bool ArmBatch::acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target,
-                          const JointVector& theta_target, std::optional<double> gamma) const {
+bool ArmBatch::start_is_valid(int arm, const JointVector& theta, const Eigen::Vector3d& target,
+                              const JointVector& theta_target, std::optional<double> gamma) const {
   const auto posture = [&](const JointVector& angles) {
-    return angles.size() == chain().size() && angles.allFinite() && angles.cwiseAbs().maxCoeff() <= kLargestAngle;
+    return angles.size() == chain().size() && angles.allFinite() && angles.cwiseAbs().maxCoeff() <= kMaxAngle;
   };
   return arm >= 0 && arm < size() && posture(theta) && posture(theta_target) &&
          chain().limit_excess(theta_target) <= 0 && target.allFinite() && !(gamma && !(*gamma >= 0 && *gamma <= 1e12));
 }
 
-void ArmBatch::begin(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const {
+void ArmBatch::init_lane(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const {
   for (int i = 0; i < chain_.size(); ++i) {
     block.joints[static_cast<size_t>(i)].theta[lane] = theta[i];
     block.joints[static_cast<size_t>(i)].velocity[lane] = 0;
@@ -53,30 +52,6 @@ Eigen::Vector3d ArmBatch::x(int arm) const {
   const std::array<Row, 3>& x = block(arm / kRowLanes).x;
   const int lane = arm % kRowLanes;
   return {x[0][lane], x[1][lane], x[2][lane]};
-}
-
-std::vector<std::string> instruction_sets() {
-  std::vector<std::string> names;
-  const int64_t chosen = hwy::SupportedTargets();
-  hwy::SetSupportedTargetsForTest(0);
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) names.emplace_back(hwy::TargetName(target));
-  if (hwy::SupportedTargets() != chosen) hwy::SetSupportedTargetsForTest(chosen);
-  return names;
-}
-
-std::string instruction_set() {
-  const int64_t available = hwy::SupportedTargets() & HWY_TARGETS;
-  return hwy::TargetName(available & -available);
-}
-
-bool use_instruction_set(const std::string& name) {
-  hwy::SetSupportedTargetsForTest(0);
-  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    if (name != hwy::TargetName(target)) continue;
-    hwy::SetSupportedTargetsForTest(target);
-    return true;
-  }
-  return false;
 }
 
 }  // namespace multireach::controller

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "controller/batch/arm_block.hpp"
@@ -44,13 +43,13 @@ class ArmBatch {
   /// Throws std::invalid_argument when `arms` is not positive.
   ArmBatch(const Chain& chain, int arms);
   /// Puts every arm at rest at the zero configuration, clamped to the limits, and stops it.
-  void rest();
+  void reset_all();
   void run(int arm) { running_[static_cast<size_t>(arm / kRowLanes)] |= 1U << arm % kRowLanes; }
   /// Whether these arguments of start() are valid.
-  bool acceptable(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
-                  std::optional<double> gamma) const;
+  bool start_is_valid(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
+                      std::optional<double> gamma) const;
   /// Initialises a lane of a block for any law: joint positions, zero velocity, target.
-  void begin(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const;
+  void init_lane(ArmBlock& block, int lane, const JointVector& theta, const Eigen::Vector3d& target) const;
   static Eigen::Vector3d target_of(const ArmBlock& block, int lane) {
     return {block.target[0][lane], block.target[1][lane], block.target[2][lane]};
   }
@@ -61,14 +60,5 @@ class ArmBatch {
   Chain chain_;
   std::vector<uint32_t> running_;
 };
-
-/// instruction_set(): the instruction set that batches use on this processor, e.g. "AVX3" (Highway's names).
-/// instruction_sets(): all that are compiled in and available on this processor, the widest first. Do not call these
-/// while batches run in other threads.
-std::string instruction_set();
-std::vector<std::string> instruction_sets();
-/// Selects an instruction set, for tests. Returns false when it is not in instruction_sets(). Do not call this while
-/// batches run in other threads.
-bool use_instruction_set(const std::string& name);
 
 }  // namespace multireach::controller

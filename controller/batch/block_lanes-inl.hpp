@@ -34,10 +34,10 @@ HWY_INLINE void update_kinematics(const FastLinks<0, double>& arm, ArmBlock& blo
   std::array<Lanes, kCapacity> angles;
   for (int i = 0; i < n; ++i) {
     const Lanes angle = load(kTarget ? block.joints[i].theta_target : block.joints[i].theta, first);
-    angles[i] = arm.links[i].slides ? angle : within_turns(angle);
+    angles[i] = arm.links[i].is_prismatic ? angle : wrapped_angle(angle);
   }
   multireach::HWY_NAMESPACE::FastHand<Lanes, kCapacity> hand;
-  multireach::HWY_NAMESPACE::hand_of<false>(arm, n, angles, hand);
+  multireach::HWY_NAMESPACE::forward_kinematics<false>(arm, n, angles, hand);
   for (int m = 0; m < 3; ++m) {
     store(hand.position[m], kTarget ? block.x_target[m] : block.x[m], first);
     for (int i = 0; i < n; ++i) {

@@ -17,6 +17,6 @@ struct IkQueries {
 
 /// Writes the IK solutions, bit-identical to ClosedFormIk::nearest. Returns a mask: bit a is set when query a has a
 /// solution.
-uint32_t closed_form_batch(const ClosedFormIk& arm, IkQueries& queries);
+[[nodiscard]] uint32_t closed_form_batch(const ClosedFormIk& arm, IkQueries& queries);
 
 }  // namespace multireach::controller

@@ -37,11 +37,12 @@ class BlockArms {
   using Task = std::array<Lanes, 3>;
   using Rows = std::array<std::array<Joints, 3>, 2>;
 
-  BlockArms(const GuardedPlan& plan, GuardedBlock& block, int first) : plan_(plan), block_(block), first_(first) {}
+  BlockArms(const GuardedConstants& constants, GuardedBlock& block, int first)
+      : constants_(constants), block_(block), first_(first) {}
 
-  HWY_INLINE const GuardedSettings& settings() const { return plan_.settings; }
+  HWY_INLINE const GuardedSettings& settings() const { return constants_.settings; }
   HWY_INLINE GuardedProgress<Row>& progress() { return block_.progress; }
-  HWY_INLINE int size() const { return N == 0 ? plan_.arm.size : N; }
+  HWY_INLINE int size() const { return N == 0 ? constants_.arm.size : N; }
 
   static HWY_INLINE LanesMask none() { return no_lane(); }
   HWY_INLINE Lanes get(const Row& row) const { return load(row, first_); }
@@ -99,20 +100,20 @@ class BlockArms {
   }
 
   HWY_INLINE void update_kinematics() {
-    HWY_NAMESPACE::update_kinematics<N, false>(plan_.arm, block_, first_);
-    HWY_NAMESPACE::update_kinematics<N, true>(plan_.arm, block_, first_);
+    HWY_NAMESPACE::update_kinematics<N, false>(constants_.arm, block_, first_);
+    HWY_NAMESPACE::update_kinematics<N, true>(constants_.arm, block_, first_);
   }
 
  private:
-  const GuardedPlan& plan_;
+  const GuardedConstants& constants_;
   GuardedBlock& block_;
   int first_;
 };
 
 template <int N>
-uint32_t step_arms(const GuardedPlan& plan, GuardedBlock& block) {
+uint32_t step_arms(const GuardedConstants& constants, GuardedBlock& block) {
   return step_block([&](int first) {
-    BlockArms<N> arms(plan, block, first);
+    BlockArms<N> arms(constants, block, first);
     GuardedStep<BlockArms<N>> step(arms);
     step.step();
     return step.needs_search(!no_lane());
@@ -121,12 +122,12 @@ uint32_t step_arms(const GuardedPlan& plan, GuardedBlock& block) {
 
 // Unrolled for the Hoap2's four joints. For seven joints, unrolled code exceeds the processor's instruction cache and
 // is no faster than loops.
-uint32_t step_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  return plan.arm.size == 4 ? step_arms<4>(plan, block) : step_arms<0>(plan, block);
+uint32_t step_guarded(const GuardedConstants& constants, GuardedBlock& block) {
+  return constants.arm.size == 4 ? step_arms<4>(constants, block) : step_arms<0>(constants, block);
 }
 
-void refresh_guarded(const GuardedPlan& plan, GuardedBlock& block) {
-  update_block(plan.arm, block);
+void refresh_guarded(const GuardedConstants& constants, GuardedBlock& block) {
+  update_block(constants.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -141,22 +142,23 @@ HWY_EXPORT(refresh_guarded);
 
 GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
     : ArmBatch(chain, arms),
-      plan_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
+      constants_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
       search_(chain, parameters.ik, parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
   blocks_.resize(running().size());
-  rest();
+  reset_all();
 }
 
 bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
                          const JointVector& theta_target, std::optional<double> gamma) {
-  if (!acceptable(arm, theta, target, theta_target, gamma)) return false;
+  if (!start_is_valid(arm, theta, target, theta_target, gamma)) return false;
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
   const double infinity = std::numeric_limits<double>::infinity();
-  begin(block, lane, theta, within_ten_reaches(chain(), {.position = target}).position);
+  init_lane(block, lane, theta, within_ten_reaches(chain(), {.position = target}).position);
   GuardedProgress<Row>& progress = block.progress;
-  progress.gamma_max[lane] = progress.gamma_ceiling[lane] = block.gamma[lane] = gamma.value_or(plan_.settings.gamma);
+  progress.gamma_max[lane] = progress.gamma_ceiling[lane] = block.gamma[lane] =
+      gamma.value_or(constants_.settings.gamma);
   progress.best_distance[lane] = progress.stalled_distance[lane] = progress.residual[lane] = infinity;
   progress.damping_factor[lane] = 1;
   progress.steps_to_check[lane] = GuardedTuning::kCheckEvery;
@@ -179,10 +181,10 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
   block.progress.checked_residual[lane] = std::numeric_limits<double>::infinity();
   block.progress.distance_at_choice[lane] = std::sqrt(distance2);
   block.progress.no_search_before[lane] = block.progress.steps[lane] + GuardedTuning::kQuiet;
-  HWY_DYNAMIC_DISPATCH(refresh_guarded)(plan_, block);
+  HWY_DYNAMIC_DISPATCH(refresh_guarded)(constants_, block);
 }
 
-void GuardedBatch::choose_posture(int arm) {
+void GuardedBatch::search_theta_target(int arm) {
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
   const IkSolution found = search_.best({.position = target_of(block, lane)}, theta(arm));
@@ -195,9 +197,9 @@ void GuardedBatch::step() {
   const auto step_block = HWY_DYNAMIC_DISPATCH(step_guarded);
   for (size_t b = 0; b < blocks_.size(); ++b) {
     if (running()[b] == 0) continue;
-    const uint32_t arms = step_block(plan_, blocks_[b]) & running()[b];
+    const uint32_t arms = step_block(constants_, blocks_[b]) & running()[b];
     for (int lane = 0; arms >> lane != 0; ++lane) {
-      if (arms >> lane & 1) choose_posture(static_cast<int>(b) * kRowLanes + lane);
+      if (arms >> lane & 1) search_theta_target(static_cast<int>(b) * kRowLanes + lane);
     }
   }
 }

@@ -10,7 +10,7 @@
 namespace multireach::controller {
 
 /// The constants common to all arms of a batch under the law `guarded`.
-struct GuardedPlan {
+struct GuardedConstants {
   FastLinks<0, double> arm;
   GuardedSettings settings;
 };
@@ -29,10 +29,10 @@ class GuardedBatch final : public ArmBatch {
   void step() override;
 
  private:
-  void choose_posture(int arm);
+  void search_theta_target(int arm);
   void set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target);
 
-  GuardedPlan plan_;
+  GuardedConstants constants_;
   MultiStartIk search_;
   std::vector<GuardedBlock> blocks_;
 };

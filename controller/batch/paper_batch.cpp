@@ -26,14 +26,14 @@ using multireach::HWY_NAMESPACE::sine_and_cosine;
 /// One step of the arms `first` to first + kWidth - 1 of a block, like paper_step in law/paper_law.cpp. Returns a mask
 /// of the arms whose theta_T has drifted from the target. N: the number of joints, or 0 for any.
 template <int N>
-LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
+LanesMask step_arms(const PaperConstants& constants, ArmBlock& block, int first) {
   constexpr size_t kCapacity = N == 0 ? kMaxJoints : N;
-  const int n = N == 0 ? plan.arm.size : N;
+  const int n = N == 0 ? constants.arm.size : N;
   std::array<std::array<Lanes, kCapacity>, 3> J;
   std::array<Lanes, kCapacity> theta, theta_target, weights, velocity, update;
   std::array<Lanes, 3> hand, target, missing;
   const auto get = [first](const Row& row) { return load(row, first); };
-  const auto [alpha, beta] = plan.gains;
+  const auto [alpha, beta] = constants.gains;
   const Lanes gamma = get(block.gamma);
   for (int k = 0; k < 3; ++k) {
     target[k] = get(block.target[k]);
@@ -44,7 +44,8 @@ LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
     theta[i] = get(joint.theta);
     theta_target[i] = get(joint.theta_target);
     velocity[i] = vite_velocity(alpha, beta, theta[i], get(joint.velocity), theta_target[i]);  // (19), (20)
-    weights[i] = plan.limit_avoidance ? limit_weight(theta[i], plan.lower[i], plan.upper[i], gamma) : gamma;  // (28)
+    weights[i] = constants.limit_avoidance ? limit_weight(theta[i], constants.lower[i], constants.upper[i], gamma)
+                                           : gamma;  // (28)
     for (int m = 0; m < 3; ++m) J[m][i] = get(joint.jacobian[m]);
   }
   make_coherent(n, J, weights, hand, velocity);                                                      // (23)
@@ -55,28 +56,28 @@ LanesMask step_arms(const PaperPlan& plan, ArmBlock& block, int first) {
     store(theta[i], block.joints[i].theta, first);
     for (int m = 0; m < 3; ++m) J[m][i] = get(block.joints[i].jacobian_target[m]);
   }
-  update_kinematics<N, false>(plan.arm, block, first);  // (26)
+  update_kinematics<N, false>(constants.arm, block, first);  // (26)
   for (int m = 0; m < 3; ++m) missing[m] = target[m] - get(block.x_target[m]);
   target_update(n, J, theta_target, theta, missing, update);  // (27)
   for (int i = 0; i < n; ++i) store(theta_target[i] + update[i], block.joints[i].theta_target, first);
-  update_kinematics<N, true>(plan.arm, block, first);
-  if (plan.rechoose_m == std::numeric_limits<double>::infinity()) return no_lane();
+  update_kinematics<N, true>(constants.arm, block, first);
+  if (constants.drift_m == std::numeric_limits<double>::infinity()) return no_lane();
   Lanes drift2 = 0;
   for (int m = 0; m < 3; ++m) {
     const Lanes drift = target[m] - get(block.x_target[m]);
     drift2 += drift * drift;
   }
-  return !(square_root(drift2) <= plan.rechoose_m);  // NaN counts as drifted
+  return !(square_root(drift2) <= constants.drift_m);  // NaN counts as drifted
 }
 
-uint32_t step_paper(const PaperPlan& plan, ArmBlock& block) {
+uint32_t step_paper(const PaperConstants& constants, ArmBlock& block) {
   return step_block([&](int first) {
-    return plan.arm.size == 4 ? step_arms<4>(plan, block, first) : step_arms<0>(plan, block, first);
+    return constants.arm.size == 4 ? step_arms<4>(constants, block, first) : step_arms<0>(constants, block, first);
   });
 }
 
-void refresh_paper(const PaperPlan& plan, ArmBlock& block) {
-  update_block(plan.arm, block);
+void refresh_paper(const PaperConstants& constants, ArmBlock& block) {
+  update_block(constants.arm, block);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -87,13 +88,13 @@ HWY_AFTER_NAMESPACE();
 namespace multireach::controller {
 namespace {
 
-PaperPlan plan_of(const Chain& chain, const PaperParameters& parameters, double rechoose_m) {
-  PaperPlan plan{FastLinks<0, double>(chain), parameters.gains, rechoose_m, parameters.limit_avoidance, {}, {}};
+PaperConstants constants_of(const Chain& chain, const PaperParameters& parameters, double drift_m) {
+  PaperConstants constants{FastLinks<0, double>(chain), parameters.gains, drift_m, parameters.limit_avoidance, {}, {}};
   for (int i = 0; i < chain.size(); ++i) {
-    plan.lower[i] = chain.lower()[i];
-    plan.upper[i] = chain.upper()[i];
+    constants.lower[i] = chain.lower()[i];
+    constants.upper[i] = chain.upper()[i];
   }
-  return plan;
+  return constants;
 }
 
 }  // namespace
@@ -101,22 +102,25 @@ PaperPlan plan_of(const Chain& chain, const PaperParameters& parameters, double 
 HWY_EXPORT(step_paper);
 HWY_EXPORT(refresh_paper);
 
-PaperBatch::PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms)
-    : ArmBatch(chain, arms), plan_(plan_of(chain, parameters, rechoose_m)), gamma_(parameters.gamma), search_(chain) {
-  if (!(rechoose_m >= 0)) throw std::invalid_argument("rechoose_m must be 0 or more");
+PaperBatch::PaperBatch(const Chain& chain, const PaperParameters& parameters, double drift_m, int arms)
+    : ArmBatch(chain, arms),
+      constants_(constants_of(chain, parameters, drift_m)),
+      gamma_(parameters.gamma),
+      search_(chain) {
+  if (!(drift_m >= 0)) throw std::invalid_argument("drift_m must be 0 or more");
   blocks_.resize(running().size());
-  rest();
+  reset_all();
 }
 
 bool PaperBatch::start(int arm, const JointVector& theta, const Eigen::Vector3d& target,
                        const JointVector& theta_target, std::optional<double> gamma) {
-  if (!acceptable(arm, theta, target, theta_target, gamma)) return false;
+  if (!start_is_valid(arm, theta, target, theta_target, gamma)) return false;
   ArmBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
-  begin(block, lane, theta, target);
+  init_lane(block, lane, theta, target);
   block.gamma[lane] = gamma.value_or(gamma_);
   set_theta_target(arm, theta_target);
-  HWY_DYNAMIC_DISPATCH(refresh_paper)(plan_, block);
+  HWY_DYNAMIC_DISPATCH(refresh_paper)(constants_, block);
   run(arm);
   return true;
 }
@@ -131,15 +135,15 @@ void PaperBatch::step() {
   drifted_.clear();
   for (size_t b = 0; b < blocks_.size(); ++b) {
     if (running()[b] == 0) continue;
-    const uint32_t arms = step_block(plan_, blocks_[b]) & running()[b];
+    const uint32_t arms = step_block(constants_, blocks_[b]) & running()[b];
     for (int lane = 0; arms >> lane != 0; ++lane) {
       if (arms >> lane & 1) drifted_.push_back(static_cast<int>(b) * kRowLanes + lane);
     }
   }
-  if (!drifted_.empty()) choose_postures();
+  if (!drifted_.empty()) search_theta_targets();
 }
 
-void PaperBatch::choose_postures() {
+void PaperBatch::search_theta_targets() {
   const bool closed_form = search_.closed_form();
   for (size_t from = 0; from < drifted_.size(); from += kRowLanes) {
     const int count = static_cast<int>(std::min<size_t>(kRowLanes, drifted_.size() - from));
@@ -167,7 +171,7 @@ void PaperBatch::choose_postures() {
   for (size_t a = 0; a < drifted_.size(); ++a) {
     const int block = drifted_[a] / kRowLanes;
     if (a > 0 && drifted_[a - 1] / kRowLanes == block) continue;
-    HWY_DYNAMIC_DISPATCH(refresh_paper)(plan_, blocks_[static_cast<size_t>(block)]);
+    HWY_DYNAMIC_DISPATCH(refresh_paper)(constants_, blocks_[static_cast<size_t>(block)]);
   }
 }
 

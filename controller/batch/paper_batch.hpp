@@ -10,22 +10,22 @@
 namespace multireach::controller {
 
 /// The constants common to all arms of a batch under the law `paper`.
-struct PaperPlan {
+struct PaperConstants {
   FastLinks<0, double> arm;
   ViteGains gains;
-  double rechoose_m;
+  double drift_m;
   bool limit_avoidance;
   std::array<double, kMaxJoints> lower, upper;
 };
 
 /// Many arms under the law `paper`, Eqs. (19)-(28). A step agrees with paper_step to rounding; where Eq. (27) is
 /// chaotic, the two diverge after some hundred steps. As in Sect. 3.4, theta_T is searched again when K(theta_T) is
-/// further than `rechoose_m` from the target, or not finite; never when `rechoose_m` is infinite.
+/// further than `drift_m` from the target, or not finite; never when `drift_m` is infinite.
 class PaperBatch final : public ArmBatch {
  public:
-  /// Creates at least `arms` arms, in whole blocks of kRowLanes, at rest. `rechoose_m` may be infinite. Throws
+  /// Creates at least `arms` arms, in whole blocks of kRowLanes, at rest. `drift_m` may be infinite. Throws
   /// std::invalid_argument when it is negative or `arms` is not positive.
-  PaperBatch(const Chain& chain, const PaperParameters& parameters, double rechoose_m, int arms);
+  PaperBatch(const Chain& chain, const PaperParameters& parameters, double drift_m, int arms);
 
   const ArmBlock& block(int index) const override { return blocks_[static_cast<size_t>(index)]; }
   bool start(int arm, const JointVector& theta, const Eigen::Vector3d& target, const JointVector& theta_target,
@@ -33,10 +33,10 @@ class PaperBatch final : public ArmBatch {
   void step() override;
 
  private:
-  void choose_postures();
+  void search_theta_targets();
   void set_theta_target(int arm, const JointVector& theta_target);
 
-  PaperPlan plan_;
+  PaperConstants constants_;
   double gamma_;
   MultiStartIk search_;
   std::vector<ArmBlock> blocks_;

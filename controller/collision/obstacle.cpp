@@ -17,7 +17,7 @@ double from_ball(const Eigen::Vector3d& p, const Eigen::Vector3d& centre, double
 
 }  // namespace
 
-bool acceptable(const Obstacle& obstacle) {
+bool is_valid(const Obstacle& obstacle) {
   const Eigen::Matrix3d R = obstacle.X_WO.linear();
   if (!obstacle.X_WO.matrix().allFinite() || !(obstacle.X_WO.translation().cwiseAbs().maxCoeff() < 1e6)) return false;
   if (!((R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6)) return false;

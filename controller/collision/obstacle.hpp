@@ -18,7 +18,7 @@ struct Obstacle {
 
 /// Whether all numbers are finite, the rotation matrix is orthonormal, and the sizes that the shape uses are positive
 /// and below 1 km. A capsule's axis may have length zero.
-bool acceptable(const Obstacle& obstacle);
+[[nodiscard]] bool is_valid(const Obstacle& obstacle);
 
 /// The distance of `p` (m, in W) from the obstacle's surface, negative inside. Writes the unit vector in W that leads
 /// away from the surface at `p`.

@@ -50,7 +50,7 @@ struct Proximity::Shapes {
   std::array<Eigen::Vector3d, kMaxJoints> axis, origin;
   std::vector<Shape> obstacles;
   std::vector<double> obstacle_bounds;
-  std::array<std::array<bool, kMaxJoints>, kMaxJoints> watched{};
+  std::array<std::array<bool, kMaxJoints>, kMaxJoints> may_collide{};
   Solver solver;
 
   /// Distance between a link and an obstacle. FCL has no cheap penetration depth, so this measures from the capsule's
@@ -134,10 +134,10 @@ Proximity::Proximity(const Chain& chain, const Body& body)
     throw std::invalid_argument(
         "the body's link_radius_m, margin_m and query_distance_m must be finite and not negative");
   }
-  obstacles_.reserve(kMostObstacles);
-  shapes_->obstacles.reserve(kMostObstacles);
-  shapes_->obstacle_bounds.reserve(kMostObstacles);
-  pairs_.reserve(kMostPairs);
+  obstacles_.reserve(kMaxObstacles);
+  shapes_->obstacles.reserve(kMaxObstacles);
+  shapes_->obstacle_bounds.reserve(kMaxObstacles);
+  pairs_.reserve(kMaxPairs);
   for (int i = 0; i < chain.size(); ++i) {
     Shapes::Link& link = shapes_->links[i];
     const Eigen::Vector3d along = chain.fixed(i + 1).translation();
@@ -162,11 +162,11 @@ Proximity::Proximity(const Chain& chain, const Body& body)
     for (int i = 0; i < chain.size(); ++i) {
       theta[i] = random.uniform(counter++, chain.sample_lower(i), chain.sample_upper(i));
     }
-    place_links(theta);
+    update_link_poses(theta);
     for (int i = 0; i < chain.size(); ++i) {
       for (int j = i + 1; j < chain.size(); ++j) {
         if (!shapes_->links[i].exists || !shapes_->links[j].exists) continue;
-        shapes_->watched[i][j] = true;
+        shapes_->may_collide[i][j] = true;
       }
     }
     visit_pairs([&](int i, int j, const Gap& gap) {
@@ -177,17 +177,17 @@ Proximity::Proximity(const Chain& chain, const Body& body)
     int next = i + 1;
     while (next < chain.size() && !shapes_->links[next].exists) ++next;
     for (int j = i + 1; j < chain.size(); ++j) {
-      if (j == next || overlaps[i][j] > kSamples / 2) shapes_->watched[i][j] = false;
+      if (j == next || overlaps[i][j] > kSamples / 2) shapes_->may_collide[i][j] = false;
     }
   }
 }
 
 Proximity::Proximity(const Proximity& other)
     : chain_(other.chain_), body_(other.body_), shapes_(std::make_unique<Shapes>(*other.shapes_)) {
-  obstacles_.reserve(kMostObstacles);
-  shapes_->obstacles.reserve(kMostObstacles);
-  shapes_->obstacle_bounds.reserve(kMostObstacles);
-  pairs_.reserve(kMostPairs);
+  obstacles_.reserve(kMaxObstacles);
+  shapes_->obstacles.reserve(kMaxObstacles);
+  shapes_->obstacle_bounds.reserve(kMaxObstacles);
+  pairs_.reserve(kMaxPairs);
   obstacles_ = other.obstacles_;
 }
 
@@ -201,7 +201,7 @@ int Proximity::set_obstacles(std::span<const Obstacle> obstacles) {
   shapes_->obstacle_bounds.clear();
   int refused = 0;
   for (const Obstacle& obstacle : obstacles) {
-    if (!acceptable(obstacle) || obstacles_.size() == kMostObstacles) {
+    if (!is_valid(obstacle) || obstacles_.size() == kMaxObstacles) {
       ++refused;
       continue;
     }
@@ -225,11 +225,11 @@ int Proximity::set_obstacles(std::span<const Obstacle> obstacles) {
   return refused;
 }
 
-bool Proximity::idle() const {
+bool Proximity::nothing_to_avoid() const {
   return body_.link_radius_m <= 0 || (obstacles_.empty() && !body_.self_collision);
 }
 
-void Proximity::place_links(const Eigen::Ref<const Eigen::VectorXd>& theta) {
+void Proximity::update_link_poses(const Eigen::Ref<const Eigen::VectorXd>& theta) {
   Eigen::Isometry3d X = chain_.fixed(0);
   for (int i = 0; i < chain_.size(); ++i) {
     const Joint& joint = chain_.joint(i);
@@ -262,7 +262,7 @@ void Proximity::visit_pairs(Visit&& visit) {
       if (gap.distance < range) visit(i, -1, gap);
     }
     for (int j = i + 1; j < chain_.size(); ++j) {
-      if (!shapes_->watched[i][j]) continue;
+      if (!shapes_->may_collide[i][j]) continue;
       const Shapes::Link& other = shapes_->links[j];
       const double limit = range + link.bound + other.bound;
       if ((other.X_WK.translation() - centre).squaredNorm() > limit * limit) continue;
@@ -281,11 +281,11 @@ void Proximity::visit_pairs(Visit&& visit) {
 
 std::span<const ProximityPair> Proximity::near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta) {
   pairs_.clear();
-  place_links(theta);
+  update_link_poses(theta);
   visit_pairs([&](int i, int j, const Gap& gap) {
     ProximityPair pair;
     pair.clearance = gap.distance - body_.margin_m;
-    if (pairs_.size() == kMostPairs) {
+    if (pairs_.size() == kMaxPairs) {
       const auto farthest = std::ranges::max_element(pairs_, {}, &ProximityPair::clearance);
       if (farthest->clearance <= pair.clearance) return;
       *farthest = pairs_.back();
@@ -294,8 +294,9 @@ std::span<const ProximityPair> Proximity::near_pairs(const Eigen::Ref<const Eige
     pair.gradient.fill(0);
     const auto add = [&](const Eigen::Vector3d& p, int last, double sign) {
       for (int k = 0; k <= last; ++k) {
-        const bool slides = chain_.joint(k).type == Joint::Type::kPrismatic;
-        const Eigen::Vector3d moves = slides ? shapes_->axis[k] : shapes_->axis[k].cross(p - shapes_->origin[k]).eval();
+        const bool is_prismatic = chain_.joint(k).type == Joint::Type::kPrismatic;
+        const Eigen::Vector3d moves =
+            is_prismatic ? shapes_->axis[k] : shapes_->axis[k].cross(p - shapes_->origin[k]).eval();
         pair.gradient[k] += sign * gap.away.dot(moves);
       }
     };
@@ -308,7 +309,7 @@ std::span<const ProximityPair> Proximity::near_pairs(const Eigen::Ref<const Eige
 
 double Proximity::clearance(const Eigen::Ref<const Eigen::VectorXd>& theta) {
   double least = body_.query_distance_m;
-  place_links(theta);
+  update_link_poses(theta);
   visit_pairs([&](int, int, const Gap& gap) { least = std::min(least, gap.distance - body_.margin_m); });
   return least;
 }

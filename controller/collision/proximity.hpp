@@ -21,8 +21,8 @@ struct ProximityPair {
 /// those to boxes.
 class Proximity {
  public:
-  static constexpr int kMostObstacles = 64;
-  static constexpr int kMostPairs = 64;
+  static constexpr int kMaxObstacles = 64;
+  static constexpr int kMaxPairs = 64;
 
   /// Throws std::invalid_argument for an invalid body. Ignores pairs of links that overlap in most joint
   /// configurations, because their capsules are too thick for the arm.
@@ -34,12 +34,12 @@ class Proximity {
   ~Proximity();
 
   const Body& body() const { return body_; }
-  /// Replaces all obstacles. Returns how many were refused: not acceptable(), or beyond kMostObstacles.
+  /// Replaces all obstacles. Returns how many were refused: not is_valid(), or beyond kMaxObstacles.
   int set_obstacles(std::span<const Obstacle> obstacles);
   /// Whether there is nothing to avoid: no body, or neither obstacles nor self-collision.
-  bool idle() const;
+  bool nothing_to_avoid() const;
 
-  /// The nearest pairs within query_distance_m plus the margin at `theta`, at most kMostPairs. Valid until the next
+  /// The nearest pairs within query_distance_m plus the margin at `theta`, at most kMaxPairs. Valid until the next
   /// call.
   std::span<const ProximityPair> near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta);
   /// The smallest clearance of all pairs at `theta`; query_distance_m when all are further apart.
@@ -49,7 +49,7 @@ class Proximity {
 
  private:
   struct Shapes;
-  void place_links(const Eigen::Ref<const Eigen::VectorXd>& theta);
+  void update_link_poses(const Eigen::Ref<const Eigen::VectorXd>& theta);
   template <class Visit>
   void visit_pairs(Visit&& visit);
 

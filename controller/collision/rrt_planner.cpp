@@ -8,16 +8,16 @@
 namespace multireach::controller {
 namespace {
 
-constexpr int kMostNodes = 500, kMostSamples = 400;  // some 10 ms; after a failure the caller tries another seed
-constexpr double kStep = 0.25;                       // rad (m): length of the longest edge of a tree
-constexpr double kResolution = 0.05;                 // rad (m): spacing of collision checks along an edge
+constexpr int kMaxNodes = 500, kMaxSamples = 400;  // some 10 ms; after a failure the caller tries another seed
+constexpr double kStep = 0.25;                     // rad (m): length of the longest edge of a tree
+constexpr double kResolution = 0.05;               // rad (m): spacing of collision checks along an edge
 
 }  // namespace
 
 RrtPlanner::RrtPlanner(const Chain& chain) : chain_(chain) {
-  from_start_.reserve(kMostNodes);
-  from_goal_.reserve(kMostNodes);
-  way_.reserve(2 * kMostNodes);
+  from_start_.reserve(kMaxNodes);
+  from_goal_.reserve(kMaxNodes);
+  path_.reserve(2 * kMaxNodes);
 }
 
 bool RrtPlanner::clear(const JointVector& theta, Proximity& proximity) const {
@@ -44,17 +44,18 @@ int RrtPlanner::extend(Tree& tree, const JointVector& towards, Proximity& proxim
   const JointVector from = tree[static_cast<size_t>(parent)].theta, difference = towards - from;
   const double distance = difference.norm();
   const JointVector next = distance > kStep ? JointVector(from + difference * (kStep / distance)) : towards;
-  if (tree.size() == kMostNodes || !clear_between(from, next, proximity)) return -1;
+  if (tree.size() == kMaxNodes || !clear_between(from, next, proximity)) return -1;
   tree.push_back({next, parent});
   return static_cast<int>(tree.size()) - 1;
 }
 
 void RrtPlanner::shorten(Proximity& proximity) {
   // Connect each configuration directly to the furthest later one with a collision-free straight line.
-  for (size_t from = 0; from + 2 < way_.size(); ++from) {
-    for (size_t to = way_.size() - 1; to > from + 1; --to) {
-      if (!clear_between(way_[from], way_[to], proximity)) continue;
-      way_.erase(way_.begin() + static_cast<std::ptrdiff_t>(from) + 1, way_.begin() + static_cast<std::ptrdiff_t>(to));
+  for (size_t from = 0; from + 2 < path_.size(); ++from) {
+    for (size_t to = path_.size() - 1; to > from + 1; --to) {
+      if (!clear_between(path_[from], path_[to], proximity)) continue;
+      path_.erase(path_.begin() + static_cast<std::ptrdiff_t>(from) + 1,
+                  path_.begin() + static_cast<std::ptrdiff_t>(to));
       break;
     }
   }
@@ -62,7 +63,7 @@ void RrtPlanner::shorten(Proximity& proximity) {
 
 std::span<const JointVector> RrtPlanner::plan(const JointVector& start, const JointVector& goal, Proximity& proximity,
                                               uint64_t seed) {
-  way_.clear();
+  path_.clear();
   least_clearance_ = std::min({0.0, proximity.clearance(start), proximity.clearance(goal)}) - 1e-6;
   from_start_.clear();
   from_goal_.clear();
@@ -71,7 +72,7 @@ std::span<const JointVector> RrtPlanner::plan(const JointVector& start, const Jo
   const CounterRandom random(seed, 7);
   uint64_t counter = 0;
   JointVector sample(chain_.size());
-  for (int k = 0; k < kMostSamples; ++k) {
+  for (int k = 0; k < kMaxSamples; ++k) {
     const bool even = k % 2 == 0;
     Tree& grown = even ? from_start_ : from_goal_;
     Tree& other = even ? from_goal_ : from_start_;
@@ -88,15 +89,15 @@ std::span<const JointVector> RrtPlanner::plan(const JointVector& start, const Jo
     if (met < 0) continue;
     const int in_start = even ? reached : met, in_goal = even ? met : reached;
     for (int node = in_start; node >= 0; node = from_start_[static_cast<size_t>(node)].parent) {
-      way_.push_back(from_start_[static_cast<size_t>(node)].theta);
+      path_.push_back(from_start_[static_cast<size_t>(node)].theta);
     }
-    std::ranges::reverse(way_);
+    std::ranges::reverse(path_);
     for (int node = from_goal_[static_cast<size_t>(in_goal)].parent; node >= 0;
          node = from_goal_[static_cast<size_t>(node)].parent) {
-      way_.push_back(from_goal_[static_cast<size_t>(node)].theta);
+      path_.push_back(from_goal_[static_cast<size_t>(node)].theta);
     }
     shorten(proximity);
-    return std::span<const JointVector>(way_).subspan(1);
+    return std::span<const JointVector>(path_).subspan(1);
   }
   return {};
 }

@@ -56,7 +56,7 @@ class RrtPlanner {
 
   Chain chain_;
   Tree from_start_, from_goal_;
-  std::vector<JointVector> way_;
+  std::vector<JointVector> path_;
   double least_clearance_ = 0;
 };
 

@@ -38,7 +38,7 @@ class ClosedFormIk {
 
   /// The IK solution for `x_T` (m, in W) inside the joint limits that is nearest to `theta` (Euclidean norm): the best
   /// sample, refined along its curve. nullopt when no sample gives a solution.
-  std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
+  [[nodiscard]] std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
   const ClosedFormArm& arm() const { return arm_; }
 
  private:

@@ -54,7 +54,7 @@ class ClosedFormSearch {
   static constexpr double kAtBoundary = 1e-12;  // relative: a target beyond reach by less than this is at full stretch
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   static constexpr double kTurn = 2 * std::numbers::pi;
-  static constexpr int kMostCuts = 80;  // golden-section cuts; each leaves 0.62 of the bracket
+  static constexpr int kMaxCuts = 80;  // golden-section cuts; each leaves 0.62 of the bracket
 
   /// The component of `a` perpendicular to axis i.
   Vector across(int i, const Vector& a) const {
@@ -149,7 +149,7 @@ class ClosedFormSearch {
     Lanes left = to - kRatio * (to - from), right = from + kRatio * (to - from);
     Lanes at_left = consider(left, fourth, turned(2, left, h), wanted, side);
     Lanes at_right = consider(right, fourth, turned(2, right, h), wanted, side);
-    for (int k = 0; k < kMostCuts; ++k) {
+    for (int k = 0; k < kMaxCuts; ++k) {
       wanted = wanted & (to - from > kNarrow);
       if (!any(wanted)) return;
       const auto lower_half = wanted & (at_left < at_right), upper_half = wanted & !(at_left < at_right);

@@ -20,7 +20,7 @@ void LevenbergMarquardtIk::task(const TaskTarget& target, const JointVector& pos
   Arm::PerJoint theta{};
   for (int i = 0; i < n; ++i) theta[i] = posture[i];
   Arm::Hand hand;
-  arm_.hand<(M > 3)>(theta, hand);
+  arm_.forward_kinematics<(M > 3)>(theta, hand);
   task.jacobian.resize(M, n);
   for (int k = 0; k < 3; ++k) {
     task.error[k] = target.position[k] - hand.position[k];
@@ -61,8 +61,8 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
 template <int M>
 double LevenbergMarquardtIk::solve_task(const TaskTarget& target, JointVector& posture, double tolerance_m) const {
   constexpr int kMaxSteps = 60;
-  constexpr double kLargestStep = 0.5;  // rad (or m) of any joint, so that the linearisation stays valid
-  constexpr double kProgress = 1e-6;    // relative: a step that reduces the error by less has converged
+  constexpr double kMaxStep = 0.5;    // rad (or m) of any joint, so that the linearisation stays valid
+  constexpr double kProgress = 1e-6;  // relative: a step that reduces the error by less has converged
   Task<M> now, candidate_task;
   task<M>(target, posture, now);
   double damping = 1e-4;  // m^2, against singular values of some 0.1 m; adapted as Levenberg and Marquardt do
@@ -70,7 +70,7 @@ double LevenbergMarquardtIk::solve_task(const TaskTarget& target, JointVector& p
   for (int k = 0; k < kMaxSteps && error > tolerance_m; ++k) {
     JointVector step = damped_step<M>(posture, now, now.error, damping);
     const double largest = step.cwiseAbs().maxCoeff();
-    if (largest > kLargestStep) step *= kLargestStep / largest;
+    if (largest > kMaxStep) step *= kMaxStep / largest;
     const JointVector candidate = chain_.clamped(posture + step);
     task<M>(target, candidate, candidate_task);
     const double candidate_error = candidate_task.error.norm();

@@ -28,7 +28,7 @@ class MultiStartIk {
 
   /// The solution for the position `x_T` nearest to `theta`. nullopt when none was found: the point is unreachable, or,
   /// for an arm without closed form, no start converged to it.
-  std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
+  [[nodiscard]] std::optional<JointVector> nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const;
   /// The solution for any target nearest to `theta`. When there is none, the configuration found with the smallest task
   /// error. The target and `theta` must be finite.
   IkSolution best(const TaskTarget& target, const JointVector& theta) const;

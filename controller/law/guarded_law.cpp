@@ -14,17 +14,17 @@ using Tuning = GuardedTuning;
 /// An unreachable target is searched for again when it has moved this far, m.
 constexpr double kSameTarget = 1e-3;
 /// Steps for which an obstacle may stop the arm before a path is planned; doubled after every failure ...
-constexpr int kPatience = 35;
+constexpr int kStepsUntilPlan = 35;
 /// ... up to this many.
-constexpr int kMostPatience = 1400;
+constexpr int kMaxStepsUntilPlan = 1400;
 /// Largest displacement that is compensated, rad (m).
 constexpr double kMaxDisturbance = 3;
 /// Distance at which a configuration of a path counts as passed, rad (m).
 constexpr double kPassed = 0.15;
 /// Random starts tried to find a collision-free IK solution.
-constexpr int kClearTries = 60;
+constexpr int kCollisionFreeTries = 60;
 
-bool acceptable(const TaskTarget& target) {
+bool is_valid(const TaskTarget& target) {
   if (!target.position.allFinite() || !target.velocity.allFinite()) return false;
   if (target.task == TaskKind::kPointing) {
     return target.direction.allFinite() && std::abs(target.direction.norm() - 1) < 1e-6;
@@ -52,7 +52,7 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
 }
 
 bool GuardedLaw::start(const JointVector& theta) {
-  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   state_ = GuardedState{};
   const JointVector inside = chain_.clamped(theta);
   for (int i = 0; i < chain_.size(); ++i) {
@@ -77,7 +77,7 @@ void GuardedLaw::begin_reach(bool posture_only) {
   state_.progress.unreachable = 0;
   path_.clear();
   path_next_ = 0;
-  patience_ = kPatience;
+  steps_until_plan_ = kStepsUntilPlan;
   restart_schedule(arm_, state_);
 }
 
@@ -85,16 +85,16 @@ int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
   if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
   const int refused = proximity_.set_obstacles(obstacles);
   if (following_path()) end_path();
-  if (target_ && !posture_only_) target_->position = proximity_.outside_obstacles(asked_.position);
+  if (target_ && !posture_only_) target_->position = proximity_.outside_obstacles(requested_target_.position);
   return refused;
 }
 
-std::optional<JointVector> GuardedLaw::clear_posture(uint64_t seed, bool nearest) {
+std::optional<JointVector> GuardedLaw::collision_free_solution(uint64_t seed, bool nearest) {
   const double tolerance = search_.options().tolerance_m;
   const CounterRandom random(seed, 11);
   std::optional<JointVector> best;
   uint64_t counter = 0;
-  for (int k = 0; k < kClearTries && (nearest || !best); ++k) {
+  for (int k = 0; k < kCollisionFreeTries && (nearest || !best); ++k) {
     JointVector posture(chain_.size());
     for (int i = 0; i < chain_.size(); ++i) {
       posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
@@ -129,23 +129,23 @@ void GuardedLaw::follow_path() {
 
 void GuardedLaw::plan_around_obstruction() {
   obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
-  if (obstructed_steps_ < patience_) return;
+  if (obstructed_steps_ < steps_until_plan_) return;
   obstructed_steps_ = 0;
   // Plan to theta_T; at every second attempt, to another collision-free IK solution of the target.
   JointVector goal = following_path() ? path_.back() : JointVector(theta_target());
   const uint64_t seed = search_.options().seed + plans_;
-  if (plans_++ % 2 == 1 && !posture_only_) goal = clear_posture(seed, false).value_or(goal);
+  if (plans_++ % 2 == 1 && !posture_only_) goal = collision_free_solution(seed, false).value_or(goal);
   // The planner cannot reach a goal that penetrates obstacles more deeply than the arm does now.
   const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
-  const auto way = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
-  if (way.empty() || way.size() > Path::kCapacity) {
-    patience_ = std::min(2 * patience_, kMostPatience);
+  const auto planned = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
+  if (planned.empty() || planned.size() > Path::kCapacity) {
+    steps_until_plan_ = std::min(2 * steps_until_plan_, kMaxStepsUntilPlan);
     if (following_path()) end_path();
     return;
   }
   // When the arm starts outside its limits, so does the planned path: clamp it.
   path_.clear();
-  for (const JointVector& posture : way) path_.push_back(chain_.clamped(posture));
+  for (const JointVector& posture : planned) path_.push_back(chain_.clamped(posture));
   path_next_ = 0;
   state_.target_fixed = true;
   state_.gamma = 0;  // follow the planned joint path: no straight hand path
@@ -159,16 +159,16 @@ void GuardedLaw::set_theta_target(const JointVector& theta_target) {
   progress.checked_residual = std::numeric_limits<double>::infinity();
   progress.distance_at_choice = distance_to_go();
   progress.no_search_before = progress.steps + Tuning::kQuiet;
-  chosen_for_ = target_->position;
+  searched_target_ = target_->position;
   update_kinematics(arm_, state_);
 }
 
-void GuardedLaw::choose_posture() {
+void GuardedLaw::search_theta_target() {
   IkSolution found = search_.best(*target_, theta());
   ++ik_searches_;
   state_.progress.unreachable = found.error_m > Tuning::kReached ? 1 : 0;
-  if (!unreachable() && !proximity_.idle() && proximity_.clearance(found.theta) < 0) {
-    found.theta = clear_posture(search_.options().seed, true).value_or(found.theta);
+  if (!unreachable() && !proximity_.nothing_to_avoid() && proximity_.clearance(found.theta) < 0) {
+    found.theta = collision_free_solution(search_.options().seed, true).value_or(found.theta);
   }
   set_theta_target(found.theta);
 }
@@ -177,25 +177,25 @@ void GuardedLaw::assign_target(const TaskTarget& target) {
   if (!target_ || target_->task != target.task)
     std::fill(state_.hand_velocity.begin() + 3, state_.hand_velocity.end(), 0);
   const bool first = !target_;
-  asked_ = within_ten_reaches(chain_, target);
-  target_ = asked_;
-  target_->position = proximity_.outside_obstacles(asked_.position);
+  requested_target_ = within_ten_reaches(chain_, target);
+  target_ = requested_target_;
+  target_->position = proximity_.outside_obstacles(requested_target_.position);
   if (!first) return;
   for (int k = 0; k < 3; ++k) state_.awaited[k] = state_.checked_target[k] = target_->position[k];
 }
 
 TargetResult GuardedLaw::set_target(const TaskTarget& target) {
-  if (!acceptable(target)) return TargetResult::kRefused;
+  if (!is_valid(target)) return TargetResult::kRefused;
   assign_target(target);
   begin_reach(false);
-  choose_posture();
+  search_theta_target();
   return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
 TargetResult GuardedLaw::set_target(const TaskTarget& target, const JointVector& theta_target) {
   const bool posture = theta_target.size() == chain_.size() && theta_target.allFinite() &&
-                       chain_.limit_excess(theta_target) <= 0 && theta_target.cwiseAbs().maxCoeff() <= kLargestAngle;
-  if (!acceptable(target) || !posture) return TargetResult::kRefused;
+                       chain_.limit_excess(theta_target) <= 0 && theta_target.cwiseAbs().maxCoeff() <= kMaxAngle;
+  if (!is_valid(target) || !posture) return TargetResult::kRefused;
   assign_target(target);
   begin_reach(false);
   set_theta_target(theta_target);
@@ -204,14 +204,14 @@ TargetResult GuardedLaw::set_target(const TaskTarget& target, const JointVector&
 
 TargetResult GuardedLaw::update_target(const TaskTarget& target) {
   if (!target_ || posture_only_ || target.task != target_->task) return set_target(target);
-  if (!acceptable(target)) return TargetResult::kRefused;
+  if (!is_valid(target)) return TargetResult::kRefused;
   assign_target(target);
   return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
 bool GuardedLaw::set_joint_target(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
-  if (theta.cwiseAbs().maxCoeff() > kLargestAngle) return false;
+  if (theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   target_ = TaskTarget{.position = chain_.position(theta)};
   begin_reach(true);
   set_theta_target(theta);
@@ -237,13 +237,13 @@ double GuardedLaw::distance_to_go() const {
 
 void GuardedLaw::search_if_needed() {
   if (posture_only_ || state_.progress.steps < state_.progress.no_search_before) return;
-  const bool unchanged = (target_->position - chosen_for_).norm() < kSameTarget;
-  if (needs_search(arm_, *target_, unchanged, state_)) choose_posture();
+  const bool unchanged = (target_->position - searched_target_).norm() < kSameTarget;
+  if (needs_search(arm_, *target_, unchanged, state_)) search_theta_target();
 }
 
 void GuardedLaw::step() {
   const std::span<const ProximityPair> pairs =
-      proximity_.idle() ? std::span<const ProximityPair>{} : proximity_.near_pairs(theta());
+      proximity_.nothing_to_avoid() ? std::span<const ProximityPair>{} : proximity_.near_pairs(theta());
   if (!target_) {
     TaskTarget stay{.position = x()};
     state_.target_fixed = true;
@@ -252,7 +252,7 @@ void GuardedLaw::step() {
   }
   bounded_solves_ += guarded_step(arm_, *target_, pairs, state_);
   target_->position += target_->velocity;
-  asked_.position += target_->velocity;
+  requested_target_.position += target_->velocity;
   if (!pairs.empty()) plan_around_obstruction();
   if (following_path()) {
     follow_path();

@@ -97,7 +97,7 @@ class GuardedLaw final : public ReachingLaw {
   void assign_target(const TaskTarget& target);
   /// Resets the state of the reach, for a new goal.
   void begin_reach(bool posture_only);
-  void choose_posture();
+  void search_theta_target();
   void set_theta_target(const JointVector& theta_target);
   /// |theta_T - theta|, summed joint by joint in order, so that batches give bit-identical results.
   double distance_to_go() const;
@@ -106,7 +106,7 @@ class GuardedLaw final : public ReachingLaw {
   void follow_path();
   void end_path();
   /// A collision-free IK solution of the target, from random starts: the nearest to theta(), or the first found.
-  std::optional<JointVector> clear_posture(uint64_t seed, bool nearest);
+  std::optional<JointVector> collision_free_solution(uint64_t seed, bool nearest);
 
   Chain chain_;
   GuardedParameters parameters_;
@@ -117,12 +117,12 @@ class GuardedLaw final : public ReachingLaw {
   RrtPlanner planner_;
   GuardedState state_;
   std::optional<TaskTarget> target_;
-  TaskTarget asked_;  // the target as given; target_ is moved out of obstacles
+  TaskTarget requested_target_;  // the target as given; target_ is moved out of obstacles
   bool posture_only_ = false;
-  Eigen::Vector3d chosen_for_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
-  Path path_;                                             // planned around an obstruction
+  Eigen::Vector3d searched_target_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
+  Path path_;                                                  // planned around an obstruction
   size_t path_next_ = 0;
-  int obstructed_steps_ = 0, patience_ = 0;
+  int obstructed_steps_ = 0, steps_until_plan_ = 0;
   uint64_t plans_ = 0;
   int64_t ik_searches_ = 0, bounded_solves_ = 0;
 };

@@ -27,12 +27,12 @@ GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& pa
 /// them.
 struct GuardedTuning {
   // Step of theta_T
-  static constexpr double kSelfMotion = 0.05;         // fraction of theta - theta_T, along the self-motion, per step
-  static constexpr double kLargestTargetStep = 0.05;  // rad or m per step, of any joint
-  static constexpr double kFarDamping = 2e-3;         // times reach^2: damping while the target is far
-  static constexpr double kNearDamping = 4e4;         // damping is kFarDamping * this * residual^2 near the target
-  static constexpr double kLeastDamping = 1e-11;      // times reach^2: added to the damping
-  static constexpr double kDampingRise = 4, kDampingFall = 0.8, kLargestDampingFactor = 1e6;
+  static constexpr double kSelfMotion = 0.05;     // fraction of theta - theta_T, along the self-motion, per step
+  static constexpr double kMaxTargetStep = 0.05;  // rad or m per step, of any joint
+  static constexpr double kFarDamping = 2e-3;     // times reach^2: damping while the target is far
+  static constexpr double kNearDamping = 4e4;     // damping is kFarDamping * this * residual^2 near the target
+  static constexpr double kMinDamping = 1e-11;    // times reach^2: added to the damping
+  static constexpr double kDampingRise = 4, kDampingFall = 0.8, kMaxDampingFactor = 1e6;
   static constexpr double kReached = 1e-5;    // m: theta_T reaches the target; a tenth of the guaranteed accuracy
   static constexpr int kCheckEvery = 64;      // steps between two checks of its progress
   static constexpr double kNoProgress = 0.7;  // stuck when the residual exceeds this fraction of that at the last check
@@ -41,7 +41,7 @@ struct GuardedTuning {
   static constexpr double kGammaDecay = 0.98, kGammaRise = 1.02;
   static constexpr double kNearer = 0.98, kPassed = 0.9;
   static constexpr int kIdle = 280, kWait = 700;
-  static constexpr double kCeilingDecay = 0.99, kLeastGamma = 1e-9;
+  static constexpr double kCeilingDecay = 0.99, kMinGamma = 1e-9;
   static constexpr double kMovedAway = 0.01;  // of the reach: a target that moves this far counts as a new one
   static constexpr double kAtTarget = 1e-3;   // of the reach: within this distance the schedule of gamma restarts
   // Searching another theta_T

@@ -133,7 +133,7 @@ class OneArm {
   void update_kinematics() {
     std::array<Double2, kMaxJoints> both;
     for (int i = 0; i < size(); ++i) both[i] = Double2{state_.theta[i], state_.theta_target[i]};
-    hand_of<(M > 3)>(arm_.links, size(), both, state_.hand);
+    forward_kinematics<(M > 3)>(arm_.links, size(), both, state_.hand);
     state_.has_rotation = M > 3;
   }
 
@@ -190,7 +190,7 @@ int step_of(const GuardedArm& arm, const TaskTarget& target, std::span<const Pro
 void update_kinematics(const GuardedArm& arm, GuardedState& state) {
   std::array<Double2, kMaxJoints> both;
   for (int i = 0; i < arm.links.size; ++i) both[i] = Double2{state.theta[i], state.theta_target[i]};
-  hand_of<true>(arm.links, arm.links.size, both, state.hand);
+  forward_kinematics<true>(arm.links, arm.links.size, both, state.hand);
   state.has_rotation = true;
 }
 

@@ -143,11 +143,11 @@ class GuardedStep {
     const Scalar before = get(progress.residual), factor = get(progress.damping_factor);
     const Mask worse = arms_.target_rests() & (residual2 > before * before) &
                        (residual2 > Scalar(Tuning::kReached * Tuning::kReached));
-    const Scalar next = where(worse, lesser(factor * Tuning::kDampingRise, Tuning::kLargestDampingFactor),
+    const Scalar next = where(worse, lesser(factor * Tuning::kDampingRise, Tuning::kMaxDampingFactor),
                               greater(1, factor * Tuning::kDampingFall));
     put(next, progress.damping_factor);
     return next *
-           (Tuning::kFarDamping * lesser(reach2, Tuning::kNearDamping * residual2) + Tuning::kLeastDamping * reach2);
+           (Tuning::kFarDamping * lesser(reach2, Tuning::kNearDamping * residual2) + Tuning::kMinDamping * reach2);
   }
 
   /// The share of theta - theta_T that theta_T makes up in a step, where that does not move its end effector. None
@@ -206,9 +206,9 @@ class GuardedStep {
       for (int m = 0; m < kRows; ++m) drift[i] += goal(J, m, i) * y[m];
       largest = greater(largest, absolute(drift[i]));
     }
-    const Mask fast = largest > Tuning::kLargestTargetStep;
+    const Mask fast = largest > Tuning::kMaxTargetStep;
     for (int i = 0; i < n; ++i) {
-      drift[i] = where(fast, drift[i] * (Tuning::kLargestTargetStep / largest), drift[i]);
+      drift[i] = where(fast, drift[i] * (Tuning::kMaxTargetStep / largest), drift[i]);
     }
   }
 
@@ -323,10 +323,9 @@ class GuardedStep {
     for (int i = 0; i < n; ++i) largest = greater(largest, absolute(step[i]));
   }
 
-  /// Eqs. (24), (25), and the step of theta_T, at most kLargestTargetStep. Returns the squared joint speed.
+  /// Eqs. (24), (25), and the step of theta_T, at most kMaxTargetStep. Returns the squared joint speed.
   [[gnu::always_inline]] Scalar integrate(const Rows& J, const Unbounded& free) {
-    const Scalar shrink =
-        where(free.largest > Tuning::kLargestTargetStep, Tuning::kLargestTargetStep / free.largest, 1);
+    const Scalar shrink = where(free.largest > Tuning::kMaxTargetStep, Tuning::kMaxTargetStep / free.largest, 1);
     for (int m = 0; m < kRows; ++m) {
       Scalar sum = 0;
       for (int i = 0; i < n(); ++i) sum += now(J, m, i) * free.velocity[i];
@@ -364,9 +363,9 @@ class GuardedStep {
     idle = where(nearer, 0, where(idle <= Tuning::kIdle, idle + 1, idle));
     const Mask waits = waited < Tuning::kWait;
     waited = where(waits, waited + 1, waited);
-    ceiling = where((!waits) & (ceiling > Tuning::kLeastGamma), ceiling * Tuning::kCeilingDecay, ceiling);
+    ceiling = where((!waits) & (ceiling > Tuning::kMinGamma), ceiling * Tuning::kCeilingDecay, ceiling);
     const Mask stalls = slow | (idle > Tuning::kIdle);
-    const Mask falls = stalls & (gamma > Tuning::kLeastGamma);
+    const Mask falls = stalls & (gamma > Tuning::kMinGamma);
     const Mask rises = (!stalls) & (distance < Tuning::kPassed * stalled);
     gamma = where(falls, gamma * Tuning::kGammaDecay, where(rises, gamma * Tuning::kGammaRise, gamma));
     stalled = where(stalls, lesser(stalled, distance), stalled);

@@ -35,7 +35,7 @@ bool SupervisedPaperLaw::start(const JointVector& theta) {
   return true;
 }
 
-bool SupervisedPaperLaw::choose_posture(const Eigen::Vector3d& x_T) {
+bool SupervisedPaperLaw::search_theta_target(const Eigen::Vector3d& x_T) {
   const auto posture = search_.nearest(x_T, state_.theta);
   ++ik_searches_;
   if (posture) state_.theta_target = *posture;
@@ -45,7 +45,7 @@ bool SupervisedPaperLaw::choose_posture(const Eigen::Vector3d& x_T) {
 TargetResult SupervisedPaperLaw::set_target(const TaskTarget& target) {
   if (!target.position.allFinite() || !target.velocity.allFinite()) return TargetResult::kRefused;
   const bool tried = failed_target_ && (target.position - *failed_target_).norm() < kTryAgain;
-  if (tried || !choose_posture(target.position)) {
+  if (tried || !search_theta_target(target.position)) {
     if (!tried) failed_target_ = target.position;
     unreachable_ = true;
     return TargetResult::kUnreachable;
@@ -82,7 +82,7 @@ void SupervisedPaperLaw::step() {
   }
   // Eq. (27) ignores joint limits and singularities. The comparison is false for a theta_T that is not finite.
   const bool near = (target_->position - chain_.position(state_.theta_target)).norm() <= drift_m_;
-  if ((near && chain_.limit_excess(state_.theta_target) <= 0) || choose_posture(target_->position)) return;
+  if ((near && chain_.limit_excess(state_.theta_target) <= 0) || search_theta_target(target_->position)) return;
   // The target has become unreachable: keep the last valid theta_T.
   state_.theta_target = previous;
   failed_target_ = target_->position;

@@ -39,7 +39,7 @@ class SupervisedPaperLaw final : public ReachingLaw {
 
  private:
   static Eigen::Map<const Eigen::VectorXd> map(const JointVector& values) { return {values.data(), values.size()}; }
-  bool choose_posture(const Eigen::Vector3d& x_T);
+  bool search_theta_target(const Eigen::Vector3d& x_T);
 
   Chain chain_;
   PaperParameters parameters_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <multireach/bridge_state_t.hpp>
 #include <multireach/controller_state_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/obstacles_t.hpp>
@@ -30,16 +31,6 @@ struct ControllerKeys {
   controller::GuardedParameters guarded{};
   std::optional<std::string> target_name{};
 };
-
-void read_acceleration_limits(const Config& config, ControllerKeys& keys) {
-  constexpr const char* kKey = "joint_acceleration_limits";
-  if (!config.has(kKey)) return;
-  const std::vector<double> limits = config.numbers(kKey, keys.chain->size());
-  for (const double limit : limits) {
-    if (!(limit > 0)) config.fail(kKey, "a positive number for each joint");
-  }
-  keys.guarded.acceleration = Eigen::Map<const Eigen::VectorXd>(limits.data(), keys.chain->size());
-}
 
 /// A vector of `size` numbers, scaled to unit length.
 Eigen::VectorXd unit_vector_from(const Config& config, const std::string& key, int size) {
@@ -117,14 +108,12 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .otherwise("the first that is seen")
       .integer(
           "seed", "", 0, INT64_MAX, [](auto& k) -> auto& { return k.options.ik.seed; },
-          "Of the search for IK solutions, for arms without a closed form.")
+          "Random seed of the IK search, for arms without a closed form.")
       .only("with law: paper", [](const Keys& k) { return k.law == Law::kPaper; })
       .number(
           "drift_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.drift_m; },
           "Search θ_T again when K(θ_T) is further than this from the target.")
       .only("with law: guarded", is_guarded)
-      .other("joint_acceleration_limits", "list, one number for each joint", "rad/s² or m/s²", "none",
-             "Acceleration limit of each joint.", read_acceleration_limits)
       .number(
           "link_radius_m", "m", 0, 10, [](auto& k) -> auto& { return k.guarded.body.link_radius_m; },
           "The links are capsules of this radius, which avoid obstacles; 0: obstacles are ignored.")
@@ -183,6 +172,7 @@ ControllerKeys read_controller_section(const RobotConfig& robot) {
   ControllerKeys keys;
   keys.chain = &robot.chain;
   keys.options.tick_us = robot.tick_us;
+  keys.guarded.acceleration = robot.joint_acceleration_limits;
   if (const auto section = robot.section("controller")) controller_keys().read(*section, keys);
   return keys;
 }
@@ -216,16 +206,17 @@ ControllerNode::ControllerNode(const RobotConfig& robot)
 }
 
 std::vector<std::string_view> ControllerNode::inputs() const {
-  return {channel::kTarget, channel::kObstacles, channel::kRobotState};
+  return {channel::kTarget, channel::kObstacles, channel::kRobotState, channel::kBridgeState};
 }
 
 Receipt ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kTarget) return receive_target(bytes);
+  if (channel == channel::kBridgeState) return receive_bridge_state(bytes);
   return channel == channel::kObstacles ? receive_obstacles(bytes) : receive_robot_state(bytes);
 }
 
 Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
-  const auto message = take<target_t>(bytes);
+  const auto message = decode_and_count<target_t>(bytes);
   if (!message) return {};
   counters_.dropped += targets_.missing_before(message->sequence);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
@@ -238,6 +229,10 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   }
   if (!controller_.started()) return {};
   const auto next = controller_.next_tick();
+  if (!target_run_.accepts(message->run, next)) {
+    ++counters_.refused;
+    return {};
+  }
   if (!next && !seen) return {};  // the first target that is seen starts the ticks
   if (!target_name_) target_name_ = message->name;
   if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
@@ -249,14 +244,14 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
                            .covariance = Eigen::Map<const Eigen::Matrix3d>(&message->covariance_m2[0][0])});
   if (!taken) {
     ++counters_.refused;
-    return {Receipt::Effect::kTaken, std::nullopt, message->sequence};  // it may have restarted the ticks
+    return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};  // it may have restarted the ticks
   }
   target_sequence_ = message->sequence;
-  return {Receipt::Effect::kTaken, message->utime, message->sequence};
+  return {Receipt::Effect::kConsumed, message->utime, message->sequence};
 }
 
 Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
-  const auto message = take<obstacles_t>(bytes);
+  const auto message = decode_and_count<obstacles_t>(bytes);
   if (!message) return {};
   counters_.dropped += obstacles_.missing_before(message->sequence);
   std::vector<controller::Obstacle> obstacles;
@@ -281,19 +276,31 @@ Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
   return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
 }
 
+Receipt ControllerNode::receive_bridge_state(std::span<const uint8_t> bytes) {
+  const auto message = decode_and_count<bridge_state_t>(bytes);
+  if (!message || !checksum_matches(bytes)) return {};
+  if (!bridge_run_.accepts(message->run, controller_.next_tick())) {
+    ++counters_.refused;
+    return {};
+  }
+  controller_.set_rate(message->setpoint_rate);
+  return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+}
+
 Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
-  const auto message = take<robot_state_t>(bytes);
+  const auto message = decode_and_count<robot_state_t>(bytes);
   if (!message) return {};
   counters_.dropped += robot_states_.missing_before(message->sequence);
   const bool running = controller_.next_tick().has_value();
   if (running && controller_.options().feedback == controller::Feedback::kOpen) return {};
   const auto theta = from_fields(controller_.chain(), message->joint_name, message->joint_position);
-  if (theta && (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
+  if (theta && robot_run_.accepts(message->run, controller_.next_tick()) &&
+      (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
     robot_state_sequence_ = message->sequence;
     // The first measurement during the run must not replace the robot state from which the arm started.
     const bool first = running && !measured_;
     measured_ = running;
-    return {first ? Receipt::Effect::kTaken : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+    return {first ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
   }
   ++counters_.refused;
   return {};
@@ -308,6 +315,7 @@ void ControllerNode::tick(Outbox& out) {
   joint_setpoint_t setpoint;
   setpoint.utime = last_.utime;
   setpoint.sequence = sequence_;
+  setpoint.run = run();
   setpoint.tick = last_.tick;
   setpoint.target_sequence = target_sequence_;
   setpoint.robot_state_sequence = robot_state_sequence_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "controller/reach_controller.hpp"
+#include "runtime/followed_run.hpp"
 #include "runtime/node.hpp"
 #include "runtime/robot_config.hpp"
 
@@ -11,9 +12,10 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot);
 /// The section `controller` of the reference page.
 std::string controller_config_reference();
 
-/// Receives TARGET, OBSTACLES and ROBOT_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick. When the first
-/// target arrives, the controller starts from the joint positions of the newest ROBOT_STATE. From then on it integrates
-/// its own joint positions; with `feedback: measured` these follow the measured ones when the arm is pushed.
+/// Receives TARGET, OBSTACLES, ROBOT_STATE and BRIDGE_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick.
+/// When the first target arrives, the controller starts from the joint positions of the newest ROBOT_STATE. From then
+/// on it integrates its own joint positions; with `feedback: measured` these follow the measured ones when the arm is
+/// pushed.
 class ControllerNode : public Node {
  public:
   explicit ControllerNode(const RobotConfig& robot);
@@ -24,21 +26,23 @@ class ControllerNode : public Node {
   std::optional<int64_t> next_tick() const override { return controller_.next_tick(); }
   int64_t tick_period_us() const override { return controller_.options().tick_us; }
   void tick(Outbox& out) override;
-  std::optional<int64_t> replayable() const override { return config_digest_; }
+  std::optional<int64_t> config_digest() const override { return config_digest_; }
   std::string state() const override;
 
  private:
   Receipt receive_target(std::span<const uint8_t> bytes);
   Receipt receive_obstacles(std::span<const uint8_t> bytes);
   Receipt receive_robot_state(std::span<const uint8_t> bytes);
+  Receipt receive_bridge_state(std::span<const uint8_t> bytes);
 
   controller::ReachController controller_;
   std::vector<std::string> joint_names_;
   std::optional<std::string> target_name_;  // target to reach for; if none is configured, the first that is seen
   int64_t config_digest_;
+  FollowedRun target_run_, robot_run_, bridge_run_;
   std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // received since the last tick
   bool measured_ = false;  // whether a robot state was taken since the first tick
-  SequenceWatch targets_, obstacles_, robot_states_;
+  SequenceGapCounter targets_, obstacles_, robot_states_;
   int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;
   controller::ReachOutput last_;

@@ -1,5 +1,7 @@
 #include "robot_bridge/node/bridge_node.hpp"
 
+#include <multireach/bridge_request_t.hpp>
+#include <multireach/bridge_state_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
@@ -11,22 +13,62 @@ namespace multireach {
 
 namespace {
 
-ConfigKeys<robot_bridge::BridgeOptions> bridge_keys() {
-  return ConfigKeys<robot_bridge::BridgeOptions>("robot.yaml, section bridge", "The bridge.")
+using robot_bridge::BridgeOptions;
+using robot_bridge::SetpointVerdict;
+
+constexpr int64_t kStatePeriod = 50;  // ticks from one BRIDGE_STATE to the next
+
+ConfigKeys<BridgeOptions> bridge_keys() {
+  using Shape = BridgeOptions::Shape;
+  return ConfigKeys<BridgeOptions>("robot.yaml, section bridge", "The bridge. docs/safety.md tells what it promises.")
+      .choice<Shape>(
+          "shape", {{"smooth", Shape::kSmooth}, {"linear", Shape::kLinear}}, [](auto& o) -> auto& { return o.shape; },
+          "`smooth`: the commands keep all limits, acceleration and jerk too; `linear`: as in the paper "
+          "(Sect. 4), only position and speed limits, for simulated robots.")
       .number(
           "delay_ms", "ms", 0, 1000, [](auto& o) -> auto& { return o.delay_us; },
           "How late a set-point may arrive without affecting the motion.", 1e3)
       .number(
           "speed_where_unlimited", "rad/s or m/s", 1e-3, 1e3, [](auto& o) -> auto& { return o.speed_where_unlimited; },
-          "Speed limit of joints for which the URDF gives none.");
+          "Speed limit of joints for which the URDF gives none.")
+      .number(
+          "robot_timeout_ms", "ms", 1, 1000, [](auto& o) -> auto& { return o.robot_timeout_us; },
+          "Without a command for this long, the robot stops by itself; after a longer gap in the commands the bridge "
+          "waits for "
+          "a ROBOT_STATE and for the robot to stand still.",
+          1e3)
+      .number(
+          "max_setpoint_age_ms", "ms", 1, 1000, [](auto& o) -> auto& { return o.max_setpoint_age_us; },
+          "An older set-point is refused.", 1e3)
+      .number(
+          "max_setpoint_lead_ms", "ms", 1, 1000, [](auto& o) -> auto& { return o.max_setpoint_lead_us; },
+          "A set-point further in the future is refused.", 1e3)
+      .number(
+          "setpoint_timeout_ms", "ms", 100, 10000, [](auto& o) -> auto& { return o.setpoint_timeout_us; },
+          "Without a set-point for this long, the bridge is ready to follow another controller.", 1e3)
+      .number(
+          "max_start_distance", "rad or m", 1e-3, 10, [](auto& o) -> auto& { return o.max_start_distance; },
+          "Largest distance of a controller's first set-point from the robot, in each joint.")
+      .number(
+          "max_tracking_error", "rad or m", 1e-3, 10, [](auto& o) -> auto& { return o.monitor.max_tracking_error; },
+          "A joint that is measured further than this from its commands of the last 100 ms is a fault; beyond half "
+          "of it the motion slows down.")
+      .number(
+          "state_timeout_ms", "ms", 10, 10000, [](auto& o) -> auto& { return o.monitor.state_timeout_us; },
+          "Without a ROBOT_STATE for this long, the motion stops until there is one.", 1e3)
+      .number(
+          "robot_lost_ms", "ms", 10, 100000, [](auto& o) -> auto& { return o.monitor.robot_lost_us; },
+          "Without a ROBOT_STATE for this long, the bridge is in a fault.", 1e3);
 }
 
 }  // namespace
 
-robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot) {
-  robot_bridge::BridgeOptions options;
+BridgeOptions bridge_options_from(const RobotConfig& robot) {
+  BridgeOptions options;
   options.setpoint_period_us = robot.tick_us;
   if (const auto section = robot.section("bridge")) bridge_keys().read(*section, options);
+  options.acceleration = robot.joint_acceleration_limits;
+  options.jerk = robot.joint_jerk_limits;
   return options;
 }
 
@@ -44,33 +86,95 @@ BridgeNode::BridgeNode(const RobotConfig& robot)
 }
 
 std::vector<std::string_view> BridgeNode::inputs() const {
-  return {channel::kJointSetpoint, channel::kRobotState};
+  return {channel::kJointSetpoint, channel::kRobotState, channel::kBridgeRequest};
 }
 
-Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
-  if (channel == channel::kRobotState) {
-    const auto message = take<robot_state_t>(bytes);
-    if (!message) return {};
-    counters_.dropped += robot_states_.missing_before(message->sequence);
-    const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
-    if (!theta || !bridge_.measured(*theta)) {
-      ++counters_.refused;
-    } else if (!bridge_.next_tick()) {
-      robot_state_sequence_ = message->sequence;
-      return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
-    }
-    return {};
-  }
-  const auto message = take<joint_setpoint_t>(bytes);
+Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
+  if (channel == channel::kRobotState) return receive_robot_state(bytes);
+  return channel == channel::kJointSetpoint ? receive_setpoint(bytes) : receive_request(bytes, out);
+}
+
+Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes) {
+  const auto message = decode_and_count<robot_state_t>(bytes);
   if (!message) return {};
-  counters_.dropped += setpoints_.missing_before(message->sequence);
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
-  if (!theta || !plausible_utime(message->utime) ||
-      !bridge_.setpoint({.utime = message->utime, .sequence = message->sequence, .theta = *theta})) {
+  const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
+  if (!theta || !velocity || !plausible_utime(message->utime) ||
+      !bridge_.measured({message->run, message->utime, *theta, *velocity})) {
     ++counters_.refused;
     return {};
   }
-  return {Receipt::Effect::kTaken, message->utime, message->sequence};
+  counters_.dropped += robot_states_.missing_before(message->sequence);
+  robot_state_sequence_ = message->sequence;
+  const auto effect = bridge_.next_tick() ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces;
+  return {effect, std::nullopt, message->sequence};
+}
+
+Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes) {
+  const auto message = decode_and_count<joint_setpoint_t>(bytes);
+  if (!message) return {};
+  const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
+  const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
+  bool restarted = false;
+  const SetpointVerdict verdict = theta && velocity && plausible_utime(message->utime)
+                                      ? bridge_.setpoint({.run = message->run,
+                                                          .utime = message->utime,
+                                                          .sequence = message->sequence,
+                                                          .theta = *theta,
+                                                          .velocity = *velocity},
+                                                         restarted)
+                                      : SetpointVerdict::kInvalid;
+  ++verdicts_[static_cast<size_t>(verdict)];
+  if (verdict != SetpointVerdict::kAccepted) {
+    ++counters_.refused;
+    return {};
+  }
+  counters_.dropped += setpoints_.missing_before(message->sequence);
+  return {Receipt::Effect::kConsumed, message->utime, message->sequence, restarted};
+}
+
+Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
+  const auto message = decode_and_count<bridge_request_t>(bytes);
+  if (!message) return {};
+  request_ = message->request;
+  request_accepted_ = true;
+  switch (message->kind) {
+    case bridge_request_t::ENABLE:
+      bridge_.enable();
+      break;
+    case bridge_request_t::DISABLE:
+      bridge_.disable();
+      break;
+    case bridge_request_t::SPEED:
+      request_accepted_ = message->speed >= 0 && message->speed <= 1;
+      bridge_.set_speed(message->speed);
+      break;
+    case bridge_request_t::RESET:
+      request_accepted_ = bridge_.reset();
+      break;
+    case bridge_request_t::STATUS:
+      break;
+    default:
+      request_accepted_ = false;
+  }
+  send_state(out);
+  return {Receipt::Effect::kConsumed};
+}
+
+std::optional<OutMessage> BridgeNode::shutdown_request() const {
+  bridge_request_t request{};
+  request.kind = bridge_request_t::DISABLE;
+  auto bytes = encode(request);
+  if (!bytes) return std::nullopt;
+  return OutMessage{channel::kBridgeRequest, std::move(*bytes)};
+}
+
+/// A robot whose states the recorder lost was heard all the same. Most inputs are such states, so an unknown one counts
+/// as one.
+void BridgeNode::skip_inputs(int64_t inputs, std::string_view channel) {
+  if (!channel.empty() && channel != channel::kRobotState) return;
+  bridge_.heard();
+  robot_state_sequence_ += inputs;
 }
 
 void BridgeNode::tick(Outbox& out) {
@@ -78,6 +182,8 @@ void BridgeNode::tick(Outbox& out) {
   if (last_.limited) ++counters_.limited;
   command_.utime = last_.utime;
   command_.sequence = sequence_++;
+  command_.run = run();
+  command_.robot_run = bridge_.robot_run();
   command_.setpoint_sequence = last_.setpoint_sequence;
   command_.robot_state_sequence = robot_state_sequence_;
   command_.holding = last_.holding;
@@ -85,12 +191,37 @@ void BridgeNode::tick(Outbox& out) {
   command_.joint_position.assign(last_.theta.begin(), last_.theta.end());
   command_.joint_velocity.assign(last_.velocity.begin(), last_.velocity.end());
   send(out, channel::kJointCommand, command_);
+  if (command_.sequence % kStatePeriod == 0 || !bridge_.next_tick()) send_state(out);
+}
+
+void BridgeNode::send_state(Outbox& out) {
+  bridge_state_t state{};
+  state.utime = last_.utime;
+  state.sequence = sequence_ - 1;
+  state.run = run();
+  state.robot_run = bridge_.robot_run();
+  state.state = static_cast<int8_t>(bridge_.state());
+  state.cause = bridge_.cause();
+  state.path_rate = bridge_.path_rate();
+  state.setpoint_rate = bridge_.setpoint_rate();
+  state.speed = bridge_.speed();
+  state.request = request_;
+  state.request_accepted = request_accepted_;
+  for (size_t k = 1; k < verdicts_.size(); ++k) {
+    if (verdicts_[k] == 0) continue;
+    state.refusal_cause.emplace_back(name_of(static_cast<SetpointVerdict>(k)));
+    state.refusal_count.push_back(verdicts_[k]);
+  }
+  state.num_refusals = static_cast<int32_t>(state.refusal_cause.size());
+  send_with_checksum(out, channel::kBridgeState, state);
 }
 
 std::string BridgeNode::state() const {
-  if (!bridge_.knows_robot()) return "waiting for the robot";
-  if (!bridge_.next_tick()) return "waiting for a set-point";
-  return last_.holding ? "holding" : "running";
+  std::string text = name_of(bridge_.state());
+  if (*bridge_.cause()) return text + ": " + bridge_.cause();
+  if (bridge_.state() == robot_bridge::BridgeState::kIdle) return text + ": waiting for the robot";
+  if (bridge_.state() == robot_bridge::BridgeState::kArmed) return text + ": waiting for a set-point";
+  return last_.holding ? text + ", holding" : text;
 }
 
 }  // namespace multireach

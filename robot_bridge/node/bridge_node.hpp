@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <multireach/joint_command_t.hpp>
 
 #include "robot_bridge/bridge.hpp"
@@ -13,7 +14,8 @@ robot_bridge::BridgeOptions bridge_options_from(const RobotConfig& robot);
 /// The section `bridge` of the reference page.
 std::string bridge_config_reference();
 
-/// Receives JOINT_SETPOINT and ROBOT_STATE; sends JOINT_COMMAND at 1 kHz once both have arrived.
+/// Receives JOINT_SETPOINT, ROBOT_STATE and BRIDGE_REQUEST; sends JOINT_COMMAND at 1 kHz while it commands the robot,
+/// and BRIDGE_STATE.
 class BridgeNode : public Node {
  public:
   explicit BridgeNode(const RobotConfig& robot);
@@ -24,18 +26,30 @@ class BridgeNode : public Node {
   std::optional<int64_t> next_tick() const override { return bridge_.next_tick(); }
   int64_t tick_period_us() const override { return options_.period_us; }
   void tick(Outbox& out) override;
-  std::optional<int64_t> replayable() const override { return config_digest_; }
+  LateTicks late_ticks() const override { return LateTicks::kSkip; }
+  void skip_ticks(int64_t ticks) override { bridge_.skip(ticks); }
+  std::optional<OutMessage> shutdown_request() const override;
+  void skip_inputs(int64_t inputs, std::string_view channel) override;
+  std::optional<int64_t> config_digest() const override { return config_digest_; }
   std::string state() const override;
 
  private:
+  Receipt receive_robot_state(std::span<const uint8_t> bytes);
+  Receipt receive_setpoint(std::span<const uint8_t> bytes);
+  Receipt receive_request(std::span<const uint8_t> bytes, Outbox& out);
+  void send_state(Outbox& out);
+
   robot_bridge::BridgeOptions options_;
   Chain chain_;
   robot_bridge::Bridge bridge_;
   joint_command_t command_;
   int64_t config_digest_;
-  SequenceWatch setpoints_, robot_states_;
+  SequenceGapCounter setpoints_, robot_states_;
   int64_t robot_state_sequence_ = -1;
   int64_t sequence_ = 0;
+  int64_t request_ = 0;
+  bool request_accepted_ = false;
+  std::array<int64_t, robot_bridge::kNumVerdicts> verdicts_{};  // number of set-points by verdict
   robot_bridge::Command last_;
 };
 

@@ -6,7 +6,8 @@ int main(int argc, char** argv) {
   multireach::Program program("multireach-bridge", "The robot bridge: JOINT_SETPOINT in, JOINT_COMMAND out at 1 kHz.");
   std::string config;
   program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/hoap2")->required();
-  const multireach::LiveOptions& live = program.add_live_options();
+  multireach::LiveOptions& live = program.add_live_options();
+  live.real_time = true;
   program.add_config_reference(
       [] { return multireach::robot_config_reference() + "\n" + multireach::bridge_config_reference(); });
   return program.run(argc, argv, [&] {

@@ -7,7 +7,8 @@ int main(int argc, char** argv) {
                               "The robot, simulated: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out.");
   std::string config;
   program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/hoap2")->required();
-  const multireach::LiveOptions& live = program.add_live_options();
+  multireach::LiveOptions& live = program.add_live_options();
+  live.real_time = true;
   program.add_config_reference(
       [] { return multireach::robot_config_reference() + "\n" + multireach::robot_sim_config_reference(); });
   return program.run(argc, argv, [&] {

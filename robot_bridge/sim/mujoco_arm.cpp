@@ -11,7 +11,7 @@
 namespace multireach {
 namespace {
 
-constexpr double kLargestForce = 1e4;  // N: more than the weight of a car; beyond it the simulation may diverge
+constexpr double kMaxForce = 1e4;  // N: more than the weight of a car; beyond it the simulation may diverge
 
 /// Prepares the URDF for MuJoCo: removes shapes (their mesh files need not exist) and adds compiler settings that keep
 /// every link by its name. Reads the joints' effort limits.
@@ -132,7 +132,7 @@ void MujocoArm::hold() {
 
 bool MujocoArm::push(const std::string& link, const Eigen::Vector3d& force_n) {
   const int body = mj_name2id(simulation_->model, mjOBJ_BODY, link.c_str());
-  if (body < 0 || !(force_n.norm() < kLargestForce)) return false;
+  if (body < 0 || !(force_n.norm() < kMaxForce)) return false;
   release();
   simulation_->pushed_body = body;
   simulation_->push_force = force_n;

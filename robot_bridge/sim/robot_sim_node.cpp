@@ -31,7 +31,8 @@ ConfigKeys<MujocoArmOptions> robot_sim_keys() {
           "natural_frequency_rad_s", "rad/s", 1, 300, [](auto& o) -> auto& { return o.natural_frequency_rad_s; },
           "Natural frequency of the joints' position control.")
       .number(
-          "damping_ratio", "", 0.1, 3, [](auto& o) -> auto& { return o.damping_ratio; }, "Its damping ratio.");
+          "damping_ratio", "", 0.1, 3, [](auto& o) -> auto& { return o.damping_ratio; },
+          "Damping ratio of the joints' position control.");
 }
 
 }  // namespace
@@ -51,14 +52,14 @@ MujocoArm simulated_arm(const RobotConfig& robot) {
   }
 }
 
-bool sensible(const joint_command_t& command, const MujocoArm& arm) {
+bool is_valid_command(const joint_command_t& command, const MujocoArm& arm) {
   return std::ranges::all_of(command.joint_position, finite) && std::ranges::all_of(command.joint_velocity, finite) &&
          std::ranges::all_of(command.joint_name, [&](const std::string& joint) {
            return std::ranges::find(arm.joint_names(), joint) != arm.joint_names().end();
          });
 }
 
-void follow(const joint_command_t& command, MujocoArm& arm) {
+void apply_command(const joint_command_t& command, MujocoArm& arm) {
   for (size_t i = 0; i < command.joint_name.size(); ++i) {
     arm.command(command.joint_name[i], command.joint_position[i], command.joint_velocity[i]);
   }
@@ -85,11 +86,11 @@ Receipt RobotSimNode::receive(std::string_view channel, std::span<const uint8_t>
   } else {
     receive_push(bytes);
   }
-  return {Receipt::Effect::kTaken};
+  return {Receipt::Effect::kConsumed};
 }
 
 void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
-  const auto push = take<perturbation_t>(bytes);
+  const auto push = decode_and_count<perturbation_t>(bytes);
   if (!push) return;
   const Push next{push->link_name, Eigen::Map<const Eigen::Vector3d>(push->force_n), push->duration_us};
   const bool known = arm_.push(next.link, next.force_n);
@@ -104,14 +105,21 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
 }
 
 void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
-  const auto command = take<joint_command_t>(bytes);
+  const auto command = decode_and_count<joint_command_t>(bytes);
   if (!command) return;
+  // Only the bridge that is followed commands, and only a command that names this robot.
+  const bool other_robot = command->robot_run != run();
+  if (other_robot || !command_run_.accepts(command->run, utime_)) {
+    ++counters_.refused;
+    refusal_ = other_robot ? ", refused commands for another robot" : ", refused commands of another bridge";
+    return;
+  }
   counters_.dropped += commands_.missing_before(command->sequence);
-  if (!sensible(*command, arm_)) {
+  if (!is_valid_command(*command, arm_)) {
     ++counters_.refused;
     return;
   }
-  follow(*command, arm_);
+  apply_command(*command, arm_);
   command_sequence_ = command->sequence;
   command_digest_ = digest_of(bytes);
   commanded_utime_ = utime_;
@@ -141,6 +149,7 @@ void RobotSimNode::tick(Outbox& out) {
   robot_state_t state{};
   state.utime = utime_;
   state.sequence = sequence_++;
+  state.run = run();
   state.command_sequence = command_sequence_;
   put_joints(arm_, state);
   send(out, channel::kRobotState, state);
@@ -155,7 +164,7 @@ void RobotSimNode::tick(Outbox& out) {
   steps_.clear();
   step.pushed_link = push_ ? push_->link : "";
   Eigen::Map<Eigen::Vector3d>(step.push_force_n) = push_ ? push_->force_n : Eigen::Vector3d::Zero();
-  send_sealed(out, channel::kSimStep, step);
+  send_with_checksum(out, channel::kSimStep, step);
 }
 
 }  // namespace multireach

@@ -4,6 +4,7 @@
 #include <multireach/robot_state_t.hpp>
 
 #include "robot_bridge/sim/mujoco_arm.hpp"
+#include "runtime/followed_run.hpp"
 #include "runtime/node.hpp"
 #include "runtime/robot_config.hpp"
 
@@ -22,7 +23,10 @@ class RobotSimNode : public Node {
   std::optional<int64_t> next_tick() const override { return utime_; }
   int64_t tick_period_us() const override { return kStepUs; }
   void tick(Outbox& out) override;
-  std::string state() const override { return command_sequence_ < 0 ? "waiting for a command" : "running"; }
+  LateTicks late_ticks() const override { return LateTicks::kPause; }
+  std::string state() const override {
+    return std::string(command_sequence_ < 0 ? "waiting for a command" : "running") + refusal_;
+  }
 
   static constexpr int64_t kStepUs = 1000;
 
@@ -47,13 +51,15 @@ class RobotSimNode : public Node {
   std::vector<int64_t> steps_;  // digests of the commands followed in each step since the last state
   std::optional<Push> next_push_, push_;
   int64_t push_until_ = 0;
-  SequenceWatch commands_;
+  FollowedRun command_run_;
+  const char* refusal_ = "";  // of commands, the newest
+  SequenceGapCounter commands_;
 };
 
 /// Whether the arm has every joint of the command and all numbers are plausible. Other commands are refused.
-bool sensible(const joint_command_t& command, const MujocoArm& arm);
-/// Passes a sensible() command to the arm.
-void follow(const joint_command_t& command, MujocoArm& arm);
+[[nodiscard]] bool is_valid_command(const joint_command_t& command, const MujocoArm& arm);
+/// Passes a command for which is_valid_command() is true to the arm.
+void apply_command(const joint_command_t& command, MujocoArm& arm);
 /// The arm of a robot.yaml, at the start configuration of its section `robot_sim`. Throws InputError.
 MujocoArm simulated_arm(const RobotConfig& robot);
 /// The section `robot_sim` of the reference page.

@@ -49,10 +49,17 @@ ExecutedReach execute(const SceneArm& arm, const controller::ReachOptions& optio
   MujocoArm robot = robot_at(arm, start);
   const ChainOfRobot joints(arm.chain, robot);
   controller::ReachController controller(arm.chain, options);
-  robot_bridge::Bridge bridge(arm.chain, {.setpoint_period_us = options.tick_us});
+  // As on the paper's second computer, and without supervision: the figures push the arm as the paper does.
+  robot_bridge::BridgeOptions bridge_options;
+  bridge_options.setpoint_period_us = options.tick_us;
+  bridge_options.shape = robot_bridge::BridgeOptions::Shape::kLinear;
+  bridge_options.monitor = {.max_tracking_error = 1e3, .state_timeout_us = INT64_MAX, .robot_lost_us = INT64_MAX};
+  robot_bridge::Bridge bridge(arm.chain, bridge_options);
   controller.start(start);
   controller.restart_grid(0);
-  bridge.measured(start);
+  const auto rest = JointVector::Zero(arm.chain.size());
+  if (!bridge.measured({.run = 1, .utime = 0, .theta = start, .velocity = rest}))
+    throw std::invalid_argument("the bridge refuses the start");
 
   ExecutedReach executed;
   executed.arm.push_back(joints.moment(0));
@@ -66,7 +73,11 @@ ExecutedReach execute(const SceneArm& arm, const controller::ReachOptions& optio
       controller.observe({.utime = now, .seen = true, .position = target});
       controller.observe_robot(executed.arm.back().theta);
       const controller::ReachOutput out = controller.tick();
-      bridge.setpoint({.utime = now, .sequence = out.tick, .theta = out.theta});
+      bool restarted = false;
+      const auto verdict = bridge.setpoint(
+          {.run = 1, .utime = now, .sequence = out.tick, .theta = out.theta, .velocity = out.velocity}, restarted);
+      if (verdict != robot_bridge::SetpointVerdict::kAccepted)
+        throw std::runtime_error(std::string("the bridge refuses a set-point: ") + name_of(verdict));
       Moment moment = moment_of(arm.chain, static_cast<double>(now + options.tick_us) * 1e-6, out.theta, out.velocity);
       moment.theta_target = out.theta_target;
       executed.setpoints.push_back(moment);

@@ -20,11 +20,11 @@ JointVector hoap2_posture(const Chain& chain, std::initializer_list<double> degr
   return theta;
 }
 
-PaperRun::PaperRun(const Chain& chain, const PaperParameters& parameters, const JointVector& start, double rechoose_m)
+PaperRun::PaperRun(const Chain& chain, const PaperParameters& parameters, const JointVector& start, double drift_m)
     : chain_(chain),
       parameters_(parameters),
       search_(chain),
-      rechoose_m_(rechoose_m),
+      drift_m_(drift_m),
       state_(paper_state_at_rest(chain, start, start)),
       target_(state_.x) {}
 
@@ -38,7 +38,7 @@ void PaperRun::set_target(const Eigen::Vector3d& x_T) {
 
 void PaperRun::step() {
   paper_step(chain_, parameters_, target_, Eigen::Vector3d::Zero(), state_);
-  if (std::isinf(rechoose_m_) || (target_ - chain_.position(state_.theta_target)).norm() <= rechoose_m_) return;
+  if (std::isinf(drift_m_) || (target_ - chain_.position(state_.theta_target)).norm() <= drift_m_) return;
   if (const auto found = search_.nearest(target_, state_.theta)) state_.theta_target = *found;
   ++ik_searches_;
 }
@@ -84,14 +84,14 @@ std::unique_ptr<LawRun> guarded_run(const Chain& chain, double gamma, const Join
   return std::make_unique<ReachingLawRun>(std::make_unique<GuardedLaw>(chain, guarded_parameters(chain, gamma)), start);
 }
 
-std::unique_ptr<LawRun> watched_paper_run(const Chain& chain, const PaperParameters& parameters,
-                                          const JointVector& start) {
+std::unique_ptr<LawRun> supervised_paper_run(const Chain& chain, const PaperParameters& parameters,
+                                             const JointVector& start) {
   return std::make_unique<ReachingLawRun>(std::make_unique<SupervisedPaperLaw>(chain, parameters, 0.01, IkOptions{}),
                                           start);
 }
 
 std::unique_ptr<LawRun> law_run(const Chain& chain, bool paper, double gamma, const JointVector& start) {
-  if (paper) return watched_paper_run(chain, {.gains = {}, .gamma = gamma}, start);
+  if (paper) return supervised_paper_run(chain, {.gains = {}, .gamma = gamma}, start);
   return guarded_run(chain, gamma > 0 ? gamma : 1e-9, start);  // a tiny gamma in place of 0
 }
 

@@ -33,9 +33,9 @@ class LawRun {
 /// The law `paper` as printed, with theta_T searched again as in Sect. 3.4.
 class PaperRun final : public LawRun {
  public:
-  /// theta_T is searched again when K(theta_T) is further than `rechoose_m` from the target; infinity for never.
+  /// theta_T is searched again when K(theta_T) is further than `drift_m` from the target; infinity for never.
   PaperRun(const Chain& chain, const controller::PaperParameters& parameters, const JointVector& start,
-           double rechoose_m = 0.01);
+           double drift_m = 0.01);
   void set_target(const Eigen::Vector3d& x_T) override;
   void step() override;
   /// Displaces the arm (rad) without changing its velocity.
@@ -48,7 +48,7 @@ class PaperRun final : public LawRun {
   Chain chain_;
   controller::PaperParameters parameters_;
   controller::MultiStartIk search_;
-  double rechoose_m_;
+  double drift_m_;
   controller::PaperState state_;
   Eigen::Vector3d target_;
   int64_t ik_searches_ = 0;
@@ -70,10 +70,10 @@ class ReachingLawRun final : public LawRun {
 /// The law `guarded` as configured in robots/hoap2/robot.yaml (60 rad/s^2), with the figure's gamma.
 std::unique_ptr<LawRun> guarded_run(const Chain& chain, double gamma, const JointVector& start);
 /// The law `paper` as it runs live: supervised, with theta_T inside the joint limits.
-std::unique_ptr<LawRun> watched_paper_run(const Chain& chain, const controller::PaperParameters& parameters,
-                                          const JointVector& start);
+std::unique_ptr<LawRun> supervised_paper_run(const Chain& chain, const controller::PaperParameters& parameters,
+                                             const JointVector& start);
 
-/// watched_paper_run() or guarded_run(), selected by `paper`.
+/// supervised_paper_run() or guarded_run(), selected by `paper`.
 std::unique_ptr<LawRun> law_run(const Chain& chain, bool paper, double gamma, const JointVector& start);
 
 /// The parameters of guarded_run().

@@ -95,7 +95,7 @@ Figure stretched_scene(const SceneArm& arm) {
       {{"paper; literal", 0, std::make_unique<PaperRun>(chain, parameters, start, never)},
        {"literal; 0.01 mm short", 1e-5, std::make_unique<PaperRun>(chain, parameters, start, never)},
        {"literal; 1 mm short", 1e-3, std::make_unique<PaperRun>(chain, parameters, start, never)},
-       {"paper; θ_T chosen anew", 0, watched_paper_run(chain, parameters, start)},
+       {"paper; θ_T chosen anew", 0, supervised_paper_run(chain, parameters, start)},
        {"guarded", 0, guarded_run(chain, kGamma, start)}}};
   constexpr int kSteps = 4 * static_cast<int>(kStepsPerSecond);
   Figure figure{Table({"time", "literal_y", "literal_z", "literal_condition", "short_y", "short_z", "short_condition",
@@ -142,22 +142,22 @@ Figure stretched_scene(const SceneArm& arm) {
 namespace {
 
 /// The variants of the reach from behind the neck.
-const std::array<const char*, 6> kWays{"paper; without",        "paper; with",      "paper; with; literal θ_T",
-                                       "paper; with; β = 0.02", "guarded; γ = 350", "guarded; default γ"};
+const std::array<const char*, 6> kVariants{"paper; without",        "paper; with",      "paper; with; literal θ_T",
+                                           "paper; with; β = 0.02", "guarded; γ = 350", "guarded; default γ"};
 
 std::unique_ptr<LawRun> neck_run(const Chain& chain, size_t way, const JointVector& start) {
   PaperParameters parameters{.gains = {}, .gamma = kGamma};
   switch (way) {
     case 0:
       parameters.limit_avoidance = false;
-      return watched_paper_run(chain, parameters, start);
+      return supervised_paper_run(chain, parameters, start);
     case 1:
-      return watched_paper_run(chain, parameters, start);
+      return supervised_paper_run(chain, parameters, start);
     case 2:
       return std::make_unique<PaperRun>(chain, parameters, start);
     case 3:
       parameters.gains.beta = 0.02;
-      return watched_paper_run(chain, parameters, start);
+      return supervised_paper_run(chain, parameters, start);
     case 4:
       return guarded_run(chain, kGamma, start);
     default:
@@ -213,8 +213,8 @@ Figure neck_scene(const SceneArm& arm) {
     figure.add("reported; with", quantity, reported[1][i], "°");
   }
   const std::vector<JointVector> starts = behind_the_neck(chain, kReaches);
-  std::array<Motion, kWays.size()> motions;
-  for (size_t way = 0; way < kWays.size(); ++way) {
+  std::array<Motion, kVariants.size()> motions;
+  for (size_t way = 0; way < kVariants.size(); ++way) {
     const auto run = neck_run(chain, way, start);
     run->set_target(front);
     const Motion& motion = motions[way] = record(*run, 6);
@@ -222,11 +222,11 @@ Figure neck_scene(const SceneArm& arm) {
     for (const Moment& moment : motion) low = low.cwiseMin(moment.theta);
     for (size_t i = 0; i < 4; ++i) {
       const std::string quantity = std::string("lowest angle of ").append(kJoints[i]);
-      figure.add(kWays[way], quantity, low[static_cast<int>(i)] * kDegrees, "°");
+      figure.add(kVariants[way], quantity, low[static_cast<int>(i)] * kDegrees, "°");
     }
-    figure.add(kWays[way], "farthest beyond a limit", largest_excess(chain, motion) * kDegrees, "°");
-    figure.add(kWays[way], "path / distance", straightness(motion));
-    figure.add(kWays[way], "within 1 mm for good after", settled_after(motion, front), "s");
+    figure.add(kVariants[way], "farthest beyond a limit", largest_excess(chain, motion) * kDegrees, "°");
+    figure.add(kVariants[way], "path / distance", straightness(motion));
+    figure.add(kVariants[way], "within 1 mm for good after", settled_after(motion, front), "s");
     int passed = 0, arrived = 0;
     double worst = 0;
     for (const JointVector& from : starts) {
@@ -238,9 +238,9 @@ Figure neck_scene(const SceneArm& arm) {
       arrived += (reach.back().x - front).norm() < 1e-3;
       worst = std::max(worst, excess);
     }
-    figure.add(kWays[way], "200 starts: beyond a limit", 100.0 * passed / kReaches, "%");
-    figure.add(kWays[way], "200 starts: farthest beyond", worst * kDegrees, "°");
-    figure.add(kWays[way], "200 starts: arrived within 10 s", 100.0 * arrived / kReaches, "%");
+    figure.add(kVariants[way], "200 starts: beyond a limit", 100.0 * passed / kReaches, "%");
+    figure.add(kVariants[way], "200 starts: farthest beyond", worst * kDegrees, "°");
+    figure.add(kVariants[way], "200 starts: arrived within 10 s", 100.0 * arrived / kReaches, "%");
   }
   for (size_t k = 0; k <= 840; k += 6) {
     std::vector<double> row{static_cast<double>(k) / kStepsPerSecond};

@@ -58,10 +58,10 @@ Figure failures_scene(const SceneArm& arm) {
 namespace {
 
 /// Adds the percentages of points (relative to the shoulder) below it, behind it, and near its vertical.
-void add_places(Figure& figure, const std::string& law, const std::string& what,
-                const std::vector<Eigen::Vector3d>& places, const Eigen::Vector3d& down) {
+void add_region_shares(Figure& figure, const std::string& law, const std::string& what,
+                       const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& down) {
   const auto share = [&](const auto& holds) {
-    return percent(std::ranges::count_if(places, holds), static_cast<int64_t>(places.size()));
+    return percent(std::ranges::count_if(points, holds), static_cast<int64_t>(points.size()));
   };
   figure.add(law, what + "below the shoulder", share([](const Eigen::Vector3d& p) { return p.z() < 0; }), "%");
   figure.add(law, what + "behind the shoulder", share([](const Eigen::Vector3d& p) { return p.x() < 0; }), "%");
@@ -94,15 +94,15 @@ Figure unreached_scene(const SceneArm& arm) {
     }
     if (targets.empty()) continue;
     figure.add(at_gamma(gammas[k]), "targets", static_cast<double>(targets.size()));
-    add_places(figure, at_gamma(gammas[k]), "targets ", targets, down);
-    add_places(figure, at_gamma(gammas[k]), "hands at rest ", hands, down);
+    add_region_shares(figure, at_gamma(gammas[k]), "targets ", targets, down);
+    add_region_shares(figure, at_gamma(gammas[k]), "hands at rest ", hands, down);
   }
   std::vector<ReachSample> samples(kReaches);
   ReachSampler(chain, kSeed).sample(0, samples);
   targets.clear();
   for (const ReachSample& sample : samples) targets.push_back(sample.target - shoulder);
   figure.add("all targets", "targets", static_cast<double>(kReaches));
-  add_places(figure, "all targets", "targets ", targets, down);
+  add_region_shares(figure, "all targets", "targets ", targets, down);
   return figure;
 }
 

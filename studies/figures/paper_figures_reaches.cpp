@@ -19,20 +19,20 @@ constexpr double kGamma = 350;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// A reach under one law, computed step by step and executed by the simulated robot.
-struct BothWays {
+struct ComputedAndExecuted {
   Motion computed;
   ExecutedReach executed;
 };
 
-BothWays both_ways(const SceneArm& arm, bool paper, double gamma, const JointVector& start,
-                   const Eigen::Vector3d& target, double seconds) {
+ComputedAndExecuted compute_and_execute(const SceneArm& arm, bool paper, double gamma, const JointVector& start,
+                                        const Eigen::Vector3d& target, double seconds) {
   ReachOptions options;
   if (paper) {
     options.law = PaperParameters{.gains = {}, .gamma = gamma};
   } else {
     options.law = guarded_parameters(arm.chain, gamma);
   }
-  BothWays reach{.computed = {}, .executed = execute(arm, options, start, target, seconds)};
+  ComputedAndExecuted reach{.computed = {}, .executed = execute(arm, options, start, target, seconds)};
   const auto law = law_run(arm.chain, paper, gamma, start);
   law->set_target(target);
   reach.computed = record(*law, seconds);
@@ -43,13 +43,13 @@ BothWays both_ways(const SceneArm& arm, bool paper, double gamma, const JointVec
   return reach;
 }
 
-Eigen::Vector3d place() {
+Eigen::Vector3d reach_target() {
   return {0.10, -0.12, 0.10};
 }
 
 /// The reach of Figs. 10 and 11: from the rest configuration of robots/hoap2/robot.yaml up and forward.
-BothWays point_to_point(const SceneArm& arm, bool paper) {
-  return both_ways(arm, paper, kGamma, hoap2_posture(arm.chain, {12, -17, -12, -52}), place(), 2.5);
+ComputedAndExecuted point_to_point(const SceneArm& arm, bool paper) {
+  return compute_and_execute(arm, paper, kGamma, hoap2_posture(arm.chain, {12, -17, -12, -52}), reach_target(), 2.5);
 }
 
 std::vector<std::string> columns_of(std::initializer_list<const char*> laws, std::initializer_list<const char*> names) {
@@ -104,7 +104,7 @@ std::string gamma_name(bool paper, double gamma) {
 Figure executed_scene(const SceneArm& arm) {
   Figure figure{Table(columns_of({"paper", "guarded"}, {"x", "y", "z", "arm_x", "arm_y", "arm_z", "0", "1", "2", "3",
                                                         "arm_0", "arm_1", "arm_2", "arm_3"}))};
-  std::array<BothWays, 2> reaches;
+  std::array<ComputedAndExecuted, 2> reaches;
   std::array<Difference, 2> differences;
   for (size_t i = 0; i < 2; ++i) {
     const bool paper = i == 0;
@@ -139,13 +139,13 @@ Figure profile_scene(const SceneArm& arm) {
   Figure figure{
       Table(columns_of({"paper", "guarded"}, {"0", "1", "2", "3", "target_0", "target_1", "target_2", "target_3",
                                               "speed", "arm_speed", "rate_0", "rate_1", "rate_2", "rate_3"}))};
-  std::array<BothWays, 2> reaches;
+  std::array<ComputedAndExecuted, 2> reaches;
   for (size_t i = 0; i < 2; ++i) {
     const bool paper = i == 0;
     const std::string law = paper ? "paper" : "guarded";
     reaches[i] = point_to_point(arm, paper);
     const Motion& motion = reaches[i].computed;
-    add_reach_measures(figure, law, motion, place());
+    add_reach_measures(figure, law, motion, reach_target());
     figure.add(law, "largest joint speed", largest_joint_speed(motion), "rad/s");
     const JointVector chosen = motion.front().theta_target, last = motion.back().theta_target;
     figure.add(law, "drift of θ_T; all joints together", (last - chosen).norm() * kDegrees, "°");
@@ -179,7 +179,7 @@ Figure profile_scene(const SceneArm& arm) {
   for (int k = 0; k <= 160; ++k) {
     const double time = 0.01 * k;
     std::vector<double> row{time};
-    for (const BothWays& reach : reaches) {
+    for (const ComputedAndExecuted& reach : reaches) {
       const Moment moment = moment_at(reach.computed, time);
       append(row, moment.theta, kDegrees);
       append(row, moment.theta_target, kDegrees);

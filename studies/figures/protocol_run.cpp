@@ -66,7 +66,7 @@ ProtocolRun run_controller(const Chain& chain, ReachOptions options, const Joint
 /// A target that moves with its velocity in every integration step.
 struct MovingTarget {
   Eigen::Vector3d position, velocity;  // velocity per step
-  void take(const ProtocolTarget& fresh, double now) {
+  void set(const ProtocolTarget& fresh, double now) {
     velocity = fresh.velocity / kStepsPerSecond;
     position = fresh.position + fresh.velocity * (now - fresh.time_s);
   }
@@ -79,7 +79,7 @@ ProtocolRun run_literal(const Chain& chain, const JointVector& start, const std:
   MovingTarget target{chain.position(start), Eigen::Vector3d::Zero()};
   bool chosen = false;
   return ticks(chain, start, targets, seconds, [&](const ProtocolTarget* fresh, double now) {
-    if (fresh) target.take(*fresh, now);
+    if (fresh) target.set(*fresh, now);
     if (fresh && !chosen) {
       state.theta_target = MultiStartIk(chain).best({.position = target.position}, start).theta;
       chosen = true;
@@ -100,7 +100,7 @@ ProtocolRun run_damped(const Chain& chain, const JointVector& start, const std::
   JointVector theta = start;
   MovingTarget target{chain.position(start), Eigen::Vector3d::Zero()};
   return ticks(chain, start, targets, seconds, [&](const ProtocolTarget* fresh, double now) {
-    if (fresh) target.take(*fresh, now);
+    if (fresh) target.set(*fresh, now);
     for (int step = 0; step < kStepsPerTick; ++step) {
       Eigen::Vector3d x;
       PositionJacobian J;

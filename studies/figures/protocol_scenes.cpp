@@ -36,7 +36,7 @@ JointVector middle_of(const Chain& chain) {
   return theta;
 }
 
-Eigen::Vector3d middle_place(const Chain& chain) {
+Eigen::Vector3d task_centre(const Chain& chain) {
   return chain.fixed(0).translation() + kForward * chain.reach() * Eigen::Vector3d::UnitX();
 }
 
@@ -45,8 +45,8 @@ std::vector<ProtocolTarget> reaches(const Chain& chain) {
       0.5 * kApart * chain.reach() * Eigen::Vector3d(0.032, 0.226, -0.013).normalized();  // between their two points
   std::vector<ProtocolTarget> targets;
   for (int k = 0; k < kReaches; ++k) {
-    const Eigen::Vector3d place = middle_place(chain) + (k % 2 == 0 ? 1 : -1) * half;
-    targets.push_back({.time_s = k * kReachSeconds, .position = place, .velocity = Eigen::Vector3d::Zero()});
+    const Eigen::Vector3d centre = task_centre(chain) + (k % 2 == 0 ? 1 : -1) * half;
+    targets.push_back({.time_s = k * kReachSeconds, .position = centre, .velocity = Eigen::Vector3d::Zero()});
   }
   return targets;
 }
@@ -66,18 +66,18 @@ class Lemniscate {
     }
   }
   double lap() const { return kLap * half_width_; }
-  Eigen::Vector3d at(double length) const { return place(parameter(length)); }
+  Eigen::Vector3d at(double length) const { return point_at(parameter(length)); }
   Eigen::Vector3d tangent(double length) const {
     const double u = parameter(length), small = 1e-5;
-    return (place(u + small) - place(u - small)).normalized();
+    return (point_at(u + small) - point_at(u - small)).normalized();
   }
   /// The distance of a point from the curve.
   double distance(const Eigen::Vector3d& point) const {
     constexpr size_t kStride = 8;  // such chords deviate from the curve by at most 2e-6 of its half width
     double least = std::numeric_limits<double>::infinity();
-    Eigen::Vector3d from = place(u_[0]);
+    Eigen::Vector3d from = point_at(u_[0]);
     for (size_t k = kStride; k < u_.size(); k += kStride) {
-      const Eigen::Vector3d to = place(u_[k]), chord = to - from;
+      const Eigen::Vector3d to = point_at(u_[k]), chord = to - from;
       const double along = std::clamp((point - from).dot(chord) / chord.squaredNorm(), 0.0, 1.0);
       least = std::min(least, (from + along * chord - point).norm());
       from = to;
@@ -95,7 +95,7 @@ class Lemniscate {
     const auto k = std::min(static_cast<size_t>(steps), static_cast<size_t>(kPerLap - 1));
     return u_[k] + (steps - static_cast<double>(k)) * (u_[k + 1] - u_[k]);
   }
-  Eigen::Vector3d place(double u) const {
+  Eigen::Vector3d point_at(double u) const {
     const double across = std::cos(u) / (1 + std::sin(u) * std::sin(u));
     return middle_ + half_width_ * Eigen::Vector3d(0, across, std::sin(u) * across);
   }
@@ -106,19 +106,19 @@ class Lemniscate {
 };
 
 Lemniscate lemniscate(const Chain& chain) {
-  return {middle_place(chain), kHalfWidth * chain.reach()};
+  return {task_centre(chain), kHalfWidth * chain.reach()};
 }
 
 double lemniscate_speed(const Lemniscate& curve) {
   return kLaps * curve.lap() / kLemniscateSeconds;
 }
 
-std::vector<ProtocolTarget> points_of(const Lemniscate& curve, bool velocity_told) {
+std::vector<ProtocolTarget> points_of(const Lemniscate& curve, bool with_velocity) {
   const double speed = lemniscate_speed(curve);
   std::vector<ProtocolTarget> targets;
   for (int k = 0; k < kLemniscatePoints; ++k) {
     const double time = kLemniscateSeconds * k / (kLemniscatePoints - 1), length = speed * time;
-    const Eigen::Vector3d velocity = (velocity_told ? speed : 0) * curve.tangent(length);
+    const Eigen::Vector3d velocity = (with_velocity ? speed : 0) * curve.tangent(length);
     targets.push_back({.time_s = time, .position = curve.at(length), .velocity = velocity});
   }
   return targets;
@@ -141,30 +141,30 @@ bool reaches_all(const Chain& chain, const std::vector<ProtocolTarget>& targets,
 
 /// The laws compared on a task, and the orientation for kGuardedPose: that of the hand at the centre of the task,
 /// reached from the middle of the joints' ranges.
-struct Field {
+struct ComparedLaws {
   std::vector<ProtocolLaw> laws{ProtocolLaw::kGuarded, ProtocolLaw::kPaper, ProtocolLaw::kPaperLiteral,
                                 ProtocolLaw::kDampedLeastSquares};
   Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();
 };
 
-Field field_for(const Chain& chain, const std::vector<ProtocolTarget>& targets) {
+ComparedLaws compared_laws(const Chain& chain, const std::vector<ProtocolTarget>& targets) {
   if (!reaches_all(chain, targets, {})) {
     throw std::invalid_argument("the arm does not reach all points of this task");
   }
-  Field field;
-  const auto found = controller::MultiStartIk(chain).best({.position = middle_place(chain)}, middle_of(chain));
-  field.orientation = chain.pose(found.theta).linear();
-  if (chain.size() >= 6 && reaches_all(chain, targets, field.orientation)) {
-    field.laws.push_back(ProtocolLaw::kGuardedPose);
+  ComparedLaws compared;
+  const auto found = controller::MultiStartIk(chain).best({.position = task_centre(chain)}, middle_of(chain));
+  compared.orientation = chain.pose(found.theta).linear();
+  if (chain.size() >= 6 && reaches_all(chain, targets, compared.orientation)) {
+    compared.laws.push_back(ProtocolLaw::kGuardedPose);
   }
-  return field;
+  return compared;
 }
 
-std::vector<ProtocolRun> all_runs(const Chain& chain, const Field& field, const std::vector<ProtocolTarget>& targets,
-                                  double seconds) {
+std::vector<ProtocolRun> all_runs(const Chain& chain, const ComparedLaws& compared,
+                                  const std::vector<ProtocolTarget>& targets, double seconds) {
   std::vector<ProtocolRun> runs;
-  for (const ProtocolLaw law : field.laws) {
-    runs.push_back(run_protocol(chain, law, middle_of(chain), targets, seconds, field.orientation));
+  for (const ProtocolLaw law : compared.laws) {
+    runs.push_back(run_protocol(chain, law, middle_of(chain), targets, seconds, compared.orientation));
   }
   return runs;
 }
@@ -309,9 +309,9 @@ void add_tracking(Figure& figure, const std::string& law, const Lemniscate& curv
 Figure protocol_reaches_scene(const SceneArm& arm) {
   const Chain& chain = arm.chain;
   const std::vector<ProtocolTarget> targets = reaches(chain);
-  const Field field = field_for(chain, targets);
+  const ComparedLaws compared = compared_laws(chain, targets);
   const double seconds = kReaches * kReachSeconds;
-  const std::vector<ProtocolRun> runs = all_runs(chain, field, targets, seconds);
+  const std::vector<ProtocolRun> runs = all_runs(chain, compared, targets, seconds);
   Figure figure{
       Table({"time", "distance_0", "speed_0", "distance_1", "speed_1", "distance_2", "speed_2", "distance_3", "speed_3",
              "along_0", "aside_0", "along_1", "aside_1", "along_2", "aside_2", "along_3", "aside_3"})};
@@ -333,12 +333,13 @@ Figure protocol_reaches_scene(const SceneArm& arm) {
     figure.curves.row(row);
   }
   for (size_t k = 0; k < runs.size(); ++k) {
-    const std::string law = name_of(field.laws[k]);
+    const std::string law = name_of(compared.laws[k]);
     add_reaches(figure, law, runs[k].motion, targets);
     add_run_measures(figure, law, chain, runs[k], kReachSeconds);
-    if (field.laws[k] != ProtocolLaw::kGuardedPose) continue;
+    if (compared.laws[k] != ProtocolLaw::kGuardedPose) continue;
     figure.add(law, kTurned,
-               kDegrees * most_turned(chain, runs[k].motion, field.orientation, 2 * kReachSeconds, kReachSeconds), "°");
+               kDegrees * most_turned(chain, runs[k].motion, compared.orientation, 2 * kReachSeconds, kReachSeconds),
+               "°");
   }
   const Motion ideal = minimum_jerk(targets, seconds);
   add_reaches(figure, "minimum jerk; 1.5 s", ideal, targets);
@@ -349,10 +350,10 @@ Figure protocol_reaches_scene(const SceneArm& arm) {
 Figure protocol_lemniscate_scene(const SceneArm& arm) {
   const Chain& chain = arm.chain;
   const Lemniscate curve = lemniscate(chain);
-  const Field field = field_for(chain, points_of(curve, false));
+  const ComparedLaws compared = compared_laws(chain, points_of(curve, false));
   std::array<std::vector<ProtocolRun>, 2> runs;  // without and with the target's velocity
-  for (const bool told : {false, true}) {
-    runs[told] = all_runs(chain, field, points_of(curve, told), kLemniscateSeconds);
+  for (const bool with_velocity : {false, true}) {
+    runs[with_velocity] = all_runs(chain, compared, points_of(curve, with_velocity), kLemniscateSeconds);
   }
   Figure figure{Table({"time", "target_y", "target_z", "y_0", "z_0", "y_1", "z_1", "y_2", "z_2", "y_3", "z_3",
                        "untold_0", "untold_1", "untold_2", "untold_3", "told_0", "told_1", "told_2", "told_3"})};
@@ -371,15 +372,15 @@ Figure protocol_lemniscate_scene(const SceneArm& arm) {
     }
     figure.curves.row(row);
   }
-  for (const bool told : {false, true}) {
-    for (size_t k = 0; k < runs[told].size(); ++k) {
-      const std::string law = name_of(field.laws[k]) + (told ? "; velocity told" : "");
-      const ProtocolRun& run = runs[told][k];
+  for (const bool with_velocity : {false, true}) {
+    for (size_t k = 0; k < runs[with_velocity].size(); ++k) {
+      const std::string law = name_of(compared.laws[k]) + (with_velocity ? "; velocity told" : "");
+      const ProtocolRun& run = runs[with_velocity][k];
       add_tracking(figure, law, curve, run);
       add_run_measures(figure, law, chain, run, kArrivalSeconds);
-      if (field.laws[k] != ProtocolLaw::kGuardedPose) continue;
+      if (compared.laws[k] != ProtocolLaw::kGuardedPose) continue;
       figure.add(law, kTurned,
-                 kDegrees * most_turned(chain, run.motion, field.orientation, kArrivalSeconds, kProtocolTick), "°");
+                 kDegrees * most_turned(chain, run.motion, compared.orientation, kArrivalSeconds, kProtocolTick), "°");
     }
   }
   return figure;

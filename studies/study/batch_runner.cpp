@@ -15,15 +15,14 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
   return std::make_unique<controller::PaperBatch>(
-      chain, controller::PaperParameters{.gains = law.gains, .gamma = 0, .limit_avoidance = true}, law.rechoose_m,
-      arms);
+      chain, controller::PaperParameters{.gains = law.gains, .gamma = 0, .limit_avoidance = true}, law.drift_m, arms);
 }
 
 BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed)
     : batch_(make_batch(chain, law, law.guarded ? kGuardedArms : kPaperArms)),
-      plan_(chain, {}),
-      watches_(static_cast<size_t>(batch_->blocks())),
-      under_way_(static_cast<size_t>(batch_->size())),
+      constants_(chain, {}),
+      monitors_(static_cast<size_t>(batch_->blocks())),
+      running_jobs_(static_cast<size_t>(batch_->size())),
       gammas_(gammas),
       tallies_(gammas.size()),
       keep_failed_(keep_failed) {
@@ -41,18 +40,18 @@ void BatchRunner::add(int64_t index, const ReachSample& sample) {
 void BatchRunner::begin_next(int arm) {
   const auto block = static_cast<size_t>(arm / kRowLanes);
   const int lane = arm % kRowLanes;
-  Job& job = under_way_[static_cast<size_t>(arm)] = jobs_[next_job_++];
+  Job& job = running_jobs_[static_cast<size_t>(arm)] = jobs_[next_job_++];
   if (!batch_->start(arm, job.sample.start, job.sample.target, job.sample.target_posture, gammas_[job.gamma])) {
     throw std::logic_error("reach " + std::to_string(job.index) + " of the study cannot be started");
   }
-  watches_[block].begin(batch_->block(static_cast<int>(block)), lane);
+  monitors_[block].begin(batch_->block(static_cast<int>(block)), lane);
 }
 
-void BatchRunner::harvest(int arm) {
+void BatchRunner::collect_result(int arm) {
   const auto block = static_cast<size_t>(arm / kRowLanes);
-  const Job& job = under_way_[static_cast<size_t>(arm)];
-  const ReachResult result = watches_[block].result(plan_, arm % kRowLanes);
-  tallies_[job.gamma].add(job.index, result, plan_.rules);
+  const Job& job = running_jobs_[static_cast<size_t>(arm)];
+  const ReachResult result = monitors_[block].result(constants_, arm % kRowLanes);
+  tallies_[job.gamma].add(job.index, result, constants_.rules);
   batch_->stop(arm);
   ++finished_;
   if (result.arrived || !keep_failed_) return;
@@ -72,9 +71,9 @@ bool BatchRunner::step() {
   if (!some) return false;
   batch_->step();
   for (size_t block = 0; block < running.size(); ++block) {
-    const uint32_t over = watches_[block].take(plan_, batch_->block(static_cast<int>(block))) & running[block];
+    const uint32_t over = monitors_[block].update(constants_, batch_->block(static_cast<int>(block))) & running[block];
     for (int lane = 0; over >> lane != 0; ++lane) {
-      if (over >> lane & 1) harvest(static_cast<int>(block) * kRowLanes + lane);
+      if (over >> lane & 1) collect_result(static_cast<int>(block) * kRowLanes + lane);
     }
   }
   return true;

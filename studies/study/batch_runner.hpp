@@ -23,7 +23,7 @@ struct StudyLaw {
   bool guarded = true;
   controller::ViteGains gains{0.08, 0.02};
   /// Law paper: theta_T is searched again when K(theta_T) is further than this from the target, m; may be infinite.
-  double rechoose_m = 0.01;
+  double drift_m = 0.01;
 };
 
 /// Creates a batch of at least `arms` arms under `law`.
@@ -59,15 +59,15 @@ class BatchRunner {
   // in the same step fill the SIMD lanes of the search.
   static constexpr int kGuardedArms = 4 * kRowLanes, kPaperArms = 64 * kRowLanes;
 
-  void harvest(int arm);
+  void collect_result(int arm);
   void begin_next(int arm);
 
   std::unique_ptr<controller::ArmBatch> batch_;
-  MonitorPlan plan_;
-  std::vector<MonitorBlock> watches_;
+  MonitorConstants constants_;
+  std::vector<MonitorBlock> monitors_;
   std::vector<Job> jobs_;  // jobs from next_job_ on are waiting
   size_t next_job_ = 0;
-  std::vector<Job> under_way_;  // the current job of each arm
+  std::vector<Job> running_jobs_;  // the current job of each arm
   std::vector<double> gammas_;
   std::vector<Tally> tallies_;
   bool keep_failed_;

@@ -239,13 +239,13 @@ int main(int argc, char** argv) {
   cli.add_option("--samples", options.samples, "reaches for each gamma")
       ->check(CLI::Range(int64_t{1}, int64_t{1000000000000}))
       ->capture_default_str();
-  cli.add_option("--seed", options.seed, "of the starts and targets")->capture_default_str();
+  cli.add_option("--seed", options.seed, "random seed of the starts and targets")->capture_default_str();
   cli.add_option("--targets", options.targets,
                  "space: uniform in the reachable space (an arm of no closed form: postures); postures: the hand's "
                  "positions at uniform postures")
       ->check(CLI::IsMember({"space", "postures"}))
       ->capture_default_str();
-  cli.add_option("--shard", options.shard, "i/n: do only the i-th of n parts")->capture_default_str();
+  cli.add_option("--shard", options.shard, "i/n: run only part i of n; i from 0 to n - 1")->capture_default_str();
   cli.add_option("--threads", options.threads, "threads; the results are the same with any number")
       ->check(CLI::Range(1, 1024))
       ->capture_default_str();
@@ -255,8 +255,7 @@ int main(int argc, char** argv) {
   cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
       ->check(finite_range(1e-6, 1.0));
   cli.add_option("--drift", options.drift_m,
-                 "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for "
-                 "never")
+                 "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
       ->check(finite_range(0.0, 1e6))
       ->capture_default_str();
   cli.add_option("--json", options.json, "where to write the results; - for standard output, also without --csv");
@@ -264,7 +263,7 @@ int main(int argc, char** argv) {
   cli.add_option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
   cli.add_option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
       ->check(CLI::Range(int64_t{0}, int64_t{1000000000000}));
-  CLI::App* merging = cli.add_subcommand("merge", "add up the results of several shards");
+  CLI::App* merging = cli.add_subcommand("merge", "merge the results of all shards of a study");
   merging->add_option("files", options.merge, "JSON files of the shards")->required();
   merging->add_option("--json", options.json, "where to write the results; - for standard output");
   merging->add_option("--csv", options.csv, "where to write them as a table");

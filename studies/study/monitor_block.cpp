@@ -17,49 +17,51 @@ HWY_INLINE Lanes length_of(const std::array<Lanes, 3>& v) {
   return square_root(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-LanesMask take_lanes(const MonitorPlan& plan, const controller::ArmBlock& block, MonitorBlock& watch, int first) {
-  const ReachRules& rules = plan.rules;
-  const Lanes steps = load(watch.steps, first) + 1;
-  Lanes fastest = 0, sum = 0, limit_excess = load(watch.limit_excess, first);
-  Lanes velocity_excess = load(watch.velocity_excess, first);
-  for (size_t i = 0; i < static_cast<size_t>(plan.n); ++i) {
+LanesMask update_monitor_lanes(const MonitorConstants& constants, const controller::ArmBlock& block,
+                               MonitorBlock& monitor, int first) {
+  const ReachRules& rules = constants.rules;
+  const Lanes steps = load(monitor.steps, first) + 1;
+  Lanes fastest = 0, sum = 0, limit_excess = load(monitor.limit_excess, first);
+  Lanes velocity_excess = load(monitor.velocity_excess, first);
+  for (size_t i = 0; i < static_cast<size_t>(constants.n); ++i) {
     const Lanes theta = load(block.joints[i].theta, first), speed = absolute(load(block.joints[i].velocity, first));
     fastest = greater(fastest, speed);
     sum += theta + speed;
-    limit_excess = greater(greater(limit_excess, theta - plan.upper[i]), plan.lower[i] - theta);
-    velocity_excess = greater(velocity_excess, speed * rules.steps_per_second - plan.speed[i]);
+    limit_excess = greater(greater(limit_excess, theta - constants.upper[i]), constants.lower[i] - theta);
+    velocity_excess = greater(velocity_excess, speed * rules.steps_per_second - constants.speed[i]);
   }
   std::array<Lanes, 3> moved, missing;
   for (size_t k = 0; k < 3; ++k) {
     const Lanes x = load(block.x[k], first);
     sum += x;
-    moved[k] = x - load(watch.last_x[k], first);
+    moved[k] = x - load(monitor.last_x[k], first);
     missing[k] = x - load(block.target[k], first);
-    store(x, watch.last_x[k], first);
+    store(x, monitor.last_x[k], first);
   }
   const LanesMask finite = absolute(sum) <= std::numeric_limits<double>::max();
   const Lanes error = length_of(missing);
   const LanesMask apart = error >= rules.settled_m;
-  const Lanes settled = load(watch.settled_step, first);
+  const Lanes settled = load(monitor.settled_step, first);
   const LanesMask still = fastest < rules.still;
-  const Lanes still_steps = where(still, load(watch.still_steps, first) + 1, 0);
+  const Lanes still_steps = where(still, load(monitor.still_steps, first) + 1, 0);
   const LanesMask there = still & (error < 0.1 * rules.arrived_m);
   const LanesMask rests = still_steps > rules.rest_steps;
-  store(steps, watch.steps, first);
-  store(limit_excess, watch.limit_excess, first);
-  store(velocity_excess, watch.velocity_excess, first);
-  store(load(watch.path, first) + length_of(moved), watch.path, first);
-  store(where(finite, error, std::numeric_limits<double>::infinity()), watch.error, first);
-  store(where(finite, 1, 0), watch.finite, first);
-  store(where(apart, -1, where(settled < 0, steps, settled)), watch.settled_step, first);
-  store(still_steps, watch.still_steps, first);
+  store(steps, monitor.steps, first);
+  store(limit_excess, monitor.limit_excess, first);
+  store(velocity_excess, monitor.velocity_excess, first);
+  store(load(monitor.path, first) + length_of(moved), monitor.path, first);
+  store(where(finite, error, std::numeric_limits<double>::infinity()), monitor.error, first);
+  store(where(finite, 1, 0), monitor.finite, first);
+  store(where(apart, -1, where(settled < 0, steps, settled)), monitor.settled_step, first);
+  store(still_steps, monitor.still_steps, first);
   return (!finite) | there | rests | !(steps < rules.seconds * rules.steps_per_second);
 }
 
-uint32_t take_block(const MonitorPlan& plan, const controller::ArmBlock& block, MonitorBlock& watch) {
+uint32_t update_monitor_block(const MonitorConstants& constants, const controller::ArmBlock& block,
+                              MonitorBlock& monitor) {
   uint32_t over = 0;
   for (int first = 0; first < kRowLanes; first += kWidth) {
-    over |= bits_of(take_lanes(plan, block, watch, first)) << first;
+    over |= bits_of(update_monitor_lanes(constants, block, monitor, first)) << first;
   }
   return over;
 }
@@ -71,9 +73,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace multireach {
 
-HWY_EXPORT(take_block);
+HWY_EXPORT(update_monitor_block);
 
-MonitorPlan::MonitorPlan(const Chain& chain, const ReachRules& reach_rules) : n(chain.size()), rules(reach_rules) {
+MonitorConstants::MonitorConstants(const Chain& chain, const ReachRules& reach_rules)
+    : n(chain.size()), rules(reach_rules) {
   for (int i = 0; i < n; ++i) {
     lower[static_cast<size_t>(i)] = chain.lower()[i];
     upper[static_cast<size_t>(i)] = chain.upper()[i];
@@ -94,15 +97,15 @@ void MonitorBlock::begin(const controller::ArmBlock& block, int lane) {
   distance[lane] = error[lane] = multireach::length_of(missing);
 }
 
-uint32_t MonitorBlock::take(const MonitorPlan& plan, const controller::ArmBlock& block) {
-  return HWY_DYNAMIC_DISPATCH(take_block)(plan, block, *this);
+uint32_t MonitorBlock::update(const MonitorConstants& constants, const controller::ArmBlock& block) {
+  return HWY_DYNAMIC_DISPATCH(update_monitor_block)(constants, block, *this);
 }
 
-ReachResult MonitorBlock::result(const MonitorPlan& plan, int lane) const {
+ReachResult MonitorBlock::result(const MonitorConstants& constants, int lane) const {
   ReachResult result;
   result.finite = finite[lane] > 0;
   result.error_m = error[lane];
-  result.arrived = result.finite && result.error_m <= plan.rules.arrived_m;
+  result.arrived = result.finite && result.error_m <= constants.rules.arrived_m;
   result.limit_excess = limit_excess[lane];
   result.velocity_excess = velocity_excess[lane];
   result.distance_m = distance[lane];

@@ -6,8 +6,8 @@
 namespace multireach {
 
 /// The constants common to all monitored reaches.
-struct MonitorPlan {
-  MonitorPlan(const Chain& chain, const ReachRules& reach_rules);
+struct MonitorConstants {
+  MonitorConstants(const Chain& chain, const ReachRules& reach_rules);
 
   int n;
   ReachRules rules;
@@ -20,8 +20,8 @@ class MonitorBlock {
   /// Begins a reach in this lane. Call it just after starting the lane's arm.
   void begin(const controller::ArmBlock& block, int lane);
   /// Evaluates one step of all arms. Returns a mask: bit a is set when the reach of lane a is over.
-  uint32_t take(const MonitorPlan& plan, const controller::ArmBlock& block);
-  ReachResult result(const MonitorPlan& plan, int lane) const;
+  uint32_t update(const MonitorConstants& constants, const controller::ArmBlock& block);
+  ReachResult result(const MonitorConstants& constants, int lane) const;
 
   // One row for each field of ReachResult and each state variable of ReachMonitor.
   Row steps{}, settled_step{}, still_steps{}, limit_excess{}, velocity_excess{}, distance{}, path{}, error{}, finite{};

@@ -50,7 +50,7 @@ class ReachMonitor {
 
   /// Evaluates the arm after one step; `velocity` is per step. Returns false when the reach is over.
   template <class Theta, class Velocity>
-  bool take(const Theta& theta, const Velocity& velocity, const Eigen::Vector3d& x) {
+  bool update(const Theta& theta, const Velocity& velocity, const Eigen::Vector3d& x) {
     ++result_.steps;
     double fastest = 0, sum = x.sum();
     for (int i = 0; i < chain_.size(); ++i) {
@@ -100,9 +100,9 @@ class ReachMonitor {
 ReachResult run_guarded(controller::GuardedLaw& law, const ReachSample& sample, const ReachRules& rules);
 
 /// Runs a reach under the law `paper`. As in Sect. 3.4, theta_T is searched again when K(theta_T) is further than
-/// `rechoose_m` from the target.
+/// `drift_m` from the target.
 ReachResult run_paper(const Chain& chain, const controller::PaperParameters& parameters,
-                      const controller::MultiStartIk& search, double rechoose_m, const ReachSample& sample,
+                      const controller::MultiStartIk& search, double drift_m, const ReachSample& sample,
                       const ReachRules& rules);
 
 }  // namespace multireach

@@ -71,7 +71,7 @@ void Tally::add(int64_t index, const ReachResult& reach, const ReachRules& rules
   max_error_m = std::max(max_error_m, reach.error_m);
   max_limit_excess = std::max(max_limit_excess, reach.limit_excess);
   max_velocity_excess = std::max(max_velocity_excess, reach.velocity_excess);
-  if (reach.distance_m > kShortest) {
+  if (reach.distance_m > kMinDistance) {
     path_ratio.add(std::llround(std::min(reach.path_m / reach.distance_m, 1e6) * kRatioBins));
   }
   settle_steps.add(reach.settled_step >= 0 ? reach.settled_step : kNever);

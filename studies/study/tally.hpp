@@ -32,12 +32,12 @@ struct Tally {
   double max_error_m = 0;                                // over the reaches that stayed finite
   double max_limit_excess = 0, max_velocity_excess = 0;  // over the reaches that stayed finite
   int64_t first_failure = -1;                            // smallest index of a failed reach; -1 for none
-  Histogram path_ratio{};                                // ratio * kRatioBins; only for distances over kShortest
+  Histogram path_ratio{};                                // ratio * kRatioBins; only for distances over kMinDistance
   Histogram settle_steps{};                              // all reaches; those that never settled are in the last bin
   double seconds = 0;                                    // computing time, summed over threads
 
   static constexpr double kRatioBins = 1000;
-  static constexpr double kShortest = 0.01;  // m: the path ratio of a shorter reach is not meaningful
+  static constexpr double kMinDistance = 0.01;  // m: the path ratio of a shorter reach is not meaningful
 
   /// Wilson's 95 % confidence interval of the failure ratio; (0, 1) without samples.
   std::pair<double, double> failure_interval() const;

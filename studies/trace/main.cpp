@@ -42,7 +42,7 @@ void add_options(CLI::App& cli, Options& options) {
       ->check(finite_range(0.0, 1.0));
   cli.add_option(
          "--drift", options.drift_m,
-         "law paper: choose theta_T anew when K(theta_T) is further than this from the target, mm; 0 for never, as "
+         "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never, as "
          "printed in the paper")
       ->check(finite_range(0.0, 1e6))
       ->capture_default_str();
@@ -54,7 +54,7 @@ void add_options(CLI::App& cli, Options& options) {
 
 JointVector posture_of(const Chain& chain, const std::string& option, const std::string& text) {
   const std::vector<double> values = parse_numbers(option, text);
-  if (const auto fault = posture_fault(chain, values, option)) throw InputError(*fault);
+  if (const auto fault = joint_configuration_fault(chain, values, option)) throw InputError(*fault);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
 }
 
@@ -82,8 +82,8 @@ InputError refused() {
 std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
                        const JointVector& theta_target) {
   const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
-  const double rechoose_m = options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
-  controller::PaperBatch batch(chain, law, rechoose_m, 1);
+  const double drift_m = options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
+  controller::PaperBatch batch(chain, law, drift_m, 1);
   if (!batch.start(0, start, x_T, theta_target)) throw refused();
   const controller::ArmBlock& block = batch.block(0);
   JointVector goal(chain.size());

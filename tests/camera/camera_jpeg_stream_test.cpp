@@ -2,7 +2,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "camera/devices/frame_maker.hpp"
+#include "camera/devices/frame_converter.hpp"
 #include "camera/devices/jpeg_stream.hpp"
 #include "imaging/image_codec.hpp"
 #include "numeric/random.hpp"
@@ -131,12 +131,12 @@ TEST_F(Stream, AMegabyteOfGarbageDoesNoHarm) {
 /// The frames of an image; none when it is refused, with the reason in `refused_`.
 class Maker : public ::testing::Test {
  protected:
-  std::vector<Frame> frames(const FrameForm& form, RawImage image) {
-    FrameMaker maker(form);
-    return frames(maker, std::move(image));
+  std::vector<Frame> frames(const FrameConversion& form, RawImage image) {
+    FrameConverter converter(form);
+    return frames(converter, std::move(image));
   }
-  std::vector<Frame> frames(FrameMaker& maker, RawImage image) {
-    auto made = maker.make(std::move(image), 77);
+  std::vector<Frame> frames(FrameConverter& converter, RawImage image) {
+    auto made = converter.convert(std::move(image), 77);
     if (auto* reason = std::get_if<std::string>(&made)) {
       refused_ = *reason;
       return {};
@@ -217,11 +217,11 @@ TEST_F(Maker, EncodesOrSendsRawWhatIsNotJpeg) {
 }
 
 TEST_F(Maker, RefusesOtherSizesAndDamage) {
-  FrameMaker maker({});
-  EXPECT_EQ(frames(maker, raw(jpeg(96, 64))).size(), 1U);
-  EXPECT_TRUE(frames(maker, raw(jpeg(64, 64))).empty());
+  FrameConverter converter({});
+  EXPECT_EQ(frames(converter, raw(jpeg(96, 64))).size(), 1U);
+  EXPECT_TRUE(frames(converter, raw(jpeg(64, 64))).empty());
   EXPECT_EQ(refused_, "gives images of 64 x 64 pixels, not 96 x 64");
-  EXPECT_EQ(frames(maker, raw(jpeg(96, 64))).size(), 1U);
+  EXPECT_EQ(frames(converter, raw(jpeg(96, 64))).size(), 1U);
   EXPECT_TRUE(frames({.width = 640, .height = 480}, raw(jpeg(96, 64))).empty());
   EXPECT_EQ(refused_, "gives images of 96 x 64 pixels, not 640 x 480");
   EXPECT_TRUE(frames({.side_by_side = true}, raw(jpeg(95, 64))).empty());

@@ -108,9 +108,9 @@ class Buffer : public ::testing::Test {
  protected:
   void put_pairs(int count, int64_t skew) {
     for (int i = 0; i < count; ++i, now_ += kPeriod) {
-      buffer_.put(Side::kLeft, Frame{.utime = now_});
-      buffer_.put(Side::kRight, Frame{.utime = now_ + skew});
-      ASSERT_TRUE(buffer_.take(0));
+      buffer_.push(Side::kLeft, Frame{.utime = now_});
+      buffer_.push(Side::kRight, Frame{.utime = now_ + skew});
+      ASSERT_TRUE(buffer_.pop(0));
     }
   }
   std::string state() { return buffer_.state(now_); }
@@ -124,33 +124,33 @@ TEST_F(Buffer, SaysHowFarApartTheImagesAre) {
   EXPECT_EQ(state(), "running, skew 1.2 ms, max 1.2, 0 unpaired");
   put_pairs(1, -3400);
   EXPECT_EQ(state(), "running, skew 1.2 ms, max 3.4, 0 unpaired");
-  EXPECT_FALSE(buffer_.take(0));
+  EXPECT_FALSE(buffer_.pop(0));
   EXPECT_FALSE(buffer_.ended());
 }
 
 TEST_F(Buffer, SaysWhatIsWrong) {
   put_pairs(3, 0);
-  buffer_.set_trouble(Side::kRight, "right camera 2 is gone, trying again");
+  buffer_.set_fault(Side::kRight, "right camera 2 is gone, trying again");
   EXPECT_EQ(state(), "right camera 2 is gone, trying again");
-  buffer_.set_trouble(Side::kLeft, "left camera 0 gives no images");
+  buffer_.set_fault(Side::kLeft, "left camera 0 gives no images");
   EXPECT_EQ(state(), "left camera 0 gives no images; right camera 2 is gone, trying again");
-  buffer_.set_trouble(Side::kLeft, "");
-  buffer_.set_trouble(Side::kRight, "");
+  buffer_.set_fault(Side::kLeft, "");
+  buffer_.set_fault(Side::kRight, "");
   for (int i = 0; i < 90; ++i, now_ += kPeriod) {
-    buffer_.put(Side::kLeft, Frame{.utime = now_});
-    buffer_.put(Side::kRight, Frame{.utime = now_ + 10000});
+    buffer_.push(Side::kLeft, Frame{.utime = now_});
+    buffer_.push(Side::kRight, Frame{.utime = now_ + 10000});
   }
   EXPECT_EQ(state(), "no pair for 3 s: left and right are more than 5.0 ms apart, 179 unpaired");
 }
 
 TEST_F(Buffer, HoldsFewPairsThatNobodyTakes) {
   for (int i = 0; i < 100; ++i, now_ += kPeriod) {
-    buffer_.put(Side::kLeft, Frame{.utime = now_});
-    buffer_.put(Side::kRight, Frame{.utime = now_});
+    buffer_.push(Side::kLeft, Frame{.utime = now_});
+    buffer_.push(Side::kRight, Frame{.utime = now_});
   }
   EXPECT_FALSE(buffer_.wait_for_room(Side::kLeft, 0));
   int held = 0;
-  while (const auto pair = buffer_.take(0)) {
+  while (const auto pair = buffer_.pop(0)) {
     ++held;
     EXPECT_GT(pair->left.utime, now_ - 10 * kPeriod) << "the newest are kept";
   }
@@ -160,24 +160,24 @@ TEST_F(Buffer, HoldsFewPairsThatNobodyTakes) {
 }
 
 TEST_F(Buffer, HoldsBackAFasterSideWhileTheOtherMayCome) {
-  for (int i = 0; i < 8; ++i, now_ += kPeriod) buffer_.put(Side::kLeft, Frame{.utime = now_});
+  for (int i = 0; i < 8; ++i, now_ += kPeriod) buffer_.push(Side::kLeft, Frame{.utime = now_});
   EXPECT_FALSE(buffer_.wait_for_room(Side::kLeft, 0));
-  buffer_.set_trouble(Side::kRight, "right camera 2 is gone, trying again");
+  buffer_.set_fault(Side::kRight, "right camera 2 is gone, trying again");
   EXPECT_TRUE(buffer_.wait_for_room(Side::kLeft, 0));
 }
 
 TEST_F(Buffer, EndsWhenASideHasEndedAndItsPairsAreTaken) {
-  buffer_.put(Side::kLeft, Frame{.utime = now_});
+  buffer_.push(Side::kLeft, Frame{.utime = now_});
   buffer_.end(Side::kLeft);
   EXPECT_FALSE(buffer_.ended()) << "the right one of the last pair may still come";
-  buffer_.put(Side::kRight, Frame{.utime = now_});
+  buffer_.push(Side::kRight, Frame{.utime = now_});
   EXPECT_FALSE(buffer_.ended());
-  EXPECT_TRUE(buffer_.take(0));
+  EXPECT_TRUE(buffer_.pop(0));
   EXPECT_TRUE(buffer_.ended());
 }
 
 TEST_F(Buffer, EndsWhenBothHaveEndedWithoutAPair) {
-  buffer_.put(Side::kLeft, Frame{.utime = now_});
+  buffer_.push(Side::kLeft, Frame{.utime = now_});
   buffer_.end(Side::kLeft);
   buffer_.end(Side::kRight);
   EXPECT_TRUE(buffer_.ended());

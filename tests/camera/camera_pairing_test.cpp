@@ -157,9 +157,9 @@ TEST(FramePairing, OutlivesASideThatStops) {
   EXPECT_EQ(pairs, 30U);
   for (; t < 10000 * kPeriod; t += kPeriod) {
     EXPECT_TRUE(pairing.add(Side::kRight, Frame{.utime = t}).empty());
-    ASSERT_LE(pairing.waiting(Side::kRight), FramePairing::kDeepest);
+    ASSERT_LE(pairing.waiting(Side::kRight), FramePairing::kMaxQueue);
   }
-  pairing.forget(Side::kLeft);
+  pairing.reset(Side::kLeft);
   for (int i = 0; i < 10; ++i, t += kPeriod) {
     pairs += pairing.add(Side::kRight, Frame{.utime = t}).size();
     pairs += pairing.add(Side::kLeft, Frame{.utime = t + 100}).size();

@@ -188,7 +188,7 @@ TEST_F(V4l2, GivesJpegWithTheDriversTime) {
   EXPECT_EQ(grab.image.width, 640);
   EXPECT_EQ(grab.image.monotonic_us, 4990000);
   EXPECT_EQ(driver_.queued, 3) << "the buffer goes back";
-  EXPECT_EQ(opened.device->grab(1000).kind, Grab::Kind::kNothing);
+  EXPECT_EQ(opened.device->grab(1000).kind, Grab::Kind::kNoImage);
 }
 
 TEST_F(V4l2, StampsItselfWhatHasNoTimeOfThisClock) {
@@ -239,12 +239,11 @@ TEST_F(V4l2, LocksWhatIsGivenAndRemarksWhatIsNotAccepted) {
                       {V4L2_CID_WHITE_BALANCE_TEMPERATURE, {2800, 6500, 4000}}};
   const auto opened = open({.exposure_ms = 7.5, .white_balance_k = 9000, .gain = 4});
   ASSERT_TRUE(opened.device);
-  EXPECT_EQ(
-      opened.remarks,
-      (std::vector<std::string>{
-          "'/dev/video0': gives 25 images per second, not 30 as asked",
-          "'/dev/video0': gain 4 was not accepted: the device has no such control",
-          "'/dev/video0': white_balance_k 9000 was not accepted: the device takes 2800 to 6500 where this is 9000"}));
+  EXPECT_EQ(opened.remarks,
+            (std::vector<std::string>{
+                "'/dev/video0': gives 25 images per second, not 30 as asked",
+                "'/dev/video0': gain 4 was not accepted: the device has no such control",
+                "'/dev/video0': white_balance_k 9000 was not accepted: the device accepts 2800 to 6500, not 9000"}));
   EXPECT_EQ(driver_.controls[V4L2_CID_EXPOSURE_ABSOLUTE].value, 75);
   EXPECT_EQ(driver_.controls[V4L2_CID_EXPOSURE_AUTO].value, V4L2_EXPOSURE_MANUAL);
   EXPECT_EQ(driver_.controls[V4L2_CID_EXPOSURE_AUTO_PRIORITY].value, 0);
@@ -290,12 +289,12 @@ TEST_F(V4l2, IsGoneWhenUnpluggedOrSilent) {
   auto opened = open();
   driver_.present = false;
   const Grab unplugged = opened.device->grab(1000);
-  EXPECT_EQ(unplugged.kind, Grab::Kind::kGone);
+  EXPECT_EQ(unplugged.kind, Grab::Kind::kDisconnected);
   EXPECT_EQ(unplugged.reason, "is gone");
   driver_.present = true;
   opened = open();
   const int64_t begin = driver_.now_us;
-  while (opened.device->grab(100000).kind == Grab::Kind::kNothing) ASSERT_LT(driver_.now_us - begin, 3000000);
+  while (opened.device->grab(100000).kind == Grab::Kind::kNoImage) ASSERT_LT(driver_.now_us - begin, 3000000);
   EXPECT_GT(driver_.now_us - begin, 2000000);
 }
 

@@ -4,6 +4,7 @@
 #include "controller/batch/guarded_batch.hpp"
 #include "controller/batch/paper_batch.hpp"
 #include "controller/law/paper_equations.hpp"
+#include "numeric/instruction_set.hpp"
 
 #include <gtest/gtest.h>
 
@@ -83,24 +84,24 @@ int64_t compare(const Chain& chain, int arms, int steps, const std::string& what
 
 class EveryInstructionSet : public ::testing::Test {
  protected:
-  ~EveryInstructionSet() override { use_instruction_set(before_); }
-  std::string before_ = instruction_set();
+  ~EveryInstructionSet() override { select_instruction_set(before_); }
+  std::string before_ = active_instruction_set();
 };
 
 TEST_F(EveryInstructionSet, GivesTheBitsOfOneArmAlone) {
-  for (const std::string& name : instruction_sets()) {
-    ASSERT_TRUE(use_instruction_set(name));
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
     for (const auto& file : testing::all_arm_files()) {
       compare(testing::load(file), 43, 900, name + ", " + file.path);
     }
   }
-  EXPECT_FALSE(use_instruction_set("PDP-11"));
+  EXPECT_FALSE(select_instruction_set("PDP-11"));
 }
 
 /// Repeated full steps of (27) can be chaotic, so each step is compared on its own, starting from the batch's state.
 TEST_F(EveryInstructionSet, TakesTheStepsOfThePaper) {
-  for (const std::string& name : instruction_sets()) {
-    ASSERT_TRUE(use_instruction_set(name));
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
     for (const auto& file : testing::all_arm_files()) {
       const Chain chain = testing::load(file);
       const int n = chain.size();
@@ -160,8 +161,8 @@ TEST_F(EveryInstructionSet, TakesTheStepsOfThePaper) {
 TEST_F(EveryInstructionSet, FindsThePosturesThatOneSearchFinds) {
   const Chain chain = testing::hoap2();
   const MultiStartIk search(chain);
-  for (const std::string& name : instruction_sets()) {
-    ASSERT_TRUE(use_instruction_set(name));
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
     int answers = 0;
     for (uint64_t k = 0; k < 40; ++k) {
       IkQueries queries;

@@ -18,22 +18,22 @@ int64_t from_environment(const char* name, int64_t otherwise) {
 }
 
 /// Generates random arguments: mostly plausible ones, some at the extremes of a double, infinite or not a number.
-class Wild {
+class RandomInput {
  public:
-  explicit Wild(uint64_t seed) : random_(seed, 77) {}
+  explicit RandomInput(uint64_t seed) : random_(seed, 77) {}
 
   double uniform(double from, double to) { return random_.uniform(counter_++, from, to); }
   bool chance(double of_one) { return uniform(0, 1) < of_one; }
   int below(int n) { return std::min(n - 1, static_cast<int>(uniform(0, n))); }
-  double number(double scale, double how_wild = 0.02) {
-    if (!chance(how_wild)) return uniform(-scale, scale);
-    static constexpr double kWild[] = {0.0,  -0.0, NAN,   INFINITY, -INFINITY, 1e9,  -1e9,
-                                       1e5,  -1e5, 1e300, -1e300,   5e-324,    1e-9, 1.7976931348623157e308,
-                                       1e15, -1e15};
-    return kWild[below(std::size(kWild))];
+  double number(double scale, double extreme_share = 0.02) {
+    if (!chance(extreme_share)) return uniform(-scale, scale);
+    static constexpr double kExtremes[] = {0.0,  -0.0, NAN,   INFINITY, -INFINITY, 1e9,  -1e9,
+                                           1e5,  -1e5, 1e300, -1e300,   5e-324,    1e-9, 1.7976931348623157e308,
+                                           1e15, -1e15};
+    return kExtremes[below(std::size(kExtremes))];
   }
-  Eigen::Vector3d vector(double scale, double how_wild = 0.02) {
-    const double x = number(scale, how_wild), y = number(scale, how_wild), z = number(scale, how_wild);
+  Eigen::Vector3d vector(double scale, double extreme_share = 0.02) {
+    const double x = number(scale, extreme_share), y = number(scale, extreme_share), z = number(scale, extreme_share);
     return {x, y, z};
   }
   JointVector joints(int n, double scale) {
@@ -108,13 +108,13 @@ Chain arm(uint64_t which) {
 }
 
 /// Checks each output against the limits and the output before it.
-struct Promise {
+struct LimitCheck {
   const Chain& chain;
   JointVector theta, velocity;
   bool fresh = true;
 
-  void keep(const Eigen::Ref<const Eigen::VectorXd>& now, const Eigen::Ref<const Eigen::VectorXd>& speed, double rate,
-            const JointVector& acceleration) {
+  void check(const Eigen::Ref<const Eigen::VectorXd>& now, const Eigen::Ref<const Eigen::VectorXd>& speed, double rate,
+             const JointVector& acceleration) {
     ASSERT_TRUE(now.allFinite() && speed.allFinite());
     for (int i = 0; i < chain.size(); ++i) {
       const double excess = std::max(chain.lower()[i] - now[i], now[i] - chain.upper()[i]);
@@ -131,46 +131,46 @@ struct Promise {
 };
 
 void fuzz_law(uint64_t seed, int64_t calls) {
-  Wild wild(seed);
+  RandomInput input(seed);
   const Chain chain = arm(seed);
-  GuardedParameters parameters{.gamma = std::pow(10, wild.uniform(-3, 6))};
-  if (wild.chance(0.2)) parameters.gamma = 0;
-  if (wild.chance(0.5)) parameters.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
-  if (wild.chance(0.3)) parameters.body.link_radius_m = wild.uniform(0.001, 0.1) * chain.reach();
+  GuardedParameters parameters{.gamma = std::pow(10, input.uniform(-3, 6))};
+  if (input.chance(0.2)) parameters.gamma = 0;
+  if (input.chance(0.5)) parameters.acceleration = JointVector::Constant(chain.size(), input.uniform(0.1, 50));
+  if (input.chance(0.3)) parameters.body.link_radius_m = input.uniform(0.001, 0.1) * chain.reach();
   parameters.ik = {.starts = 3, .most_starts = 6};
   GuardedLaw law(chain, parameters);
-  Promise promise{.chain = chain, .theta = {}, .velocity = {}};
+  LimitCheck limits{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = parameters.steps_per_second;
   int until_call = 0;
   for (int64_t k = 0; k < calls; ++k) {
     if (until_call-- > 0) {
       law.step();
     } else {
-      until_call = wild.below(400);
-      switch (wild.below(9)) {
+      until_call = input.below(400);
+      switch (input.below(9)) {
         case 0:
-          promise.fresh = law.start(wild.joints(chain.size(), wild.chance(0.1) ? 10 : 2)) || promise.fresh;
+          limits.fresh = law.start(input.joints(chain.size(), input.chance(0.1) ? 10 : 2)) || limits.fresh;
           break;
         case 1:
         case 2:
-          law.set_target(wild.target(chain.reach()));
+          law.set_target(input.target(chain.reach()));
           break;
         case 3:
-          law.update_target(wild.target(chain.reach()));
+          law.update_target(input.target(chain.reach()));
           break;
         case 4: {
-          const JointVector posture = wild.joints(chain.size(), 3);
-          law.set_joint_target(posture.size() == chain.size() && wild.chance(0.8) ? chain.clamped(posture) : posture);
+          const JointVector posture = input.joints(chain.size(), 3);
+          law.set_joint_target(posture.size() == chain.size() && input.chance(0.8) ? chain.clamped(posture) : posture);
           break;
         }
         case 5:
-          law.set_target(wild.target(chain.reach()), wild.joints(chain.size(), 3));
+          law.set_target(input.target(chain.reach()), input.joints(chain.size(), 3));
           break;
         case 6:
-          law.compensate(wild.joints(chain.size(), wild.chance(0.5) ? 0 : 0.5));
+          law.compensate(input.joints(chain.size(), input.chance(0.5) ? 0 : 0.5));
           break;
         case 7:
-          law.set_obstacles(wild.obstacles(chain.reach()));
+          law.set_obstacles(input.obstacles(chain.reach()));
           break;
         case 8: {
           const GuardedLaw copy = law;
@@ -179,7 +179,7 @@ void fuzz_law(uint64_t seed, int64_t calls) {
         }
       }
     }
-    ASSERT_NO_FATAL_FAILURE(promise.keep(law.theta(), law.velocity() * rate, rate, parameters.acceleration))
+    ASSERT_NO_FATAL_FAILURE(limits.check(law.theta(), law.velocity() * rate, rate, parameters.acceleration))
         << "seed " << seed << ", call " << k;
     ASSERT_TRUE(law.x().allFinite() && law.x_target().allFinite() && std::isfinite(law.gamma()) &&
                 std::isfinite(law.residual_m()))
@@ -189,49 +189,49 @@ void fuzz_law(uint64_t seed, int64_t calls) {
 }
 
 void fuzz_controller(uint64_t seed, int64_t calls) {
-  Wild wild(seed);
+  RandomInput input(seed);
   const Chain chain = arm(seed);
   GuardedParameters law;
-  if (wild.chance(0.5)) law.acceleration = JointVector::Constant(chain.size(), wild.uniform(0.1, 50));
+  if (input.chance(0.5)) law.acceleration = JointVector::Constant(chain.size(), input.uniform(0.1, 50));
   ReachOptions options{.law = law,
-                       .on_target_lost = static_cast<OnTargetLost>(wild.below(3)),
-                       .feedback = static_cast<Feedback>(wild.below(2)),
-                       .task = wild.chance(0.7) ? TaskKind::kPosition : static_cast<TaskKind>(wild.below(3))};
+                       .on_target_lost = static_cast<OnTargetLost>(input.below(3)),
+                       .feedback = static_cast<Feedback>(input.below(2)),
+                       .task = input.chance(0.7) ? TaskKind::kPosition : static_cast<TaskKind>(input.below(3))};
   options.ik = {.starts = 3, .most_starts = 6};
   ReachController controller(chain, options);
-  Promise promise{.chain = chain, .theta = {}, .velocity = {}};
+  LimitCheck limits{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = 1e6 / static_cast<double>(options.tick_us);
   int64_t now = 1'000'000'000;
   Eigen::Vector3d place = 0.5 * chain.reach() * Eigen::Vector3d::Ones();
   for (int64_t k = 0; k < calls; ++k) {
-    const int call = wild.below(100);
+    const int call = input.below(100);
     if (call < 45) {
-      place += wild.vector(0.01, 0);
-      if (wild.chance(0.02)) place = wild.vector(chain.reach());
-      TargetObservation seen{.utime = wild.time(now), .seen = !wild.chance(0.1), .position = place};
-      if (wild.chance(0.02)) seen.position = wild.vector(1e9, 0.3);
-      if (wild.chance(0.3)) seen.velocity = wild.vector(0.3, 0.01);
-      if (wild.chance(0.3)) seen.covariance = wild.vector(1e-4, 0.05).asDiagonal();
-      if (wild.chance(0.02)) seen.covariance = wild.vector(1, 0.3) * wild.vector(1, 0.3).transpose();
+      place += input.vector(0.01, 0);
+      if (input.chance(0.02)) place = input.vector(chain.reach());
+      TargetObservation seen{.utime = input.time(now), .seen = !input.chance(0.1), .position = place};
+      if (input.chance(0.02)) seen.position = input.vector(1e9, 0.3);
+      if (input.chance(0.3)) seen.velocity = input.vector(0.3, 0.01);
+      if (input.chance(0.3)) seen.covariance = input.vector(1e-4, 0.05).asDiagonal();
+      if (input.chance(0.02)) seen.covariance = input.vector(1, 0.3) * input.vector(1, 0.3).transpose();
       controller.observe(seen);
     } else if (call < 55) {
-      JointVector measured = wild.joints(chain.size(), 2);
-      if (promise.theta.size() > 0 && wild.chance(0.9)) {
-        measured = promise.theta + JointVector::Constant(chain.size(), wild.number(0.1));
+      JointVector measured = input.joints(chain.size(), 2);
+      if (limits.theta.size() > 0 && input.chance(0.9)) {
+        measured = limits.theta + JointVector::Constant(chain.size(), input.number(0.1));
       }
       controller.observe_robot(measured);
     } else if (call < 56) {
-      promise.fresh = controller.start(wild.joints(chain.size(), 1)) || promise.fresh;
+      limits.fresh = controller.start(input.joints(chain.size(), 1)) || limits.fresh;
     } else if (call < 58) {
-      controller.restart_grid(wild.time(now));
+      controller.restart_grid(input.time(now));
     } else if (call < 59) {
-      controller.set_obstacles(wild.obstacles(chain.reach()));
+      controller.set_obstacles(input.obstacles(chain.reach()));
     } else if (controller.started() && controller.next_tick()) {
       now = *controller.next_tick();
       const ReachOutput output = controller.tick();
       ASSERT_TRUE(output.x.allFinite() && output.x_T.allFinite() && std::isfinite(output.condition_number))
           << "seed " << seed << ", call " << k;
-      ASSERT_NO_FATAL_FAILURE(promise.keep(output.theta, output.velocity, rate, {}))
+      ASSERT_NO_FATAL_FAILURE(limits.check(output.theta, output.velocity, rate, {}))
           << "seed " << seed << ", call " << k;
     }
   }

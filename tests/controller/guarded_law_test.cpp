@@ -14,15 +14,16 @@ namespace {
 constexpr uint64_t kSeed = 61;
 constexpr double kStepsPerSecond = 140;
 
-struct Watched {
+struct ReachStatistics {
   double error_m, path_m, distance_m, limit_excess, speed_excess, acceleration_excess;
   bool finite;
 };
 
 /// Runs a law, whose target is already set, for some nominal seconds, and records the errors and limit violations.
-Watched run(GuardedLaw& law, const Eigen::Vector3d& target, double seconds, const JointVector& acceleration = {}) {
+ReachStatistics run(GuardedLaw& law, const Eigen::Vector3d& target, double seconds,
+                    const JointVector& acceleration = {}) {
   const Chain& chain = law.chain();
-  Watched seen{0, 0, (target - law.x()).norm(), 0, 0, 0, true};
+  ReachStatistics seen{0, 0, (target - law.x()).norm(), 0, 0, 0, true};
   Eigen::Vector3d x = law.x();
   JointVector velocity = law.velocity();
   for (int k = 0; k < seconds * kStepsPerSecond; ++k) {
@@ -45,7 +46,7 @@ Watched run(GuardedLaw& law, const Eigen::Vector3d& target, double seconds, cons
   return seen;
 }
 
-void expect_within_limits(const Watched& seen, const std::string& what) {
+void expect_within_limits(const ReachStatistics& seen, const std::string& what) {
   EXPECT_TRUE(seen.finite) << what;
   EXPECT_LE(seen.limit_excess, 1e-9) << what;
   EXPECT_LE(seen.speed_excess, 1e-9) << what;
@@ -62,7 +63,7 @@ TEST(GuardedLaw, ArrivesInsideTheLimitsOnEveryArmAtEveryGamma) {
         const Eigen::Vector3d target = chain.position(testing::random_posture(chain, random, 2 * k + 1));
         ASSERT_TRUE(law.start(testing::random_posture(chain, random, 2 * k)));
         EXPECT_EQ(law.set_target({.position = target}), TargetResult::kReachable) << file.path << ", case " << k;
-        const Watched seen = run(law, target, 20);
+        const ReachStatistics seen = run(law, target, 20);
         EXPECT_LT(seen.error_m, 1e-4) << file.path << ", seed " << kSeed << ", case " << k << ", gamma " << gamma;
         expect_within_limits(seen, file.path);
       }
@@ -84,7 +85,7 @@ TEST(GuardedLaw, ArrivesInsideTheLimitsOnOddArmsOfTwoToNineJoints) {
       law.start(testing::random_posture(chain, random, 2 * k));
       // Only a small part of the postures reaches some targets of these arms, and the search may miss it.
       if (law.set_target({.position = target}) != TargetResult::kReachable) law.set_target({.position = target}, there);
-      const Watched seen = run(law, target, 40);
+      const ReachStatistics seen = run(law, target, 40);
       EXPECT_LT(seen.error_m, 1e-4) << "arm " << arm << ", case " << k;
       expect_within_limits(seen, "arm " + std::to_string(arm));
     }
@@ -101,7 +102,7 @@ TEST(GuardedLaw, KeepsAccelerationsToo) {
     const Eigen::Vector3d target = chain.position(testing::random_posture(chain, random, 2 * k + 1));
     law.start(testing::random_posture(chain, random, 2 * k));
     law.set_target({.position = target});
-    const Watched seen = run(law, target, 25, acceleration);
+    const ReachStatistics seen = run(law, target, 25, acceleration);
     EXPECT_LT(seen.error_m, 1e-4) << k;
     expect_within_limits(seen, std::to_string(k));
   }
@@ -136,7 +137,7 @@ TEST(GuardedLaw, SingularPosturesAreLikeAnyOther) {
       law.start(start);
       const Eigen::Vector3d target = chain.position(goal);
       EXPECT_EQ(law.set_target({.position = target}), TargetResult::kReachable);
-      const Watched seen = run(law, target, 10);
+      const ReachStatistics seen = run(law, target, 10);
       EXPECT_LT(seen.error_m, 1e-4) << start.transpose() << " to " << goal.transpose();
       expect_within_limits(seen, "singular");
     }

@@ -103,7 +103,7 @@ TEST(Proximity, RefusesObstaclesThatAreNone) {
   far.X_WO.translation().x() = INFINITY;
   skewed.X_WO.linear() *= 2;
   EXPECT_EQ(proximity.set_obstacles(std::vector{good, far, flat, skewed}), 3);
-  EXPECT_EQ(proximity.set_obstacles(std::vector(100, good)), 100 - Proximity::kMostObstacles);
+  EXPECT_EQ(proximity.set_obstacles(std::vector(100, good)), 100 - Proximity::kMaxObstacles);
 }
 
 TEST(Proximity, SignedDistanceLeadsOut) {

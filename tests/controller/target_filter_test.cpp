@@ -10,7 +10,7 @@ namespace multireach::controller {
 namespace {
 
 constexpr uint64_t kSeed = 31;
-const Eigen::Vector3d kPlace(0.1, -0.2, 0.3);
+const Eigen::Vector3d kPosition(0.1, -0.2, 0.3);
 
 double gaussian(const CounterRandom& random, uint64_t& counter) {
   const double u = 1 - random.uniform(counter), v = random.uniform(counter + 1);
@@ -20,18 +20,18 @@ double gaussian(const CounterRandom& random, uint64_t& counter) {
 
 TEST(TargetFilter, PassesExactPositionsUnchanged) {
   TargetFilter filter({});
-  EXPECT_TRUE(filter.update({.utime = 0, .seen = true, .position = kPlace})) << "the first is a new target";
+  EXPECT_TRUE(filter.update({.utime = 0, .seen = true, .position = kPosition})) << "the first is a new target";
   for (int k = 1; k < 50; ++k) {
-    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.001 * k, 0, 0);
-    EXPECT_FALSE(filter.update({.utime = 33333 * k, .seen = true, .position = place}));
-    EXPECT_EQ(filter.position_at(33333 * k), place);
+    const Eigen::Vector3d position = kPosition + Eigen::Vector3d(0.001 * k, 0, 0);
+    EXPECT_FALSE(filter.update({.utime = 33333 * k, .seen = true, .position = position}));
+    EXPECT_EQ(filter.position_at(33333 * k), position);
   }
 }
 
 TEST(TargetFilter, IsCarriedAlongByTheVelocity) {
   TargetFilter filter({});
-  filter.update({.utime = 1000, .seen = true, .position = kPlace, .velocity = {1, 0, -2}});
-  EXPECT_LT((filter.position_at(501000) - (kPlace + Eigen::Vector3d(0.5, 0, -1))).norm(), 1e-15);
+  filter.update({.utime = 1000, .seen = true, .position = kPosition, .velocity = {1, 0, -2}});
+  EXPECT_LT((filter.position_at(501000) - (kPosition + Eigen::Vector3d(0.5, 0, -1))).norm(), 1e-15);
 }
 
 TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
@@ -42,14 +42,14 @@ TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
   double sum = 0;
   int jumps = 0, number = 0;
   for (int k = 0; k < 3000; ++k) {
-    Eigen::Vector3d seen = kPlace;
+    Eigen::Vector3d seen = kPosition;
     for (double& coordinate : seen) coordinate += sigma * gaussian(random, counter);
     jumps += filter.update({.utime = 33333 * k,
                             .seen = true,
                             .position = seen,
                             .covariance = sigma * sigma * Eigen::Matrix3d::Identity()});
     if (k < 100) continue;
-    sum += (filter.position_at(33333 * k) - kPlace).squaredNorm();
+    sum += (filter.position_at(33333 * k) - kPosition).squaredNorm();
     ++number;
   }
   EXPECT_LT(std::sqrt(sum / number / 3), 0.4 * sigma) << "seed " << kSeed;
@@ -58,18 +58,18 @@ TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
 
 TEST(TargetFilter, ALeapIsANewTarget) {
   TargetFilter filter({.jump_m = 0.02});
-  filter.update({.utime = 0, .seen = true, .position = kPlace});
-  EXPECT_FALSE(filter.update({.utime = 1, .seen = true, .position = kPlace + Eigen::Vector3d(0.019, 0, 0)}));
-  EXPECT_TRUE(filter.update({.utime = 2, .seen = true, .position = kPlace + Eigen::Vector3d(0.05, 0, 0)}));
+  filter.update({.utime = 0, .seen = true, .position = kPosition});
+  EXPECT_FALSE(filter.update({.utime = 1, .seen = true, .position = kPosition + Eigen::Vector3d(0.019, 0, 0)}));
+  EXPECT_TRUE(filter.update({.utime = 2, .seen = true, .position = kPosition + Eigen::Vector3d(0.05, 0, 0)}));
 }
 
 TEST(TargetFilter, ACovarianceThatIsNoneIsNoKnowledge) {
   for (const double bad : {double(NAN), -1.0, double(INFINITY), 1e9}) {
     TargetFilter filter({});
-    filter.update({.utime = 0, .seen = true, .position = kPlace});
-    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.01, 0, 0);
-    filter.update({.utime = 1, .seen = true, .position = place, .covariance = bad * Eigen::Matrix3d::Identity()});
-    EXPECT_EQ(filter.position_at(1), place) << bad;
+    filter.update({.utime = 0, .seen = true, .position = kPosition});
+    const Eigen::Vector3d position = kPosition + Eigen::Vector3d(0.01, 0, 0);
+    filter.update({.utime = 1, .seen = true, .position = position, .covariance = bad * Eigen::Matrix3d::Identity()});
+    EXPECT_EQ(filter.position_at(1), position) << bad;
   }
 }
 
@@ -79,9 +79,10 @@ TEST(TargetFilter, AnIndefiniteCovarianceIsNoKnowledgeEither) {
   ASSERT_GT(indefinite.determinant(), 0) << "which the determinant alone does not tell";
   TargetFilter filter({});
   for (int k = 0; k < 200; ++k) {
-    const Eigen::Vector3d place = kPlace + Eigen::Vector3d(0.002 * (k % 3), 0, 0);
-    EXPECT_EQ(filter.update({.utime = 33333 * k, .seen = true, .position = place, .covariance = indefinite}), k == 0);
-    EXPECT_EQ(filter.position_at(33333 * k), place);
+    const Eigen::Vector3d position = kPosition + Eigen::Vector3d(0.002 * (k % 3), 0, 0);
+    EXPECT_EQ(filter.update({.utime = 33333 * k, .seen = true, .position = position, .covariance = indefinite}),
+              k == 0);
+    EXPECT_EQ(filter.position_at(33333 * k), position);
   }
 }
 

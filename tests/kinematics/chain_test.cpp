@@ -112,10 +112,10 @@ TEST(Chain, KnowsWhatIsOutsideTheLimits) {
   theta << 0, 0.1, 0, -2.5;
   EXPECT_NEAR(chain.limit_excess(theta), 2.5 - 2.0071286397934789, 1e-15);
   EXPECT_EQ(chain.limit_excess(chain.clamped(theta)), 0);
-  EXPECT_TRUE(posture_fault(chain, {0, 0.1, 0, -1}, "the start")->find("right_SAA") != std::string::npos);
-  EXPECT_TRUE(posture_fault(chain, {0, 0, 0}, "the start")->find("4 joints") != std::string::npos);
-  EXPECT_TRUE(posture_fault(chain, {0, 0, NAN, 0}, "the start")->find("right_SHR") != std::string::npos);
-  EXPECT_FALSE(posture_fault(chain, {0, 0, 0, 0}, "the start"));
+  EXPECT_TRUE(joint_configuration_fault(chain, {0, 0.1, 0, -1}, "the start")->find("right_SAA") != std::string::npos);
+  EXPECT_TRUE(joint_configuration_fault(chain, {0, 0, 0}, "the start")->find("4 joints") != std::string::npos);
+  EXPECT_TRUE(joint_configuration_fault(chain, {0, 0, NAN, 0}, "the start")->find("right_SHR") != std::string::npos);
+  EXPECT_FALSE(joint_configuration_fault(chain, {0, 0, 0, 0}, "the start"));
 }
 
 TEST(CounterRandom, IsUniformAndAddressable) {

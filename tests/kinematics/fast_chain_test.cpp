@@ -35,7 +35,7 @@ void agrees_with_chain(const Chain& chain, const std::string& name) {
     typename FastChain<N, Double2>::PerJoint theta;
     for (int i = 0; i < chain.size(); ++i) theta[static_cast<size_t>(i)] = Double2{first[i], second[i]};
     typename FastChain<N, Double2>::Hand hand;
-    fast.template hand<true>(theta, hand);
+    fast.template forward_kinematics<true>(theta, hand);
     for (int lane = 0; lane < 2; ++lane) {
       Eigen::Isometry3d X_WT;
       PoseJacobian jacobian;

@@ -52,13 +52,13 @@ expect 2 "neither a camera device nor a video" "$bin/multireach-camera" device -
 sed 's/noise_grey_levels/noise/; s|\.\./robots|'"$root"'/robots|' "$root/logs/reach.yaml" >"$work/scene.yaml"
 expect 2 "key 'noise' is not known" "$bin/multireach-camera" render --config "$work/scene.yaml"
 expect 2 "nothing.lcm: cannot be opened" "$bin/multireach-log" info nothing.lcm
-expect 1 "no event was chosen" "$bin/multireach-log" filter "$root/logs/reach.lcm" -o "$work/none.lcm" --channel NOTHING
+expect 1 "no event was selected" "$bin/multireach-log" filter "$root/logs/reach.lcm" -o "$work/none.lcm" --channel NOTHING
 expect 2 "cannot be written over" "$bin/multireach-log" cut "$work/none.lcm" -o "$work/none.lcm"
 expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --robot "$root/robots/hoap2/robot.yaml"
 
 expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm
 expect 2 "holds no event of an LCM log" "$root/tools/launch.sh" --no-setup --session "$root/README.md"
-expect 2 "its folder is not there" "$root/tools/launch.sh" --no-setup --record /nonexist/run.lcm
+expect 2 "its folder does not exist" "$root/tools/launch.sh" --no-setup --record /nonexist/run.lcm
 expect 2 "'nan' is not a finite number" $(trace --urdf "$urdf" --tip right_hand --start=0,0,0,0 --target=0.1,-0.1,0 --alpha nan)
 expect 2 "has no robot.yaml" "$root/tools/launch.sh" --no-setup --robot "$work/none"
 expect 2 "unknown option" "$root/tools/launch.sh" --faster

@@ -9,7 +9,7 @@ bin=$1
 "$video" avi left.avi 30 320 240; "$video" avi right.avi 30 320 240; "$video" avi both.avi 20 640 240
 record files "$bin/multireach-camera" device --left left.avi --right right.avi --rate 60 || failed "files: exit code $?: $(cat files.err)"
 [ "$(pairs files)" = 30 ] || failed "files: '$(pairs files)' pairs of 30"
-said files "gives no more images"
+expect_logged files "gives no more images"
 "$bin/multireach-log" images files.lcm -o files.png 2>/dev/null
 for side in left right; do
   [ "$("$video" tell files.png/*_$side.png | tr '\n' ' ')" = "$(seq -s ' ' 0 29) " ] || failed "files: not the frames in order: $("$video" tell files.png/*_$side.png | tr '\n' ' ')"
@@ -38,7 +38,7 @@ device "bad.yaml:2: key 'rate' is not known" --config bad.yaml
 begin_recording asked
 "$bin/multireach-view" --picture "$work/picture.jpg" --seconds 1.5 2>view.err; code=$?
 end_recording
-[ $code -eq 1 ] && grep -q "no picture came" view.err || failed "without a picture: exit code $code: $(cat view.err)"
+[ $code -eq 1 ] && grep -q "no picture received" view.err || failed "without a picture: exit code $code: $(cat view.err)"
 [ ! -e picture.jpg ] || failed "a picture that nobody sent"
 "$bin/multireach-log" info asked.control.lcm | grep -q 'VISION_DEBUG_REQUEST *debug_request_t *2' || failed "not two requests: $("$bin/multireach-log" info asked.control.lcm)"
 

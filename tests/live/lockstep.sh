@@ -6,7 +6,7 @@ robot="$root/robots/hoap2/robot.yaml"
 control='udpm://239.255.76.67:7667?ttl=0' images='udpm://239.255.76.68:7668?ttl=0'
 declare -A pids
 # Appends: to empty a file waits for the disk.
-run() { "$bin/multireach-$1" --config "$2" 2>>"$work/$1.err" & pids[$1]=$!; }
+run() { "$bin/multireach-$1" --lockstep --config "$2" 2>>"$work/$1.err" & pids[$1]=$!; }
 run vision "$root/robots/hoap2/vision.yaml"
 for node in controller bridge robot-sim; do run $node "$robot"; done
 "$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"

@@ -28,4 +28,4 @@ states() {
   [ -d "$1" ] || "$bin/multireach-log" export csv "$1.control.lcm" -o "$1" --channel NODE_STATUS 2>/dev/null
   cut -d'"' -f6 "$1/NODE_STATUS.csv"
 }
-said() { grep -qF -- "$2" "$1.err" || failed "$1: '$2' was not said: $(cat "$1.err")"; }
+expect_logged() { grep -qF -- "$2" "$1.err" || failed "$1: '$2' was not said: $(cat "$1.err")"; }

@@ -41,9 +41,9 @@ kill $camera; wait $camera || failed "fifos: exit code $?: $(cat fifos.err)"
 unplug $right
 end_recording
 [ "$(pairs fifos)" -gt 60 ] || failed "fifos: only '$(pairs fifos)' pairs in six seconds"
-said fifos "right camera $work/right is gone, trying again"
-said fifos "right camera $work/right gives images of 640 x 480 pixels, not 320 x 240"
-said fifos "left camera left is gone, trying again"
+expect_logged fifos "right camera $work/right is gone, trying again"
+expect_logged fifos "right camera $work/right gives images of 640 x 480 pixels, not 320 x 240"
+expect_logged fifos "left camera left is gone, trying again"
 expected='running right.gone running right.640 running left.gone'
 was=$(states fifos | sed -n 's/^running.*/running/p; s/^right.*gone.*/right.gone/p; s/^right.*640 x 480.*/right.640/p; s/^left.*gone.*/left.gone/p' | uniq | tr '\n' ' ')
 # Between two sizes the FIFO is without a writer for a moment.

@@ -13,7 +13,7 @@ for channel in TARGET JOINT_SETPOINT CONTROLLER_STATE JOINT_COMMAND; do
 done
 said=$("$bin/multireach-log" check "$root/logs/damaged.lcm") && failed "damaged.lcm is said to be sound"
 echo "$said"
-[ "$(grep -c 'are no event' <<<"$said")" = 2 ] && grep -q 'was cut off' <<<"$said" || failed "not two damaged places and the end"
+[ "$(grep -c 'hold no valid event' <<<"$said")" = 2 ] && grep -q 'was cut off' <<<"$said" || failed "not two damaged places and the end"
 "$bin/multireach-log" check "$root/logs/reach.lcm" | grep -q sound || failed "reach.lcm is not sound"
 [ $failures -eq 0 ] && echo "all held"
 exit $((failures > 0))

@@ -40,7 +40,7 @@ awk -F, -v t="$target" -v e="$error" 'BEGIN { split(t, p, ",") }
   NR > 1 { d = sqrt(($6 - p[1])^2 + ($7 - p[2])^2 + ($8 - p[3])^2) - e; if (d < 1e-14 && d > -1e-14) found = 1 }
   END { exit !found }' "$work/trace.csv" || fail "the trace of reach $index never has the error of the study, $error"
 
-# Never chosen anew means the same in both programs.
+# --drift 0 means never in both programs.
 read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --drift 0 --trace-sample 3)
 [[ "$never" == *"--drift 0 "* ]] || fail "the command does not say so: $never"
 (cd "$bin" && eval "./$never -o $work/trace.csv") || fail "$never"

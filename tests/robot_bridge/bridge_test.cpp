@@ -3,22 +3,52 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "tests/allocation_count.hpp"
+#include "tests/robot_bridge/stream_check.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr int64_t kPeriod = 50000, kDelay = 10000;
+constexpr int64_t kPeriod = 50000, kDelay = 10000, kRobot = 11, kController = 12;
 
 class Bridging : public ::testing::Test {
  protected:
   Bridging() { start_ << 0.1, -0.5, -0.2, -0.8; }
 
-  /// The k-th set-point of a slow ramp.
+  /// The k-th set-point of a slow ramp that starts smoothly.
   Setpoint ramp(int64_t k) const {
-    return {.utime = k * kPeriod, .sequence = k, .theta = start_ + static_cast<double>(k) * slope_};
+    const double t = static_cast<double>(k), smooth = t < 10 ? t * t / 20 : t - 5, rate = t < 10 ? t / 10 : 1;
+    return {.run = kController,
+            .utime = k * kPeriod,
+            .sequence = k,
+            .theta = start_ + smooth * slope_,
+            .velocity = rate * slope_ / 0.05};
+  }
+  Measurement at(const JointVector& theta, int64_t utime = 0, int64_t run = kRobot) const {
+    return {.run = run, .utime = utime, .theta = theta, .velocity = JointVector::Zero(4)};
+  }
+  SetpointVerdict give(Bridge& bridge, const Setpoint& setpoint) const {
+    bool restarted = false;
+    return bridge.setpoint(setpoint, restarted);
+  }
+  /// A tick of a robot that does what it is told and says so.
+  Command obeyed_tick(Bridge& bridge) const {
+    const Command command = bridge.tick();
+    EXPECT_TRUE(bridge.measured(at(command.theta, command.utime)));
+    return command;
+  }
+  /// Follows the ramp from its start until set-point `k` is executed.
+  Bridge running(int64_t k, const BridgeOptions& options = {}) const {
+    Bridge bridge(chain_, options);
+    EXPECT_TRUE(bridge.measured(at(start_)));
+    for (int64_t i = 0; i <= k; ++i) {
+      EXPECT_EQ(give(bridge, ramp(i)), SetpointVerdict::kAccepted);
+      for (int ms = 0; ms < 50; ++ms) obeyed_tick(bridge);
+    }
+    return bridge;
   }
 
   Chain chain_ = testing::hoap2();
@@ -27,151 +57,275 @@ class Bridging : public ::testing::Test {
 
 TEST_F(Bridging, IsSilentUntilItKnowsTheRobotAndASetpoint) {
   Bridge bridge(chain_, {});
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
+  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady) << "where the robot is, is not known";
   EXPECT_FALSE(bridge.next_tick());
-  EXPECT_FALSE(bridge.setpoint(ramp(0))) << "where the robot is, is not known";
+  EXPECT_TRUE(bridge.measured(at(start_)));
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
   EXPECT_FALSE(bridge.next_tick());
-  EXPECT_TRUE(bridge.measured(start_));
-  EXPECT_FALSE(bridge.next_tick());
-  EXPECT_TRUE(bridge.setpoint(ramp(0)));
+  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kAccepted);
+  EXPECT_EQ(bridge.state(), BridgeState::kRunning);
   EXPECT_EQ(*bridge.next_tick(), 0);
 }
 
-TEST_F(Bridging, InterpolatesLinearlyOverOnePeriod) {
+TEST_F(Bridging, ReachesEachSetpointOnePeriodAndTheDelayAfterItsTime) {
   Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  for (int64_t k = 0; k < 10; ++k) {
-    bridge.setpoint(ramp(k));
+  EXPECT_TRUE(bridge.measured(at(start_)));
+  for (int64_t k = 0; k < 30; ++k) {
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
     for (int64_t ms = 0; ms < 50; ++ms) {
-      const Command command = bridge.tick();
-      EXPECT_EQ(command.utime, k * kPeriod + 1000 * ms);
-      // Set-point j is reached one period and the delay after its time.
-      const double at = static_cast<double>(command.utime - kPeriod - kDelay) / static_cast<double>(kPeriod);
-      const JointVector expected = start_ + std::max(at, 0.0) * slope_;
-      EXPECT_LT((command.theta - expected).cwiseAbs().maxCoeff(), 1e-12) << command.utime;
+      const Command command = obeyed_tick(bridge);
+      if (command.utime == (k - 1) * kPeriod + kPeriod + kDelay && k > 0) {
+        EXPECT_LT((command.theta - ramp(k - 1).theta).norm(), 1e-12) << k;
+        EXPECT_LT((command.velocity - ramp(k - 1).velocity).norm(), 1e-9) << k;
+      }
       EXPECT_FALSE(command.limited);
     }
+    EXPECT_EQ(bridge.path_rate(), 1);
   }
 }
 
-TEST_F(Bridging, AnyDelayLeavesThePositionContinuous) {
-  // Set-points come late, early, in bursts, twice, or never.
-  const CounterRandom random(4);
-  Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  bridge.setpoint(ramp(0));
-  JointVector previous = start_;
-  int64_t next = 1;
-  for (int64_t ms = 0; ms < 5000; ++ms) {
-    const auto draw = static_cast<uint64_t>(ms);
-    if (next * 50 <= ms && random.uniform(draw) < 0.05) {
-      bridge.setpoint(ramp(next));
-      if (random.uniform(draw, 0, 1) < 0.02) bridge.setpoint(ramp(next));
-      ++next;
+TEST_F(Bridging, InTheLinearShapeItInterpolatesLinearly) {
+  Bridge bridge(chain_, {.shape = BridgeOptions::Shape::kLinear});
+  EXPECT_TRUE(bridge.measured(at(start_)));
+  for (int64_t k = 0; k < 10; ++k) {
+    Setpoint setpoint = ramp(k);
+    setpoint.theta = start_ + static_cast<double>(k) * slope_;
+    EXPECT_EQ(give(bridge, setpoint), SetpointVerdict::kAccepted);
+    for (int64_t ms = 0; ms < 50; ++ms) {
+      const Command command = obeyed_tick(bridge);
+      const double time = static_cast<double>(command.utime - kPeriod - kDelay) / static_cast<double>(kPeriod);
+      const JointVector expected = start_ + std::max(time, 0.0) * slope_;
+      EXPECT_LT((command.theta - expected).cwiseAbs().maxCoeff(), 1e-12) << command.utime;
     }
-    const Command command = bridge.tick();
-    EXPECT_LE((command.theta - previous).cwiseAbs().maxCoeff(), 6e-3 + 1e-12)
-        << "no faster than the joints' 6 rad/s, at " << ms;
-    previous = command.theta;
   }
 }
 
-TEST_F(Bridging, HoldsWhenSetpointsStop) {
-  Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  for (int64_t k = 0; k < 3; ++k) {
-    bridge.setpoint(ramp(k));
-    for (int ms = 0; ms < 50; ++ms) EXPECT_EQ(bridge.tick().holding, k == 0 && ms < 10);
+TEST_F(Bridging, OneLostSetpointIsNotFelt) {
+  // The motion of one that got all, in comparison.
+  double largest = 0;
+  Bridge all = running(14), lost = running(14);
+  for (int64_t k = 15; k < 30; ++k) {
+    EXPECT_EQ(give(all, ramp(k)), SetpointVerdict::kAccepted);
+    if (k != 20) {
+      EXPECT_EQ(give(lost, ramp(k)), SetpointVerdict::kAccepted);
+    }
+    for (int ms = 0; ms < 50; ++ms)
+      largest = std::max(largest, (obeyed_tick(all).theta - obeyed_tick(lost).theta).norm());
   }
+  EXPECT_LT(largest, 1e-9) << "the velocity is constant, and set-points carry it";
+}
+
+TEST_F(Bridging, WhenSetpointsStopItDeceleratesAndIsReadyForAnotherController) {
+  Bridge bridge = running(20);
+  StreamCheck check(bridge.limits());
   Command command;
-  for (int ms = 0; ms < 1000; ++ms) command = bridge.tick();
+  for (int ms = 0; ms < 1000; ++ms) {
+    command = obeyed_tick(bridge);
+    check.add(command.theta);
+  }
+  EXPECT_TRUE(check.keeps());
   EXPECT_TRUE(command.holding);
-  EXPECT_EQ(command.theta, ramp(2).theta);
   EXPECT_EQ(command.velocity.norm(), 0);
-  EXPECT_EQ(command.setpoint_sequence, 2);
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  Setpoint other = ramp(0);
+  other.run = 99;
+  other.theta = command.theta;
+  other.utime = 77000000000;
+  bool restarted = false;
+  EXPECT_EQ(bridge.setpoint(other, restarted), SetpointVerdict::kAccepted);
+  EXPECT_TRUE(restarted);
+  EXPECT_EQ(*bridge.next_tick(), other.utime);
+  EXPECT_EQ(bridge.tick().theta, command.theta);
 }
 
-TEST_F(Bridging, StartsFromTheMeasuredPosture) {
-  Bridge bridge(chain_, {});
-  JointVector elsewhere(4);
-  elsewhere << 0.5, -1.0, 0.1, -1.5;
-  bridge.measured(elsewhere);
-  bridge.setpoint(ramp(0));
-  EXPECT_EQ(bridge.tick().theta, elsewhere);
+TEST_F(Bridging, RefusesEachBadSetpointUnderItsName) {
+  Bridge bridge = running(20);
+  const Setpoint good = ramp(21);
+  const auto changed = [&good](const std::function<void(Setpoint&)>& change) {
+    Setpoint setpoint = good;
+    change(setpoint);
+    return setpoint;
+  };
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.theta[0] = NAN; })), SetpointVerdict::kInvalid);
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.theta = JointVector::Zero(5); })), SetpointVerdict::kInvalid);
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.velocity[1] = 1.7e308; })), SetpointVerdict::kInvalid);
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.run = 5; })), SetpointVerdict::kOtherRun);
+  EXPECT_EQ(give(bridge, ramp(20)), SetpointVerdict::kNotNewer) << "a duplicate";
+  EXPECT_EQ(give(bridge, ramp(19)), SetpointVerdict::kNotNewer) << "out of order";
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.utime += 900000; })), SetpointVerdict::kTooEarly);
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.theta[2] += 1; })), SetpointVerdict::kTooFast);
+  EXPECT_EQ(give(bridge, changed([](Setpoint& s) { s.velocity[2] = 100; })), SetpointVerdict::kTooFast);
+  for (int ms = 0; ms < 200; ++ms) obeyed_tick(bridge);
+  EXPECT_EQ(give(bridge, good), SetpointVerdict::kTooOld);
+  Bridge fresh(chain_, {});
+  EXPECT_TRUE(fresh.measured(at(start_)));
+  EXPECT_EQ(give(fresh, changed([this](Setpoint& s) { s.theta[0] = start_[0] + 0.2; })),
+            SetpointVerdict::kFarFromRobot);
+  Measurement moving = at(start_);
+  moving.velocity[0] = 1;
+  EXPECT_TRUE(fresh.measured(moving));
+  EXPECT_EQ(give(fresh, ramp(0)), SetpointVerdict::kFarFromRobot) << "the robot moves";
 }
 
-TEST_F(Bridging, NeverFasterThanTheJointsAndNeverBeyondTheirLimits) {
-  Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  JointVector wild(4);
-  wild << 10, 10, -10, 10;
-  bridge.setpoint({.utime = 0, .sequence = 0, .theta = wild});
-  JointVector previous = start_;
-  bool limited = false;
-  for (int ms = 0; ms < 1500; ++ms) {
-    const Command command = bridge.tick();
-    EXPECT_LE((command.theta - previous).cwiseAbs().maxCoeff(), 6e-3 + 1e-12);
-    EXPECT_EQ(chain_.limit_excess(command.theta), 0);
-    previous = command.theta;
-    limited |= command.limited;
-  }
-  EXPECT_TRUE(limited) << "and says so";
-  EXPECT_LT((previous - chain_.clamped(wild)).norm(), 1e-12);
-}
-
-TEST_F(Bridging, FromOutsideTheLimitsItComesBackMonotonically) {
-  Bridge bridge(chain_, {});
-  JointVector outside = start_;
-  outside[1] = 0.3;
-  bridge.measured(outside);
-  bridge.setpoint(ramp(0));
-  double excess = 0.3;
-  for (int ms = 0; ms < 200; ++ms) {
-    const double now = chain_.limit_excess(bridge.tick().theta);
-    EXPECT_LE(now, excess);
-    excess = now;
-  }
-  EXPECT_EQ(excess, 0);
-}
-
-TEST_F(Bridging, RefusesWhatIsNotFiniteOrOfAnotherSize) {
+TEST_F(Bridging, RefusesMeasurementsThatAreNotFiniteOrOfAnotherSizeOrRobot) {
   Bridge bridge(chain_, {});
   JointVector bad = start_;
   bad[0] = NAN;
-  EXPECT_FALSE(bridge.measured(bad));
-  EXPECT_FALSE(bridge.measured(JointVector::Zero(3)));
-  bridge.measured(start_);
-  EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = bad}));
-  EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = JointVector::Zero(5)}));
-  EXPECT_FALSE(bridge.setpoint({.utime = 0, .sequence = 0, .theta = JointVector::Constant(4, 1.7e308)})) << "overflows";
-  EXPECT_TRUE(bridge.setpoint(ramp(0)));
-  EXPECT_FALSE(bridge.setpoint(ramp(0))) << "a duplicate";
+  EXPECT_FALSE(bridge.measured(at(bad)));
+  EXPECT_FALSE(bridge.measured(at(JointVector::Zero(3))));
   EXPECT_THROW(Bridge(chain_, {.delay_us = 4 * kPeriod}), std::invalid_argument);
   EXPECT_THROW(Bridge(chain_, {.period_us = 0}), std::invalid_argument);
   EXPECT_THROW(Bridge(chain_, {.delay_us = -1}), std::invalid_argument);
+  EXPECT_THROW(Bridge(chain_, {.acceleration = JointVector::Zero(4)}), std::invalid_argument);
+  Bridge other = running(3);
+  EXPECT_FALSE(other.measured(at(start_, 0, 77))) << "a second robot";
+  EXPECT_EQ(other.state(), BridgeState::kRunning);
 }
 
-TEST_F(Bridging, AnotherTimeLineStartsAtTheSamePosition) {
-  Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  bridge.setpoint(ramp(0));
-  Command before;
-  for (int ms = 0; ms < 100; ++ms) before = bridge.tick();
-  Setpoint restarted = ramp(1);
-  restarted.utime = 77000000000;
-  EXPECT_TRUE(bridge.setpoint(restarted));
-  EXPECT_EQ(*bridge.next_tick(), restarted.utime);
-  EXPECT_LT((bridge.tick().theta - before.theta).norm(), 1e-12);
+TEST_F(Bridging, AShortGapIsBridgedAndAfterALongOneTheStreamBeginsFromRest) {
+  Bridge bridge = running(20);
+  const Command before = obeyed_tick(bridge);
+  EXPECT_EQ(give(bridge, ramp(21)), SetpointVerdict::kAccepted);
+  bridge.skip(3);
+  const Command after = bridge.tick();
+  EXPECT_EQ(after.utime, before.utime + 4000);
+  EXPECT_LT((after.theta - before.theta - 4e-3 * before.velocity).norm(), 1e-6) << "at the last velocity";
+
+  bridge.skip(1000);
+  const Command rested = bridge.tick();
+  EXPECT_EQ(rested.utime, after.utime + 1001000);
+  EXPECT_EQ(rested.theta, after.theta);
+  EXPECT_EQ(rested.velocity.norm(), 0);
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  Setpoint next = ramp(42);
+  EXPECT_EQ(give(bridge, next), SetpointVerdict::kFarFromRobot) << "no measurement since the gap";
+  EXPECT_TRUE(bridge.measured(at(rested.theta)));
+  StreamCheck check(bridge.limits());
+  EXPECT_EQ(give(bridge, next), SetpointVerdict::kAccepted) << "the same controller goes on";
+  for (int64_t k = 43; k < 80; ++k) {
+    for (int ms = 0; ms < 50; ++ms) check.add(obeyed_tick(bridge).theta);
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
+  }
+  EXPECT_TRUE(check.keeps()) << check.velocity() << " " << check.acceleration() << " " << check.jerk();
+  EXPECT_EQ(bridge.path_rate(), 1) << "and has caught up";
+}
+
+TEST_F(Bridging, AfterAGapShorterThanTheRobotsTimeoutItGoesOnAtOnceFromRest) {
+  Bridge bridge = running(20);
+  const Command before = obeyed_tick(bridge);
+  bridge.skip(10);
+  StreamCheck check(bridge.limits());
+  Command command = obeyed_tick(bridge);
+  check.add(before.theta);
+  check.add(command.theta);
+  EXPECT_EQ(bridge.state(), BridgeState::kRunning);
+  for (int64_t k = 21; k < 40; ++k) {
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
+    for (int ms = 0; ms < 50; ++ms) check.add((command = obeyed_tick(bridge)).theta);
+  }
+  EXPECT_TRUE(check.keeps()) << check.velocity() << " " << check.acceleration() << " " << check.jerk();
+  const double k = static_cast<double>(command.utime - kPeriod - kDelay) / static_cast<double>(kPeriod);
+  EXPECT_LT((command.theta - (start_ + (k - 5) * slope_)).norm(), 1e-9) << "and has caught up";
+}
+
+TEST_F(Bridging, TheSpeedOverrideSlowsDownAlongThePathAndPauses) {
+  Bridge bridge = running(20);
+  StreamCheck check(bridge.limits());
+  bridge.set_speed(0.5);
+  for (int64_t k = 21; k < 40; ++k) {
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
+    for (int ms = 0; ms < 50; ++ms) check.add(obeyed_tick(bridge).theta);
+    EXPECT_LE(bridge.path_rate(), 0.5);
+    EXPECT_GT(bridge.path_rate(), 0.3);
+  }
+  bridge.set_speed(0);
+  Command command;
+  for (int64_t k = 40; k < 50; ++k) {
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
+    for (int ms = 0; ms < 50; ++ms) check.add((command = obeyed_tick(bridge)).theta);
+  }
+  EXPECT_EQ(command.velocity.norm(), 0);
+  EXPECT_EQ(bridge.path_rate(), 0);
+  EXPECT_EQ(bridge.state(), BridgeState::kRunning);
+  bridge.set_speed(1);
+  EXPECT_EQ(give(bridge, ramp(50)), SetpointVerdict::kAccepted);
+  for (int ms = 0; ms < 20; ++ms) check.add((command = obeyed_tick(bridge)).theta);
+  EXPECT_GT(command.velocity.norm(), 0);
+  EXPECT_TRUE(check.keeps()) << check.velocity() << " " << check.acceleration() << " " << check.jerk();
+}
+
+TEST_F(Bridging, ARobotThatDoesNotFollowIsAFaultThatIsLatched) {
+  Bridge bridge = running(10);
+  const JointVector blocked = bridge.tick().theta;
+  StreamCheck check(bridge.limits());
+  int64_t k = 11;
+  for (int ms = 0; ms < 5000 && bridge.next_tick(); ++ms) {
+    if (ms % 50 == 0) (void)give(bridge, ramp(k++));
+    check.add(bridge.tick().theta);
+    EXPECT_TRUE(bridge.measured(at(blocked)));
+  }
+  EXPECT_EQ(bridge.state(), BridgeState::kFault);
+  EXPECT_STREQ(bridge.cause(), "the robot does not follow its commands");
+  EXPECT_TRUE(check.keeps());
+  EXPECT_FALSE(bridge.next_tick()) << "no commands until a reset";
+  EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kNotReady);
+  EXPECT_TRUE(bridge.reset());
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  Setpoint here = ramp(k);
+  here.theta = blocked;
+  EXPECT_EQ(give(bridge, here), SetpointVerdict::kAccepted);
+  EXPECT_EQ(bridge.tick().theta, blocked) << "it starts from where the robot is";
+}
+
+TEST_F(Bridging, ARobotThatIsSilentStopsTheMotionThenIsAFault) {
+  Bridge bridge = running(20);
+  bool stopped = false;
+  int64_t k = 21;
+  for (int ms = 0; ms < 900; ++ms) {
+    if (ms % 50 == 0) (void)give(bridge, ramp(k++));
+    bridge.tick();
+    stopped |= bridge.state() == BridgeState::kStopping;
+  }
+  EXPECT_TRUE(stopped);
+  EXPECT_NE(bridge.state(), BridgeState::kFault);
+  for (int ms = 0; ms < 200 && bridge.next_tick(); ++ms) bridge.tick();
+  EXPECT_EQ(bridge.state(), BridgeState::kFault);
+  EXPECT_FALSE(bridge.reset()) << "it is still silent";
+}
+
+TEST_F(Bridging, ARestartedRobotAndAJumpAreFaults) {
+  Bridge restarted = running(20);
+  for (int ms = 0; ms < 150; ++ms) restarted.tick();
+  EXPECT_TRUE(restarted.measured(at(start_, 0, 78)));
+  restarted.tick();
+  EXPECT_STREQ(restarted.cause(), "the robot was restarted");
+  Bridge jumped = running(20);
+  const Command command = jumped.tick();
+  EXPECT_TRUE(jumped.measured(at(command.theta + JointVector::Constant(4, 0.2), command.utime)));
+  jumped.tick();
+  EXPECT_STREQ(jumped.cause(), "the robot's measured position jumped");
+}
+
+TEST_F(Bridging, DisablingDeceleratesThenEndsTheStream) {
+  Bridge bridge = running(20);
+  StreamCheck check(bridge.limits());
+  bridge.disable();
+  EXPECT_EQ(bridge.state(), BridgeState::kStopping);
+  while (bridge.next_tick()) check.add(obeyed_tick(bridge).theta);
+  EXPECT_TRUE(check.keeps());
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
+  EXPECT_EQ(give(bridge, ramp(22)), SetpointVerdict::kNotReady);
+  bridge.enable();
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
 }
 
 TEST_F(Bridging, TheTickAllocatesNothing) {
-  Bridge bridge(chain_, {});
-  bridge.measured(start_);
-  const Setpoint first = ramp(0);
-  bridge.setpoint(first);
+  Bridge bridge = running(2);
   const int64_t before = testing::allocations().number;
-  for (int64_t k = 1; k < 20; ++k) {
-    bridge.setpoint(ramp(k));
-    for (int ms = 0; ms < 50; ++ms) bridge.tick();
+  for (int64_t k = 3; k < 20; ++k) {
+    EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
+    for (int ms = 0; ms < 50; ++ms) obeyed_tick(bridge);
   }
   EXPECT_EQ(testing::allocations().number, before);
 }

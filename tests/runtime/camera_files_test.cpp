@@ -73,7 +73,7 @@ TEST_F(CameraFilesTest, EveryFormatGivesTheSameRigBack) {
     SCOPED_TRACE(static_cast<int>(format));
     const CameraFiles back = read_camera_files(written(format, rig_));
     EXPECT_EQ(back.format, format);
-    EXPECT_FALSE(back.knows_robot);
+    EXPECT_FALSE(back.has_robot_pose);
     // ROS's rotation is a product of two.
     expect_same(rig_, back.rig, 1e-12);
   }
@@ -206,7 +206,7 @@ TEST_F(CameraFilesTest, SaysWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(fault([&] {
               read_camera_files(ros, {640, 480, {}});
-            }).find("they are said to be 640 x 480"),
+            }).find("the given size is 640 x 480"),
             std::string::npos);
 }
 
@@ -275,7 +275,7 @@ TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
   EXPECT_NE(refusal("  file: nothing.yml\n" + place).find("nothing.yml: cannot be opened"), std::string::npos);
   EXPECT_NE(refusal("  file: vision.yaml\n" + place).find("another file than this one"), std::string::npos);
   EXPECT_NE(refusal("  file: stereo.yml\n").find("'cameras.left_to_robot' is missing"), std::string::npos);
-  EXPECT_NE(refusal("  file: stereo.yml\n  width_px: 640\n" + place).find("they are said to be 640 x 240"),
+  EXPECT_NE(refusal("  file: stereo.yml\n  width_px: 640\n" + place).find("the given size is 640 x 240"),
             std::string::npos);
   EXPECT_NE(refusal("  file: stereo.yml\n  left: {}\n" + place).find("'cameras.left' is allowed only without file"),
             std::string::npos);

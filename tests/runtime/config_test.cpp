@@ -90,6 +90,13 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
   EXPECT_NE(
       robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, speed: 3}\n").find("'robot.speed' is not known"),
       std::string::npos);
+  const auto limits = [&](const std::string& keys) {
+    return robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, " + keys + "}\n");
+  };
+  EXPECT_EQ(limits("joint_acceleration_limits: [9, 9, 9, 9], joint_jerk_limits: [900, 900, 900, 900]"), "");
+  EXPECT_NE(limits("joint_acceleration_limits: [1, 1, 1]").find("'robot.joint_acceleration_limits'"),
+            std::string::npos);
+  EXPECT_NE(limits("joint_jerk_limits: [1, 1, 1, 0]").find("'robot.joint_jerk_limits'"), std::string::npos);
   EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n")
                 .find("'contoller' is not known"),
             std::string::npos);
@@ -104,7 +111,7 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
       ControllerNode node(RobotConfig::load(path_));
     });
   };
-  EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, joint_acceleration_limits: [9, 9, 9, 9], feedback: measured, "
+  EXPECT_EQ(controller("law: guarded, gamma_rad2_m2: 200, feedback: measured, "
                        "on_target_lost: stop, link_radius_m: 0.02, margin_m: 0.01, self_collision: false"),
             "");
   EXPECT_EQ(controller("law: paper, gamma_rad2_m2: 350, drift_m: 0.02"), "");
@@ -115,8 +122,6 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
   says("law: papers", "law");
   says("law: guarded, drift_m: 0.02", "'controller.drift_m' is allowed only with law: paper");
   says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is allowed only with law: guarded");
-  says("joint_acceleration_limits: [1, 1, 1]", "joint_acceleration_limits");
-  says("joint_acceleration_limits: [1, 1, 1, 0]", "joint_acceleration_limits");
   says("beta_per_step: 0.03", "overshoot");
   says("task: pointing", "pointing_direction");
   says("task: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");

@@ -89,11 +89,11 @@ TEST_F(LockstepTest, TakesMessagesInTheOrderOfTheStep) {
   receive_all();
   lockstep_.advance(out_);
   EXPECT_TRUE(lockstep_.done());
-  EXPECT_EQ(out_.size(), 82U) << "commands, and what was taken in, said twice";
-  EXPECT_EQ(lockstep_.report().sent, 80);
+  EXPECT_EQ(out_.size(), 84U) << "80 commands, 2 states of the bridge, 2 lists of inputs";
+  EXPECT_EQ(lockstep_.report().sent, 82);
   EXPECT_FALSE(lockstep_.begin(work(80))) << "once only";
   lockstep_.advance(out_);
-  EXPECT_EQ(out_.size(), 82U);
+  EXPECT_EQ(out_.size(), 84U);
 }
 
 TEST_F(LockstepTest, GivesTheSameWheneverTheMessagesCome) {

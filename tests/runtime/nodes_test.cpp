@@ -210,8 +210,8 @@ TEST(VisionNode, AnUnreadableImageIsNoSighting) {
   expect_unseen(bad, "there is no left image");
   bad = next();
   bad.images[0].width = 99999;
-  expect_unseen(bad, "an image is not of the size that the calibration is for");
-  expect_unseen(first, "seen, but of a time that is past");
+  expect_unseen(bad, "the size of an image differs from the calibration");
+  expect_unseen(first, "the pair is not newer than the last one");
   vision.receive(channel::kStereoImages, *encode(next()), out);
   EXPECT_EQ(last_of<target_t>(out, channel::kTarget).status, target_t::STATUS_TRACKED) << "and goes on";
   EXPECT_EQ(last_of<target_t>(out, channel::kTarget).sequence, 16) << "one target for every message";

@@ -67,13 +67,13 @@ TEST(Study, WatchesABlockAsEachArmAlone) {
   const Chain chain = testing::hoap2();
   const ReachSampler sampler(chain, kSeed);
   const ReachRules rules;
-  const MonitorPlan plan(chain, rules);
+  const MonitorConstants constants(chain, rules);
   int64_t unfinite = 0, beyond = 0;
   for (uint64_t first = 0; first < 10 * kRowLanes; first += kRowLanes) {
     controller::PaperBatch batch(chain, {}, std::numeric_limits<double>::infinity(), kRowLanes);
     MonitorBlock block;
     std::vector<ReachSample> samples;
-    std::vector<ReachMonitor> watches;
+    std::vector<ReachMonitor> monitors;
     samples.reserve(kRowLanes);
     for (int lane = 0; lane < kRowLanes; ++lane) {
       samples.push_back(sampler.sample(first + static_cast<uint64_t>(lane)));
@@ -81,22 +81,22 @@ TEST(Study, WatchesABlockAsEachArmAlone) {
       if (lane == 3) sample.target.x() = 1e300;  // the angles overflow
       ASSERT_TRUE(batch.start(lane, sample.start, sample.target, sample.target_posture));
       block.begin(batch.block(0), lane);
-      watches.emplace_back(chain, sample, rules, batch.x(lane));
+      monitors.emplace_back(chain, sample, rules, batch.x(lane));
     }
     uint32_t over = 0;
     while (over != (1U << kRowLanes) - 1) {
       batch.step();
-      const uint32_t now = block.take(plan, batch.block(0));
+      const uint32_t now = block.update(constants, batch.block(0));
       for (int lane = 0; lane < kRowLanes; ++lane) {
         if (over >> lane & 1) continue;
         JointVector velocity(chain.size());
         for (int i = 0; i < chain.size(); ++i)
           velocity[i] = batch.block(0).joints[static_cast<size_t>(i)].velocity[lane];
-        const bool goes_on = watches[static_cast<size_t>(lane)].take(batch.theta(lane), velocity, batch.x(lane));
+        const bool goes_on = monitors[static_cast<size_t>(lane)].update(batch.theta(lane), velocity, batch.x(lane));
         ASSERT_EQ(goes_on, (now >> lane & 1) == 0) << "reach " << first << " + " << lane;
         if (goes_on) continue;
-        const ReachResult result = block.result(plan, lane);
-        expect_same(watches[static_cast<size_t>(lane)].result(), result, static_cast<int64_t>(first) + lane);
+        const ReachResult result = block.result(constants, lane);
+        expect_same(monitors[static_cast<size_t>(lane)].result(), result, static_cast<int64_t>(first) + lane);
         unfinite += result.finite ? 0 : 1;
         beyond += result.limit_excess > 0 ? 1 : 0;
         over |= 1U << lane;

@@ -119,7 +119,7 @@ struct RenderedSession {
                  r = find_board(right.render(rig.X_RL * poses[k], 2 * k + 1), kBoard);
       if (!l || !r) continue;
       pairs.push_back({*l, *r});
-      count_alike(kBoard, pairs.back().left, pairs.back().right);
+      match_corner_order(kBoard, pairs.back().left, pairs.back().right);
     }
   }
   static const RenderedSession& get() {
@@ -145,7 +145,7 @@ TEST(Chessboard, CornersAreFoundWhereTheyAre) {
       truth.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
     }
     Corners found = session.pairs[k].left;
-    count_alike(kBoard, truth, found);
+    match_corner_order(kBoard, truth, found);
     for (size_t c = 0; c < truth.size(); ++c, ++count) {
       const cv::Point2f error = found[c] - truth[c];
       sum2 += error.dot(error);
@@ -168,7 +168,7 @@ TEST(Chessboard, LargeImagesAreSearchedSmallAndMeasuredWhole) {
   ASSERT_TRUE(found.has_value());
   Corners expected = session.pairs[0].left;
   for (cv::Point2f& corner : expected) corner = (corner + cv::Point2f(0.5F, 0.5F)) * kScale - cv::Point2f(0.5F, 0.5F);
-  count_alike(kBoard, expected, *found);
+  match_corner_order(kBoard, expected, *found);
   cv::Point2f bias(0, 0);
   for (size_t k = 0; k < expected.size(); ++k) {
     EXPECT_LT(cv::norm((*found)[k] - expected[k]), 0.3 * kScale) << k;
@@ -181,7 +181,7 @@ TEST(Chessboard, BothImagesAreCountedAlike) {
   const RenderedSession& session = RenderedSession::get();
   const BoardPair& pair = session.pairs.front();
   Corners turned(pair.right.rbegin(), pair.right.rend());
-  count_alike(kBoard, pair.left, turned);
+  match_corner_order(kBoard, pair.left, turned);
   EXPECT_EQ(turned, pair.right);
   // As many rows as columns: four ways.
   const Board square{.columns = 4, .rows = 4, .square_m = 0.01};
@@ -191,7 +191,7 @@ TEST(Chessboard, BothImagesAreCountedAlike) {
   }
   Corners quarter(16);
   for (size_t k = 0; k < 16; ++k) quarter[k] = first[(k % 4) * 4 + 3 - k / 4];
-  count_alike(square, first, quarter);
+  match_corner_order(square, first, quarter);
   EXPECT_EQ(quarter, first);
   EXPECT_FALSE(find_board(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128)), kBoard).has_value());
 }
@@ -293,7 +293,7 @@ TEST(StereoCalibration, RealPhotographsOfOpenCv) {
   const Board board{.columns = 9, .rows = 6, .square_m = 0.025};
   const BoardImages images = find_boards(folder + "left[01]?.jpg", folder + "right[01]?.jpg", board, [](double) {});
   ASSERT_EQ(images.pairs.size(), 13U);
-  EXPECT_TRUE(images.complaints.empty());
+  EXPECT_TRUE(images.warnings.empty());
   const StereoCalibration result = calibrate(images.pairs, board, images.size, Lens::kPlumbBob, false);
   const std::vector<double> left_out =
       leave_one_out(images.pairs, board, images.size, Lens::kPlumbBob, result, [](double) {});

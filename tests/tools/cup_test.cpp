@@ -54,7 +54,7 @@ size_t each_frame(const std::function<void(size_t, const cv::Mat&)>& take) {
 
 TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
   vision::ColourTable colours;
-  vision::Finder finder;
+  vision::BlobFinder finder;
   Eigen::Vector2d before(0, 0);
   double area = 0;
   size_t jumps = 0;
@@ -65,7 +65,7 @@ TEST(Cup, ALearnedColourHoldsItThroughTheVideo) {
       EXPECT_TRUE(learned.by_brightness);
       colours = vision::ColourTable(learned.model);
     }
-    const vision::Found found = finder.find(frame, {0, 0, frame.cols, frame.rows}, colours);
+    const vision::FoundBlobs found = finder.find(frame, {0, 0, frame.cols, frame.rows}, colours);
     ASSERT_FALSE(found.blobs.empty()) << "frame " << k;
     const vision::Blob& cup = found.blobs[0];
     if (k % 27 == 0) {

@@ -17,7 +17,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/robot_config.hpp"
-#include "tools/calibrate/hand_eye_positions.hpp"
+#include "tools/calibrate/hand_eye_samples.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
@@ -31,22 +31,22 @@ class Synthetic {
     X_WL_.translation() = point(0.5);
   }
 
-  std::vector<HandEyePosition> places(int count, const Eigen::Vector3d& p_HT, double turned_rad = 1) {
-    std::vector<HandEyePosition> places;
+  std::vector<HandEyeSample> samples(int count, const Eigen::Vector3d& p_HT, double turned_rad = 1) {
+    std::vector<HandEyeSample> samples;
     for (int k = 0; k < count; ++k) {
-      HandEyePosition place;
+      HandEyeSample sample;
       const Eigen::Vector3d p_L = point(0.15) + Eigen::Vector3d(0, 0, 0.6);
-      place.X_WH.linear() =
+      sample.X_WH.linear() =
           rotation_from_rpy(turned_rad * Eigen::Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)));
-      place.X_WH.translation() = X_WL_ * p_L - place.X_WH.linear() * p_HT;
+      sample.X_WH.translation() = X_WL_ * p_L - sample.X_WH.linear() * p_HT;
       const Eigen::Vector3d along = p_L.normalized();
       constexpr double kAcross = 0.0005, kAlong = 0.004;
-      place.covariance = kAcross * kAcross * Eigen::Matrix3d::Identity() + kAlong * kAlong * along * along.transpose();
-      place.p_LT = p_L + kAcross * noise() + kAlong * normal() * along;
-      place.X_WH.translation() += kHand * noise();
-      places.push_back(place);
+      sample.covariance = kAcross * kAcross * Eigen::Matrix3d::Identity() + kAlong * kAlong * along * along.transpose();
+      sample.p_LT = p_L + kAcross * noise() + kAlong * normal() * along;
+      sample.X_WH.translation() += kHand * noise();
+      samples.push_back(sample);
     }
-    return places;
+    return samples;
   }
   double uniform(double from, double to) { return random_.uniform(counter_++, from, to); }
   /// Sum of twelve uniform numbers: variance 1.
@@ -76,9 +76,9 @@ Eigen::Matrix<double, 6, 1> error_of(const Eigen::Isometry3d& truth, const Eigen
   return error;
 }
 
-std::string refusal(const std::vector<HandEyePosition>& places, const HandEyeOptions& options = {}) {
+std::string refusal(const std::vector<HandEyeSample>& samples, const HandEyeOptions& options = {}) {
   try {
-    solve_hand_eye(places, options);
+    solve_hand_eye(samples, options);
   } catch (const std::runtime_error& error) {
     return error.what();
   }
@@ -92,10 +92,10 @@ TEST(HandEye, ItsCovarianceIsHonest) {
     constexpr int kRuns = 200;
     for (int run = 0; run < kRuns; ++run) {
       Synthetic synthetic(static_cast<uint64_t>(run));
-      const auto places = synthetic.places(20, p_HT);
+      const auto samples = synthetic.samples(20, p_HT);
       HandEyeOptions options{.estimate_offset = estimate, .hand_sigma_m = Synthetic::kHand};
       if (!estimate) options.p_HT = p_HT;
-      const HandEye result = solve_hand_eye(places, options);
+      const HandEye result = solve_hand_eye(samples, options);
       const auto error = error_of(synthetic.X_WL_, result.X_WL);
       nees += error.dot(result.covariance.inverse() * error) / (6 * kRuns);
       chi2 += result.chi2_per_dof / kRuns;
@@ -120,13 +120,13 @@ TEST(HandEye, ItsCovarianceIsHonest) {
 TEST(HandEye, WrongPlacesAreLeftOut) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     Synthetic synthetic(seed);
-    auto places = synthetic.places(30, Eigen::Vector3d::Zero());
-    for (size_t k = 0; k < 9; ++k) places[3 * k].p_LT += synthetic.point(0.3);
-    const HandEye result = solve_hand_eye(places, {.hand_sigma_m = Synthetic::kHand});
+    auto samples = synthetic.samples(30, Eigen::Vector3d::Zero());
+    for (size_t k = 0; k < 9; ++k) samples[3 * k].p_LT += synthetic.point(0.3);
+    const HandEye result = solve_hand_eye(samples, {.hand_sigma_m = Synthetic::kHand});
     const auto error = error_of(synthetic.X_WL_, result.X_WL);
     EXPECT_LT(error.head<3>().norm(), 0.02) << "seed " << seed;
     EXPECT_LT(error.dot(result.covariance.inverse() * error), 40) << "seed " << seed;
-    for (size_t k = 0; k < places.size(); ++k) {
+    for (size_t k = 0; k < samples.size(); ++k) {
       if (result.distances_m[k] > 0.05) {
         EXPECT_TRUE(result.outlier[k]) << "seed " << seed << ", place " << k;
       }
@@ -137,27 +137,27 @@ TEST(HandEye, WrongPlacesAreLeftOut) {
 
 TEST(HandEye, LargerResidualsThanSaidEnlargeTheCovariance) {
   Synthetic synthetic(5);
-  auto places = synthetic.places(30, Eigen::Vector3d::Zero());
-  const HandEye honest = solve_hand_eye(places, {.hand_sigma_m = Synthetic::kHand});
-  for (HandEyePosition& place : places) place.covariance *= 0.01;
-  const HandEye boasting = solve_hand_eye(places, {.hand_sigma_m = 0.0001});
+  auto samples = synthetic.samples(30, Eigen::Vector3d::Zero());
+  const HandEye honest = solve_hand_eye(samples, {.hand_sigma_m = Synthetic::kHand});
+  for (HandEyeSample& sample : samples) sample.covariance *= 0.01;
+  const HandEye boasting = solve_hand_eye(samples, {.hand_sigma_m = 0.0001});
   EXPECT_GT(boasting.chi2_per_dof, 20);
   EXPECT_NEAR(boasting.covariance.trace() / honest.covariance.trace(), 1, 0.5);
 }
 
 TEST(HandEye, RefusesWhatDeterminesNothing) {
   Synthetic synthetic(7);
-  const auto places = synthetic.places(12, Eigen::Vector3d::Zero(), 0);
-  EXPECT_NE(refusal({places.begin(), places.begin() + 3}).find("3 places"), std::string::npos);
-  EXPECT_NE(refusal({}).find("0 places"), std::string::npos);
-  EXPECT_NE(refusal(places, {.estimate_offset = true}).find("orientation varies too little"), std::string::npos)
-      << refusal(places, {.estimate_offset = true});
-  auto line = places, same = places, shuffled = places;
-  for (size_t k = 0; k < places.size(); ++k) {
+  const auto samples = synthetic.samples(12, Eigen::Vector3d::Zero(), 0);
+  EXPECT_NE(refusal({samples.begin(), samples.begin() + 3}).find("3 hand positions"), std::string::npos);
+  EXPECT_NE(refusal({}).find("0 hand positions"), std::string::npos);
+  EXPECT_NE(refusal(samples, {.estimate_offset = true}).find("orientation varies too little"), std::string::npos)
+      << refusal(samples, {.estimate_offset = true});
+  auto line = samples, same = samples, shuffled = samples;
+  for (size_t k = 0; k < samples.size(); ++k) {
     line[k].X_WH.translation() = Eigen::Vector3d(0.1, 0.2, 0.3) * (0.1 * static_cast<double>(k));
     line[k].p_LT = synthetic.X_WL_.inverse() * line[k].X_WH.translation();
-    same[k] = places[0];
-    shuffled[k].p_LT = places[(k * 5 + 3) % places.size()].p_LT;
+    same[k] = samples[0];
+    shuffled[k].p_LT = samples[(k * 5 + 3) % samples.size()].p_LT;
   }
   EXPECT_NE(refusal(line).find("on a line"), std::string::npos);
   EXPECT_NE(refusal(same).find("on a line"), std::string::npos);
@@ -254,10 +254,10 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
   }
   log.close();
 
-  const auto places = positions_from_log(path_, chain, believed, {});
-  EXPECT_GE(places.size(), 38U);
+  const auto samples = samples_from_log(path_, chain, believed, {});
+  EXPECT_GE(samples.size(), 38U);
   for (const bool estimate : {false, true}) {
-    const HandEye result = solve_hand_eye(places, {.estimate_offset = estimate});
+    const HandEye result = solve_hand_eye(samples, {.estimate_offset = estimate});
     const auto error = error_of(truth.X_WL, result.X_WL);
     std::printf(
         "offset estimated %d: rotation %.2f mrad, translation %.2f mm, rms %.2f mm, chi2/dof %.2f, NEES/6 %.2f\n",
@@ -266,7 +266,7 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
     EXPECT_LT(error.head<3>().norm(), 0.01);
     EXPECT_LT((truth.X_WL * Eigen::Vector3d(0, 0, 0.45) - result.X_WL * Eigen::Vector3d(0, 0, 0.45)).norm(), 0.003);
   }
-  EXPECT_THROW(positions_from_log(path_, chain, believed, {.target = "cup"}), InputError);
+  EXPECT_THROW(samples_from_log(path_, chain, believed, {.target = "cup"}), InputError);
 }
 
 TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
@@ -275,7 +275,7 @@ TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
   const std::vector<JointVector> postures = postures_in_view(chain, vision.rig, 12);
   // At every place the hand stands for a second; the target is already at the next place for the last tenth of it, or
   // only at one of the places, or it moves by less than what is seen is uncertain.
-  const auto places_of = [&](const std::function<bool(size_t)>& goes_ahead, double sigma_m) {
+  const auto count_samples = [&](const std::function<bool(size_t)>& goes_ahead, double sigma_m) {
     SessionLog log(path_, chain);
     int64_t utime = 1000000;
     for (size_t k = 0; k + 1 < postures.size(); ++k) {
@@ -287,17 +287,16 @@ TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
       }
     }
     log.close();
-    return positions_from_log(path_, chain, vision.rig.X_WL, {}).size();
+    return samples_from_log(path_, chain, vision.rig.X_WL, {}).size();
   };
-  EXPECT_EQ(places_of([](size_t) { return false; }, 0.001), 11U);
-  EXPECT_EQ(places_of([](size_t k) { return k == 4; }, 0.001), 10U);
-  EXPECT_EQ(places_of([](size_t) { return true; }, 0.1), 11U);
+  EXPECT_EQ(count_samples([](size_t) { return false; }, 0.001), 11U);
+  EXPECT_EQ(count_samples([](size_t k) { return k == 4; }, 0.001), 10U);
+  EXPECT_EQ(count_samples([](size_t) { return true; }, 0.1), 11U);
   try {
-    places_of([](size_t k) { return k % 2 == 0; }, 0.001);
+    count_samples([](size_t k) { return k % 2 == 0; }, 0.001);
     FAIL() << "nothing was refused";
   } catch (const std::runtime_error& error) {
-    EXPECT_NE(std::string(error.what()).find("at 6 of 11 places: a target that the hand does not hold"),
-              std::string::npos)
+    EXPECT_NE(std::string(error.what()).find("at 6 of 11 positions: the hand does not hold it"), std::string::npos)
         << error.what();
   }
 }
@@ -318,27 +317,27 @@ TEST_F(HandEyeFiles, AHandThatTurnsInPlaceBeginsANewPlace) {
     }
   }
   log.close();
-  EXPECT_EQ(positions_from_log(path_, chain, Eigen::Isometry3d::Identity(), {}).size(), 3U);
+  EXPECT_EQ(samples_from_log(path_, chain, Eigen::Isometry3d::Identity(), {}).size(), 3U);
 }
 
 TEST_F(HandEyeFiles, ATableIsRead) {
   Synthetic synthetic(3);
-  const auto places = synthetic.places(15, Eigen::Vector3d(0, 0, 0.05));
+  const auto samples = synthetic.samples(15, Eigen::Vector3d(0, 0, 0.05));
   const auto write = [&](const std::string& header, const std::string& extra = "") {
     std::string text = header + "\n";
-    for (const HandEyePosition& place : places) {
-      const Eigen::Quaterniond q(Eigen::Matrix3d(place.X_WH.linear()));
+    for (const HandEyeSample& sample : samples) {
+      const Eigen::Quaterniond q(Eigen::Matrix3d(sample.X_WH.linear()));
       char line[400];
-      std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", place.p_LT.x(),
-                    place.p_LT.y(), place.p_LT.z(), place.X_WH.translation().x(), place.X_WH.translation().y(),
-                    place.X_WH.translation().z(), q.w(), q.x(), q.y(), q.z());
+      std::snprintf(line, sizeof line, "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", sample.p_LT.x(),
+                    sample.p_LT.y(), sample.p_LT.z(), sample.X_WH.translation().x(), sample.X_WH.translation().y(),
+                    sample.X_WH.translation().z(), q.w(), q.x(), q.y(), q.z());
       text += line;
     }
     write_text_file(path_, text + extra);
   };
   const auto sentence = [&] {
     try {
-      places_from_csv(path_, 0.001);
+      samples_from_csv(path_, 0.001);
     } catch (const InputError& error) {
       return std::string(error.what());
     }
@@ -346,11 +345,11 @@ TEST_F(HandEyeFiles, ATableIsRead) {
   };
   const std::string header = "seen_x_m,seen_y_m,seen_z_m,hand_x_m,hand_y_m,hand_z_m,hand_qw,hand_qx,hand_qy,hand_qz";
   write(header);
-  const auto back = places_from_csv(path_, 0.001);
-  ASSERT_EQ(back.size(), places.size());
-  for (size_t k = 0; k < places.size(); ++k) {
-    EXPECT_EQ(back[k].p_LT, places[k].p_LT);
-    EXPECT_TRUE(back[k].X_WH.isApprox(places[k].X_WH, 1e-12));
+  const auto back = samples_from_csv(path_, 0.001);
+  ASSERT_EQ(back.size(), samples.size());
+  for (size_t k = 0; k < samples.size(); ++k) {
+    EXPECT_EQ(back[k].p_LT, samples[k].p_LT);
+    EXPECT_TRUE(back[k].X_WH.isApprox(samples[k].X_WH, 1e-12));
     EXPECT_EQ(back[k].covariance(1, 1), 1e-6);
   }
   write(header, "1,2,3\n");

@@ -53,9 +53,9 @@ TEST_F(LogExport, TablesHaveAColumnForEveryElement) {
   std::getline(table, header);
   std::getline(table, first);
   EXPECT_EQ(header,
-            "log_utime,utime,sequence,tick,target_sequence,robot_state_sequence,obstacles_sequence,num_joints,"
+            "log_utime,utime,sequence,run,tick,target_sequence,robot_state_sequence,obstacles_sequence,num_joints,"
             "joint_name[0],joint_position[0],joint_velocity[0],joint_name[1],joint_position[1],joint_velocity[1]");
-  EXPECT_EQ(first, "1000,0,0,0,0,0,0,1,\"a \"\"quoted\"\", joint\",0,nan,,,");
+  EXPECT_EQ(first, "1000,0,0,0,0,0,0,0,1,\"a \"\"quoted\"\", joint\",0,nan,,,");
   int lines = 1;
   while (std::getline(table, line)) ++lines;
   EXPECT_EQ(lines, 10);
@@ -83,7 +83,7 @@ TEST_F(LogExport, MatlabGetsAStructPerChannel) {
 }
 
 TEST_F(LogExport, ImagesBecomeFiles) {
-  std::vector<std::string> complaints;
+  std::vector<std::string> warnings;
   const std::string session = MULTIREACH_SOURCE_DIR "/logs/reach.lcm";
   LogReader reader(session);
   LogWriter writer(path("images"));
@@ -98,9 +98,9 @@ TEST_F(LogExport, ImagesBecomeFiles) {
     writer.write(event->utime, event->channel, *encode(*images));
   }
   writer.close();
-  EXPECT_EQ(export_images(path("images"), path("png"), {}, complaints), 5);
-  ASSERT_EQ(complaints.size(), 1U);
-  EXPECT_EQ(complaints[0], "event 1: the right image cannot be decoded");
+  EXPECT_EQ(export_images(path("images"), path("png"), {}, warnings), 5);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_EQ(warnings[0], "event 1: the right image cannot be decoded");
   const cv::Mat image = cv::imread(path("png") + "/000002_left.png");
   EXPECT_EQ(image.cols, 320);
   EXPECT_EQ(image.rows, 240);

@@ -25,7 +25,7 @@ const std::string kSession = kSource + "/logs/reach.lcm";
 
 ReplayOptions options_for(const std::string& session, double until_s) {
   return {.session = session,
-          .from = what_to_replay(session),
+          .from = replay_source(session),
           .robot = ReplayRobot::kIdeal,
           .config = RobotConfig::load(kSource + "/robots/hoap2/robot.yaml"),
           .vision = VisionConfig::load(kSource + "/robots/hoap2/vision.yaml"),
@@ -265,7 +265,7 @@ TEST_F(Replay, VerifySaysWhatItCannotCheck) {
   EXPECT_TRUE(verification.holds());
   EXPECT_EQ(verification.channels.at("TARGET").unchecked, 1) << "vision goes on from what it sent";
   ASSERT_FALSE(verification.notes.empty());
-  EXPECT_NE(verification.notes[0].find("vision: what it sent for 1 of"), std::string::npos) << verification.notes[0];
+  EXPECT_NE(verification.notes[0].find("vision: its messages for 1 of"), std::string::npos) << verification.notes[0];
   EXPECT_EQ(verification.channels.at("JOINT_SETPOINT").unchecked, 0) << "its targets are in the log";
 
   filter_log(path("log"), path("silent"), {"NODE_INPUTS"}, true);
@@ -394,7 +394,7 @@ TEST_F(Replay, BisectNamesTheStageThatParted) {
   ASSERT_TRUE(comparison.first);
   EXPECT_EQ(comparison.first->node, "controller");
   EXPECT_EQ(comparison.first->sequence, 0);
-  EXPECT_EQ(comparison.first->cause, "it had taken in the same messages; its configuration differs");
+  EXPECT_EQ(comparison.first->cause, "its inputs are the same; its configuration differs");
   EXPECT_EQ(comparison.channels.at("TARGET").different, 0);
 
   // Another image: the session itself.

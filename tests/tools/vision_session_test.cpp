@@ -91,7 +91,8 @@ TEST(VisionSession, HoldsTheBallThroughChangesOfLight) {
   for (int k = 0; k < 360; ++k) {
     const double t = k / 30.0;
     const Light light = light_at(t);
-    const Look look{.exposure = light.exposure, .gains_rgb = light.gains_rgb, .occluder = {}, .neighbour = {}};
+    const ImageConditions look{
+        .exposure = light.exposure, .gains_rgb = light.gains_rgb, .occluder = {}, .neighbour = {}};
     const Eigen::Vector3d ball =
         kMiddle + Eigen::Vector3d(0.03 * std::cos(t), 0.05 * std::sin(t), 0.03 * std::sin(2 * t));
     const auto stream = static_cast<uint64_t>(2 * k);
@@ -163,7 +164,7 @@ TEST(VisionSession, FollowsABallThatIsThrown) {
     for (int k = 0;; ++k) {
       const double t = k / thrown.frames_per_s;
       const Eigen::Vector3d ball = thrown.place(t);
-      const Look look{.occluder = {}, .neighbour = {}, .motion_W = thrown.velocity(t) * thrown.shutter_s};
+      const ImageConditions look{.occluder = {}, .neighbour = {}, .motion_W = thrown.velocity(t) * thrown.shutter_s};
       const auto whole_in = [&](const Eigen::Vector3d& p) {
         const Eigen::Vector2d centre = config.rig.left.project(p);
         const double reach = 300 / p.z() * (kRadius + look.motion_W.norm() / 2) + 2;
@@ -235,9 +236,9 @@ TEST(VisionSession, MemoryStaysFlat) {
 TEST(VisionSession, ExposuresAtDifferentTimesAreTakenToOne) {
   const VisionConfig config = VisionConfig::load(kVisionFile);
   const Cameras cameras(config.rig);
-  VisionNode told(config), untold(config);
+  VisionNode with_times(config), without_times(config);
   constexpr int64_t kSkew = 8000;
-  double error_told = 0, error_untold = 0;
+  double error_with_times = 0, error_without_times = 0;
   for (int k = 0; k < 40; ++k) {
     const auto ball_at = [&](int64_t utime) {
       return (kMiddle + Eigen::Vector3d(0, 0.25 * (static_cast<double>(utime) * 1e-6 - 0.6), 0)).eval();
@@ -246,15 +247,15 @@ TEST(VisionSession, ExposuresAtDifferentTimesAreTakenToOne) {
     const auto stream = static_cast<uint64_t>(2 * k);
     const cv::Mat left = cameras.left.render(ball_at(utime), stream);
     const cv::Mat right = cameras.right.render(ball_at(utime + kSkew), stream + 1);
-    const target_t a = target_for(told, pair_of(left, right, utime, utime + kSkew));
-    const target_t b = target_for(untold, pair_of(left, right, utime, utime));
+    const target_t a = target_for(with_times, pair_of(left, right, utime, utime + kSkew));
+    const target_t b = target_for(without_times, pair_of(left, right, utime, utime));
     if (k < 10) continue;
     EXPECT_EQ(a.status, target_t::STATUS_TRACKED);
-    error_told = std::max(error_told, (position_of(a) - ball_at(utime)).norm());
-    error_untold = std::max(error_untold, (position_of(b) - ball_at(utime)).norm());
+    error_with_times = std::max(error_with_times, (position_of(a) - ball_at(utime)).norm());
+    error_without_times = std::max(error_without_times, (position_of(b) - ball_at(utime)).norm());
   }
-  EXPECT_LT(error_told, 0.005);
-  EXPECT_GT(error_untold, 0.008);
+  EXPECT_LT(error_with_times, 0.005);
+  EXPECT_GT(error_without_times, 0.008);
 }
 
 /// Pairs of the recorded scene.
@@ -299,7 +300,7 @@ TEST(VisionSession, SaysWhatIsWrongWithTheCameras) {
     EXPECT_EQ(reason_of(vision, pair_of(pink, pink, 2 * kFrame, 2 * kFrame)),
               "the colour fills most of an image: the colour model is too wide");
     EXPECT_EQ(reason_of(vision, pair_of(black(cv::Rect(0, 0, 100, 100)).clone(), black, 3 * kFrame, 3 * kFrame)),
-              "an image is not of the size that the calibration is for");
+              "the size of an image differs from the calibration");
   }
   {
     Scene scene;
@@ -313,7 +314,7 @@ TEST(VisionSession, SaysWhatIsWrongWithTheCameras) {
       pair.images[1].size = static_cast<int32_t>(still.size());
       reason = target_for(vision, pair).reason;
     }
-    EXPECT_EQ(reason, "the right camera is frozen: it gives the same image again and again");
+    EXPECT_EQ(reason, "the right camera is frozen: it repeats the same image");
     EXPECT_EQ(target_for(vision, scene.next()).status, target_t::STATUS_TRACKED) << "and goes on";
   }
 }
@@ -334,8 +335,8 @@ TEST(VisionSession, GoesOnFromWhatItSaid) {
     if (k > 0) {
       // All that it remembers is in what it said for the pair before.
       VisionNode other(config);
-      other.skip(k - 1);
-      ASSERT_TRUE(other.deserialize({before}));
+      other.skip_inputs(k - 1, "");
+      ASSERT_TRUE(other.restore_from_outputs({before}));
       other.receive(channel::kStereoImages, bytes, again);
       ASSERT_EQ(again.size(), 2U);
       EXPECT_EQ(again[0].bytes, sent[0].bytes) << k;
@@ -356,7 +357,7 @@ TEST(VisionSession, TheSameWhetherDecodedBeforehandOrAsNeeded) {
     for (const Side side : {Side::kLeft, Side::kRight}) ASSERT_TRUE(frames.pixels(side, {0, 0, 320, 240}, codec));
     Outbox a, b;
     live.receive(channel::kStereoImages, bytes, a);
-    ahead.conclude(frames, b);
+    ahead.process(frames, b);
     ASSERT_EQ(a.size(), 2U);
     ASSERT_EQ(b.size(), 2U);
     ASSERT_EQ(a[0].bytes, b[0].bytes) << k;
@@ -374,10 +375,11 @@ TEST(VisionSession, SeveralTargetsByName) {
   const Cameras cameras(config.rig);
   VisionNode vision(config);
   EXPECT_EQ(vision.sent_per_input(), 2);
-  const Look look{.exposure = 1,
-                  .gains_rgb = {1, 1, 1},
-                  .occluder = {},
-                  .neighbour = Neighbour{.angle_rad = 0.3, .radius_m = 0.02, .gap_m = 0.02, .colour = {20, 120, 230}}};
+  const ImageConditions look{
+      .exposure = 1,
+      .gains_rgb = {1, 1, 1},
+      .occluder = {},
+      .neighbour = Neighbour{.angle_rad = 0.3, .radius_m = 0.02, .gap_m = 0.02, .colour = {20, 120, 230}}};
   for (int k = 0; k < 5; ++k) {
     const auto stream = static_cast<uint64_t>(2 * k);
     const std::vector<target_t> targets =

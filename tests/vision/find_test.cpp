@@ -8,7 +8,7 @@
 #include <iostream>
 #include <opencv2/imgproc.hpp>
 
-#include "controller/batch/arm_batch.hpp"
+#include "numeric/instruction_set.hpp"
 #include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
 #include "vision/colour/colour_mask.hpp"
@@ -87,10 +87,10 @@ std::vector<Blob> plain_find(const cv::Mat& bgr, const cv::Rect& part, const Col
 
 void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, bool opened, const std::string& what) {
   const ColourTable colours = pink();
-  Finder finder;
-  const Found found = finder.find(bgr, part, colours, {.min_area = min_area, .most = 1 << 20, .opened = opened});
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(bgr, part, colours, {.min_area = min_area, .most = 1 << 20, .opened = opened});
   const std::vector<Blob> expected = plain_find(bgr, part, colours, min_area, opened);
-  EXPECT_FALSE(found.crowded) << what;
+  EXPECT_FALSE(found.too_many_runs) << what;
   EXPECT_EQ(found.members, cv::countNonZero(plain_mask(bgr(part), colours))) << what;
   ASSERT_EQ(found.blobs.size(), expected.size()) << what;
   for (size_t i = 0; i < expected.size(); ++i) {
@@ -105,11 +105,11 @@ void expect_same(const cv::Mat& bgr, const cv::Rect& part, double min_area, bool
 
 /// Calls `check` for each instruction set of this processor.
 void on_every_instruction_set(const std::function<void(const std::string&)>& check) {
-  for (const std::string& name : controller::instruction_sets()) {
-    ASSERT_TRUE(controller::use_instruction_set(name));
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
     check(name);
   }
-  controller::use_instruction_set("");
+  select_instruction_set("");
 }
 
 cv::Mat random_mask(uint64_t seed, int width, int height, double density) {
@@ -212,8 +212,8 @@ TEST(Find, GivesTheLargestFirstAndNotMoreThanAsked) {
   mask(cv::Rect(100, 60, 10, 10)).setTo(255);
   mask(cv::Rect(150, 60, 10, 10)).setTo(255);
   mask(cv::Rect(190, 90, 5, 5)).setTo(255);
-  Finder finder;
-  const Found found = finder.find(painted(mask), {0, 0, 200, 100}, pink(), {.min_area = 30, .most = 3});
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(painted(mask), {0, 0, 200, 100}, pink(), {.min_area = 30, .most = 3});
   ASSERT_EQ(found.blobs.size(), 3U);
   EXPECT_EQ(found.members, 400 + 200 + 64 + 25);
   EXPECT_EQ(found.blobs[0].box, cv::Rect(50, 20, 20, 20));
@@ -225,19 +225,19 @@ TEST(Find, GivesTheLargestFirstAndNotMoreThanAsked) {
 
 TEST(Find, OfAPartOutsideOfTheImageIsNothing) {
   const cv::Mat image = painted(cv::Mat(40, 50, CV_8UC1, cv::Scalar(255)));
-  Finder finder;
+  BlobFinder finder;
   EXPECT_TRUE(finder.find(image, {60, 0, 10, 10}, pink()).blobs.empty());
   EXPECT_TRUE(finder.find(image, {0, 0, 0, 0}, pink()).blobs.empty());
   EXPECT_TRUE(finder.find(cv::Mat(40, 50, CV_8UC1), {0, 0, 50, 40}, pink()).blobs.empty()) << "no BGR";
-  const Found found = finder.find(image, {-10, 30, 30, 30}, pink());
+  const FoundBlobs found = finder.find(image, {-10, 30, 30, 30}, pink());
   ASSERT_EQ(found.blobs.size(), 1U);
   EXPECT_EQ(found.blobs[0].box, cv::Rect(0, 30, 20, 10));
 }
 
 TEST(Find, AllPixelsAreOneBlob) {
   const cv::Mat image = painted(cv::Mat(480, 640, CV_8UC1, cv::Scalar(255)));
-  Finder finder;
-  const Found found = finder.find(image, {0, 0, 640, 480}, pink());
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(image, {0, 0, 640, 480}, pink());
   ASSERT_EQ(found.blobs.size(), 1U);
   EXPECT_EQ(found.blobs[0].area, 640 * 480 - 4) << "the corners";
   EXPECT_EQ(found.members, 640 * 480);
@@ -248,18 +248,18 @@ TEST(Find, AColourAllOverThePlaceIsCrowded) {
   for (int row = 0; row < 480; ++row) {
     for (int column = 0; column < 640; ++column) mask.at<uint8_t>(row, column) = (row + column) % 2 ? 255 : 0;
   }
-  Finder finder;
-  const Found found = finder.find(painted(mask), {0, 0, 640, 480}, pink(), {.opened = false});
-  EXPECT_TRUE(found.crowded);
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(painted(mask), {0, 0, 640, 480}, pink(), {.opened = false});
+  EXPECT_TRUE(found.too_many_runs);
   EXPECT_TRUE(found.blobs.empty());
   // A quarter of the image is not too crowded, and is one component, because the pixels touch at their corners.
-  const Found half = finder.find(painted(mask), {0, 0, 320, 240}, pink(), {.opened = false});
-  EXPECT_FALSE(half.crowded);
+  const FoundBlobs half = finder.find(painted(mask), {0, 0, 320, 240}, pink(), {.opened = false});
+  EXPECT_FALSE(half.too_many_runs);
   ASSERT_EQ(half.blobs.size(), 1U);
   EXPECT_EQ(half.blobs[0].area, 320 * 240 / 2);
-  const Found opened = finder.find(painted(mask), {0, 0, 640, 480}, pink());
+  const FoundBlobs opened = finder.find(painted(mask), {0, 0, 640, 480}, pink());
   EXPECT_TRUE(opened.blobs.empty());
-  EXPECT_FALSE(opened.crowded);
+  EXPECT_FALSE(opened.too_many_runs);
   EXPECT_EQ(opened.members, 640 * 480 / 2);
 }
 
@@ -268,7 +268,7 @@ TEST(Find, KeepsItsMemory) {
   for (uint64_t seed = 1; seed <= 8; ++seed) images.push_back(painted(shapes(seed, 96, 48)));
   images.push_back(painted(random_mask(9, 96, 48, 0.3)));
   const ColourTable colours = pink();
-  Finder finder;
+  BlobFinder finder;
   const auto frames = [&](int number) {
     int64_t members = 0;
     for (int i = 0; i < number; ++i) {

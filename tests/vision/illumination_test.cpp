@@ -56,12 +56,12 @@ struct Outcome {
 
 Outcome track(const std::function<Light(int)>& light, int frames, bool adapting) {
   AdaptedColourModel lit(model_of({.references = {{220, 40, 110}}, .tolerance = 0.36}));
-  Finder finder;
+  BlobFinder finder;
   Outcome outcome;
   const double area = 3.14159 * kRadius * kRadius;
   for (int frame = 0; frame < frames; ++frame) {
     const cv::Mat image = scene(light(frame), static_cast<uint64_t>(frame));
-    const Found found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members(outcome.shift));
+    const FoundBlobs found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members(outcome.shift));
     const double x = 80 + 30 * std::sin(0.1 * frame);
     const bool seen = !found.blobs.empty() && (found.blobs[0].centroid - Eigen::Vector2d(x, 60)).norm() < 2 &&
                       found.blobs[0].area > 0.8 * area && found.blobs[0].area < 1.1 * area;
@@ -132,7 +132,7 @@ TEST(Light, AdaptsByLittleAndWithinBounds) {
   EXPECT_EQ(adapted(shift, red, 1).blue, 1);
   const IlluminationSample far{.pixels = 1000, .seen = {900, 100, 10}, .expected = {100, 100, 100}};
   for (int i = 0; i < 1000; ++i) shift = adapted(shift, far, 1);
-  EXPECT_EQ(shift, (WhiteBalanceGains{kSmallestGain, kLargestGain}));
+  EXPECT_EQ(shift, (WhiteBalanceGains{kMinGain, kMaxGain}));
   for (int i = 0; i < 1000; ++i) shift = relaxed(shift);
   EXPECT_NEAR(shift.red, 1, 1e-3);
   EXPECT_NEAR(shift.blue, 1, 1e-3);
@@ -156,9 +156,9 @@ TEST(Light, TheAnswerDependsOnTheShiftAlone) {
 
 TEST(Light, AdaptingAllocatesNothing) {
   AdaptedColourModel lit(model_of({.references = {{220, 40, 110}}, .tolerance = 0.36}));
-  Finder finder;
+  BlobFinder finder;
   const cv::Mat image = scene({}, 0);
-  const Found found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members({}));
+  const FoundBlobs found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members({}));
   ASSERT_FALSE(found.blobs.empty());
   const testing::AllocationCount before = testing::allocations();
   for (int i = 0; i < 20; ++i) lit.sample({1 + 0.02 * i, 1}, image, found.blobs[0]);

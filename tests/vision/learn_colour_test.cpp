@@ -44,8 +44,8 @@ cv::Mat scene(const Rgb& object, double wall, double exposure, uint64_t seed) {
 
 /// The largest blob that a learned model finds in an image.
 Blob largest(const LearnedColour& learned, const cv::Mat& image) {
-  Finder finder;
-  const Found found = finder.find(image, {0, 0, image.cols, image.rows}, ColourTable(learned.model));
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(image, {0, 0, image.cols, image.rows}, ColourTable(learned.model));
   return found.blobs.empty() ? Blob() : found.blobs[0];
 }
 
@@ -94,10 +94,10 @@ TEST(LearnColour, SaysWhatItCannotLearn) {
   EXPECT_EQ(learn_colour(image, {400, 10, 50, 50}).status, Status::kBadRectangle);
   EXPECT_EQ(learn_colour(image, {10, 10, 6, 6}).status, Status::kBadRectangle);
   EXPECT_EQ(learn_colour(image, {10, 10, -60, 60}).status, Status::kBadRectangle);
-  EXPECT_EQ(learn_colour(image, {20, 150, 60, 60}).status, Status::kLikeTheRest) << "a piece of wall";
+  EXPECT_EQ(learn_colour(image, {20, 150, 60, 60}).status, Status::kIndistinct) << "a piece of wall";
   EXPECT_EQ(learn_colour(scene({255, 240, 250}, 60, 3, 5), kAround).status, Status::kOverexposed);
   for (const Status status :
-       {Status::kLearned, Status::kBadImage, Status::kBadRectangle, Status::kOverexposed, Status::kLikeTheRest}) {
+       {Status::kLearned, Status::kBadImage, Status::kBadRectangle, Status::kOverexposed, Status::kIndistinct}) {
     EXPECT_STRNE(description(status), "");
   }
 }

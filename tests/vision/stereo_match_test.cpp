@@ -86,14 +86,14 @@ TEST(StereoMatching, OfTwoAlikeTheExpectedOneIsTaken) {
     EXPECT_LT((match.point.p_W - rig().X_WL * p_L).norm(), 1e-6);
   }
   const Prediction far{rig().X_WL * Eigen::Vector3d(0.3, 0.3, 0.5), 1e-4 * Eigen::Matrix3d::Identity()};
-  EXPECT_EQ(match_candidates({first.left}, {first.right}, far).status, Status::kNotWhereExpected);
+  EXPECT_EQ(match_candidates({first.left}, {first.right}, far).status, Status::kOutsidePredictionGate);
 }
 
 TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   const Pair ball = pair_of(kBall);
   EXPECT_EQ(match_candidates({}, {ball.right}).status, Status::kNotInLeft);
   EXPECT_EQ(match_candidates({ball.left}, {}).status, Status::kNotInRight);
-  EXPECT_EQ(match_candidates({ball.left}, {pair_of(kBall, 0.04).right}).status, Status::kNotTheSame);
+  EXPECT_EQ(match_candidates({ball.left}, {pair_of(kBall, 0.04).right}).status, Status::kInconsistentPair);
   EXPECT_EQ(match_candidates({ball.left}, {ball.right}, std::nullopt, {.radius_m = 0.04}).status, Status::kWrongRadius);
 
   Pair tilted = ball;  // as if a camera had been knocked out of place: 10 px
@@ -116,7 +116,7 @@ TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kCutOff);
 
   std::vector<std::string> sentences;
-  for (int status = 0; status <= static_cast<int>(Status::kNotWhereExpected); ++status)
+  for (int status = 0; status <= static_cast<int>(Status::kOutsidePredictionGate); ++status)
     sentences.emplace_back(description(static_cast<Status>(status)));
   std::ranges::sort(sentences);
   EXPECT_EQ(std::ranges::adjacent_find(sentences), sentences.end()) << "no sentence twice";

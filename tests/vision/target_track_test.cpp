@@ -37,7 +37,7 @@ double mean_of(const std::function<Eigen::Vector3d(double)>& path,
   int count = 0;
   for (int k = 0; k < 600; ++k) {
     const double t = k * kFrame * 1e-6;
-    EXPECT_TRUE(track.take(k * kFrame, seen_at(path(t), random, static_cast<uint64_t>(k)))) << k;
+    EXPECT_TRUE(track.update(k * kFrame, seen_at(path(t), random, static_cast<uint64_t>(k)))) << k;
     if (k < 30) continue;
     sum += number(track, t);
     ++count;
@@ -74,7 +74,7 @@ TEST(TargetTrack, FollowsAThrow) {
   int taken = 0;
   for (int k = 0; k < 25; ++k) {
     const double t = k < 5 ? 0 : (k - 5) * kFrame * 1e-6;
-    taken += track.take(k * kFrame, seen_at(v0 * t + 0.5 * gravity * t * t)) ? 1 : 0;
+    taken += track.update(k * kFrame, seen_at(v0 * t + 0.5 * gravity * t * t)) ? 1 : 0;
   }
   EXPECT_GE(taken, 22) << "but for the confirmation of the throw";
   EXPECT_LT((track.velocity() - (v0 + gravity * 19 * kFrame * 1e-6)).norm(), 0.3);
@@ -97,7 +97,7 @@ TEST(TargetTrack, CovarianceIsHonestForTheMotionThatItAssumes) {
         p[axis] += v[axis] * dt + std::sqrt(dt * dt * dt / 3) * a;
         v[axis] += std::sqrt(dt) * (std::sqrt(0.75) * a + 0.5 * b);
       }
-      track.take(static_cast<int64_t>(k) * kFrame, seen_at(p, random, 100 * run + k));
+      track.update(static_cast<int64_t>(k) * kFrame, seen_at(p, random, 100 * run + k));
       if (k < 10 || track.status() != Status::kTracked) continue;
       const Eigen::Vector3d off = track.velocity() - v;
       sum += off.dot(track.velocity_covariance().ldlt().solve(off)) / 3;
@@ -110,11 +110,11 @@ TEST(TargetTrack, CovarianceIsHonestForTheMotionThatItAssumes) {
 TEST(TargetTrack, CoastsThroughAShortLossAndIsLostInALongOne) {
   TargetTrack track({});
   int64_t t = 0;
-  for (int k = 0; k < 30; ++k, t += kFrame) track.take(t, seen_at({0.3 * static_cast<double>(t) * 1e-6, 0, 0.5}));
+  for (int k = 0; k < 30; ++k, t += kFrame) track.update(t, seen_at({0.3 * static_cast<double>(t) * 1e-6, 0, 0.5}));
   double before = 0;
   int coasted = 0;
   for (; coasted < 100; ++coasted, t += kFrame) {
-    EXPECT_FALSE(track.take(t, std::nullopt));
+    EXPECT_FALSE(track.update(t, std::nullopt));
     if (track.status() != Status::kCoasting) break;
     const double variance = track.estimate().covariance.trace();
     EXPECT_GT(variance, before);
@@ -125,8 +125,8 @@ TEST(TargetTrack, CoastsThroughAShortLossAndIsLostInALongOne) {
   EXPECT_EQ(track.status(), Status::kLost);
   EXPECT_GE(coasted, 4);
   EXPECT_LE(coasted, 15);
-  EXPECT_FALSE(track.expected(t));
-  EXPECT_TRUE(track.take(t + kFrame, seen_at({1, 1, 1})));
+  EXPECT_FALSE(track.predicted(t));
+  EXPECT_TRUE(track.update(t + kFrame, seen_at({1, 1, 1})));
   EXPECT_EQ(track.status(), Status::kTracked);
 }
 
@@ -134,7 +134,7 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   const Eigen::Vector3d here(0, 0, 0.5), there(0.3, 0, 0.5);
   TargetTrack track({});
   int64_t t = 0;
-  const auto see = [&](const Eigen::Vector3d& p) { return track.take(t += kFrame, seen_at(p)); };
+  const auto see = [&](const Eigen::Vector3d& p) { return track.update(t += kFrame, seen_at(p)); };
   for (int k = 0; k < 10; ++k) EXPECT_TRUE(see(here));
   EXPECT_FALSE(see(there)) << "one wrong match";
   EXPECT_EQ(track.status(), Status::kCoasting);
@@ -143,7 +143,8 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   // Wrong matches at different positions do not confirm a jump.
   for (int k = 0; k < 4; ++k) EXPECT_FALSE(see({k % 2 ? 0.4 : -0.4, 0.3, 0.5}));
   EXPECT_TRUE(see(here));
-  for (int k = 0; k < 5; ++k) EXPECT_FALSE(track.take(t += kFrame, seen_at(there), false)) << "it cannot be told there";
+  for (int k = 0; k < 5; ++k)
+    EXPECT_FALSE(track.update(t += kFrame, seen_at(there), false)) << "it cannot be told there";
   EXPECT_TRUE(see(here));
   EXPECT_FALSE(see(there));
   EXPECT_FALSE(see(there));
@@ -154,14 +155,14 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
 TEST(TargetTrack, TakesTimesAsTheyCome) {
   TargetTrack track({});
   const Eigen::Vector3d p(0, 0, 0.5);
-  EXPECT_TRUE(track.take(2000000, seen_at(p)));
-  EXPECT_FALSE(track.take(2000000, seen_at(p))) << "the same pair again";
-  EXPECT_FALSE(track.take(1900000, seen_at(p))) << "late";
+  EXPECT_TRUE(track.update(2000000, seen_at(p)));
+  EXPECT_FALSE(track.update(2000000, seen_at(p))) << "the same pair again";
+  EXPECT_FALSE(track.update(1900000, seen_at(p))) << "late";
   EXPECT_EQ(track.utime(), 2000000);
-  EXPECT_TRUE(track.take(2000000 + kFrame, seen_at(p)));
-  EXPECT_TRUE(track.take(500000, seen_at({1, 0, 0.5}))) << "a log that is played again";
+  EXPECT_TRUE(track.update(2000000 + kFrame, seen_at(p)));
+  EXPECT_TRUE(track.update(500000, seen_at({1, 0, 0.5}))) << "a log that is played again";
   EXPECT_EQ(track.utime(), 500000);
-  EXPECT_FALSE(track.take(600000, PositionEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
+  EXPECT_FALSE(track.update(600000, PositionEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
 }
 
 TEST(TargetTrack, GoesOnFromItsMemory) {
@@ -175,7 +176,7 @@ TEST(TargetTrack, GoesOnFromItsMemory) {
     const double x = k % 50 > 40 ? 0.3 : 0;  // the target also jumps
     if (random.uniform(static_cast<uint64_t>(5000 + k)) > 0.2)
       seen = seen_at({x, 0, 0.5}, random, static_cast<uint64_t>(k));
-    EXPECT_EQ(track.take(t, seen), other.take(t, seen));
+    EXPECT_EQ(track.update(t, seen), other.update(t, seen));
     ASSERT_EQ(track.serialize(), other.serialize()) << k;
     EXPECT_EQ(track.status(), other.status());
   }

@@ -62,7 +62,7 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
     const std::string &left = images.left_files[k], &right = images.right_files[k];
     if (left == right) throw InputError(left + ": is named for both cameras");
     if (number_of(left) != number_of(right))
-      images.complaints.push_back(left + " and " + right + ": are taken as a pair, but their numbers differ");
+      images.warnings.push_back(left + " and " + right + ": are taken as a pair, but their numbers differ");
   }
   for (size_t k = 0; k < count; ++k) {
     const std::string &left = images.left_files[k], &right = images.right_files[k];
@@ -71,13 +71,13 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
     const auto r = find_board(grey_image(right), board);
     for (const auto& [found, path] : {std::pair(&l, &left), std::pair(&r, &right)}) {
       if (!*found)
-        images.complaints.push_back(
+        images.warnings.push_back(
             fmt::format("{}: no board of {}x{} inner corners is seen as a whole", *path, board.columns, board.rows));
     }
     if (!l || !r) continue;
-    images.shown_in.push_back(k);
+    images.pair_index.push_back(k);
     images.pairs.push_back({*l, *r});
-    count_alike(board, images.pairs.back().left, images.pairs.back().right);
+    match_corner_order(board, images.pairs.back().left, images.pairs.back().right);
   }
   return images;
 }

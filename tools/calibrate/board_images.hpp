@@ -12,9 +12,9 @@ namespace multireach {
 struct BoardImages {
   std::vector<std::string> left_files, right_files;  ///< of all pairs
   cv::Size size;                                     ///< of every image
-  std::vector<size_t> shown_in;                      ///< indices of the pairs that show the whole board in both images
+  std::vector<size_t> pair_index;                    ///< indices of the pairs that show the whole board in both images
   std::vector<BoardPair> pairs;                      ///< corners of these pairs
-  std::vector<std::string> complaints;               ///< sentences: images without a board, names that do not match
+  std::vector<std::string> warnings;                 ///< sentences: images without a board, names that do not match
 };
 
 /// Finds the board in all images that the patterns match. Throws InputError when there is none, the numbers of left and

@@ -18,7 +18,7 @@ void CameraOutput::add_options(CLI::App& app) {
 }
 
 CameraFormat CameraOutput::format() const {
-  return word.empty() ? usual_format(paths) : camera_format_of("--format", word);
+  return word.empty() ? format_from_names(paths) : camera_format_of("--format", word);
 }
 
 void CameraOutput::check() const {

@@ -43,13 +43,13 @@ nlohmann::json result_json(const BoardImages& images, const StereoCalibration& c
                       {"height_px", images.size.height},
                       {"pairs_given", images.left_files.size()},
                       {"views", nlohmann::json::array()},
-                      {"complaints", images.complaints}};
+                      {"complaints", images.warnings}};
   int64_t used = 0;
   std::vector<Corners> left, right;
   for (size_t k = 0; k < images.pairs.size(); ++k) {
     const PairFit& fit = calibration.fits[k];
-    json["views"].push_back({{"left", images.left_files[images.shown_in[k]]},
-                             {"right", images.right_files[images.shown_in[k]]},
+    json["views"].push_back({{"left", images.left_files[images.pair_index[k]]},
+                             {"right", images.right_files[images.pair_index[k]]},
                              {"left_rms_px", fit.left_rms_px},
                              {"right_rms_px", fit.right_rms_px},
                              {"poor", fit.poor},
@@ -71,21 +71,21 @@ nlohmann::json result_json(const BoardImages& images, const StereoCalibration& c
   return json;
 }
 
-void say_what_is_wrong(const BoardImages& images, const StereoCalibration& calibration) {
+void warn_about_fit(const BoardImages& images, const StereoCalibration& calibration) {
   for (size_t k = 0; k < images.pairs.size(); ++k) {
     const PairFit& fit = calibration.fits[k];
     if (!fit.poor) continue;
-    spdlog::warn("{} and {}: fit far worse than the others ({:.2f} px){}", images.left_files[images.shown_in[k]],
-                 images.right_files[images.shown_in[k]], fit.rms_px(),
+    spdlog::warn("{} and {}: fit far worse than the others ({:.2f} px){}", images.left_files[images.pair_index[k]],
+                 images.right_files[images.pair_index[k]], fit.rms_px(),
                  fit.used ? "; leave them out with --leave-out-poor" : "; left out");
   }
-  const auto doubt = [](double sigma, double fx, const char* side) {
+  const auto warn_if_uncertain = [](double sigma, double fx, const char* side) {
     if (sigma > 0.01 * fx)
       spdlog::warn("the {} camera's focal length is known to {:.1f} % only: tilt the board more", side,
                    100 * sigma / fx);
   };
-  doubt(calibration.left_fx_sigma_px, calibration.rig.left.fx, "left");
-  doubt(calibration.right_fx_sigma_px, calibration.rig.right.fx, "right");
+  warn_if_uncertain(calibration.left_fx_sigma_px, calibration.rig.left.fx, "left");
+  warn_if_uncertain(calibration.right_fx_sigma_px, calibration.rig.right.fx, "right");
 }
 
 std::string table_of(const nlohmann::json& json) {
@@ -119,7 +119,7 @@ int calibrate_cameras(const CamerasOptions& options) {
       find_boards(options.left, options.right, board, [&](double part) { progress.show(finding * part); });
   progress.end();
   if (!images.pairs.empty()) {
-    for (const std::string& sentence : images.complaints) spdlog::warn("{}", sentence);
+    for (const std::string& sentence : images.warnings) spdlog::warn("{}", sentence);
   }
   if (images.pairs.size() < 3) {
     throw std::runtime_error(
@@ -136,7 +136,7 @@ int calibrate_cameras(const CamerasOptions& options) {
                              [&](double part) { progress.show(1 - calibrating * (1 - part)); });
   }
   progress.end();
-  say_what_is_wrong(images, calibration);
+  warn_about_fit(images, calibration);
   check_rig(calibration.rig, "--left, --right");
 
   const nlohmann::json json = result_json(images, calibration, left_out);
@@ -164,11 +164,11 @@ Command cameras_command(CLI::App& cli) {
       ->required()
       ->check(finite_range(1e-5, 1));
   app->add_option("--lens", options->lens,
-                  "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default but for Kalibr) or rational (k1 to k6)")
+                  "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default except Kalibr) or rational (k1 to k6)")
       ->check(CLI::IsMember({"radtan", "plumb_bob", "rational"}));
   app->add_flag("--leave-out-poor", options->leave_out_poor, "do not use pairs that fit far worse than the others");
   app->add_flag("--leave-one-out", options->leave_one_out,
-                "also calibrate without each pair in turn and say how well its board is measured then");
+                "cross-validate: calibrate without each pair in turn and measure its board");
   app->add_option("--picture", options->picture, "PNG of all corners and their residuals");
   app->add_option("--json", options->json, "where to write numbers for each pair; - for standard output");
   options->output.add_options(*app);

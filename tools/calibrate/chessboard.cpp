@@ -80,7 +80,7 @@ std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
   return corners;
 }
 
-void count_alike(const Board& board, const Corners& left, Corners& right) {
+void match_corner_order(const Board& board, const Corners& left, Corners& right) {
   Corners best = right, turned = right;
   // A square board is symmetric under quarter turns, any other board under half turns.
   const bool square = board.rows == board.columns;

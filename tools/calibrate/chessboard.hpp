@@ -20,10 +20,10 @@ using Corners = std::vector<cv::Point2f>;
 
 /// Finds the board's corners in a grey image with subpixel accuracy, row by row; nothing unless the whole board is
 /// visible. Which end of the board comes first may vary between images.
-std::optional<Corners> find_board(const cv::Mat& grey, const Board& board);
+[[nodiscard]] std::optional<Corners> find_board(const cv::Mat& grey, const Board& board);
 
 /// Reorders the right image's corners to correspond to the left image's. Requires cameras that are upright relative to
 /// each other, so that the directions from the board's centre to its corners are similar in both images.
-void count_alike(const Board& board, const Corners& left, Corners& right);
+void match_corner_order(const Board& board, const Corners& left, Corners& right);
 
 }  // namespace multireach

@@ -135,12 +135,12 @@ Learned learn(const Picture& picture, const ColourOptions& options) {
   }
   constexpr double kFew = 0.8, kMuch = 0.01;
   if (colour.kept < kFew)
-    spdlog::warn("{}: only {:.0f} % of the object are of the learned colours", picture.file, 100 * colour.kept);
+    spdlog::warn("{}: only {:.0f} % of the object has the learned colours", picture.file, 100 * colour.kept);
   if (colour.background > kMuch) {
-    spdlog::warn("{}: {:.1f} % of what is around the object look like it", picture.file, 100 * colour.background);
+    spdlog::warn("{}: {:.1f} % of the background has the learned colours", picture.file, 100 * colour.background);
   }
   if (colour.by_brightness) {
-    spdlog::warn("{}: only brightness tells the object from the rest; lock the camera's exposure", picture.file);
+    spdlog::warn("{}: only brightness distinguishes the object; lock the camera's exposure", picture.file);
   }
   learned.json = {{"file", picture.file},
                   {"rectangle_px", {rectangle.x, rectangle.y, rectangle.width, rectangle.height}},
@@ -182,15 +182,14 @@ Command colour_command(CLI::App& cli) {
     if (picture == &options->left) file->required();
     app->add_option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
         ->needs(file);
-    app->add_option("--click-" + name, picture->clicks,
-                    "X,Y: a place on the object, pixels; may be given several times")
+    app->add_option("--click-" + name, picture->clicks, "X,Y: a point on the object, pixels; may be repeated")
         ->needs(file);
   }
   app->add_flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
   app->add_option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}")
       ->required();
-  app->add_option("--picture", options->check_picture, "PNG of what is of the learned colours");
-  app->add_option("--json", options->json, "where to write how good they are; - for standard output");
+  app->add_option("--picture", options->check_picture, "PNG in which pixels of other colours are dark grey");
+  app->add_option("--json", options->json, "quality report of the colour models; - for standard output");
   return {app, [options] { return learn_both(*options); }};
 }
 

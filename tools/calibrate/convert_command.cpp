@@ -21,12 +21,12 @@ int convert(const ConvertOptions& options) {
     hints.width = width;
     hints.height = height;
   }
-  if (!options.unit.empty()) hints.unit_m = metres_in("--unit", options.unit);
+  if (!options.unit.empty()) hints.unit_m = unit_length_m("--unit", options.unit);
   if (options.inputs.size() > 2) throw InputError("convert: at most two files make one calibration");
   options.output.check();
   const CameraFiles files = read_camera_files(options.inputs, hints);
-  for (const std::string& sentence : files.assumed) spdlog::info("{}", sentence);
-  options.output.write(files.rig, files.knows_robot);
+  for (const std::string& sentence : files.assumptions) spdlog::info("{}", sentence);
+  options.output.write(files.rig, files.has_robot_pose);
   return 0;
 }
 
@@ -41,8 +41,7 @@ Command convert_command(CLI::App& cli) {
          "camchain, or a vision file")
       ->required();
   app->add_option("--size", options->size, "WxH: the images' size, pixels, where the file does not say it");
-  app->add_option("--unit", options->unit,
-                  "m, cm, mm or inch: the unit of the positions, where the file does not say it");
+  app->add_option("--unit", options->unit, "m, cm, mm or inch: the unit of the baseline, if the file lacks it");
   options->output.add_options(*app);
   return {app, [options] { return convert(*options); }};
 }

@@ -8,7 +8,7 @@ namespace multireach {
 
 /// One measurement of a target that the robot's hand holds: the target seen by the cameras, and the hand pose reported
 /// by the robot.
-struct HandEyePosition {
+struct HandEyeSample {
   Eigen::Vector3d p_LT = Eigen::Vector3d::Zero();          ///< the target in the left camera's frame, m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();    ///< of p_LT, m^2
   Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();  ///< pose of the hand in the robot's base
@@ -38,6 +38,6 @@ struct HandEye {
 /// say, the result's covariance is scaled by chi^2 per degree of freedom. Throws std::runtime_error, with a sentence on
 /// what to do, when the positions do not determine the result: fewer than 4 (5 with an unknown offset), collinear
 /// positions, orientations too similar to determine the offset, or contradictory positions.
-HandEye solve_hand_eye(const std::vector<HandEyePosition>& places, const HandEyeOptions& options = {});
+HandEye solve_hand_eye(const std::vector<HandEyeSample>& samples, const HandEyeOptions& options = {});
 
 }  // namespace multireach

@@ -11,7 +11,7 @@
 #include "runtime/robot_config.hpp"
 #include "tools/calibrate/camera_file_texts.hpp"
 #include "tools/calibrate/commands.hpp"
-#include "tools/calibrate/hand_eye_positions.hpp"
+#include "tools/calibrate/hand_eye_samples.hpp"
 #include "vision/node/vision_config.hpp"
 
 namespace multireach {
@@ -34,16 +34,16 @@ HandEyeOptions options_of(const HandEyeArguments& arguments) {
   return options;
 }
 
-std::vector<HandEyePosition> places_of(const HandEyeArguments& arguments) {
+std::vector<HandEyeSample> samples_of(const HandEyeArguments& arguments) {
   if (arguments.log.empty() == arguments.pairs.empty()) throw InputError("hand-eye: give either --log or --pairs");
-  if (!arguments.pairs.empty()) return places_from_csv(arguments.pairs, arguments.target_sigma_m);
+  if (!arguments.pairs.empty()) return samples_from_csv(arguments.pairs, arguments.target_sigma_m);
   if (arguments.config.empty() || arguments.vision.empty())
     throw InputError(
         "hand-eye: --log needs the robot's file (--robot) and the vision file that the log was made with (--vision)");
   const RobotConfig robot = RobotConfig::load(arguments.config);
   LogChoice choice = arguments.choice;
   choice.still_m = arguments.still_m;
-  return positions_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
+  return samples_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
 }
 
 nlohmann::json list(const auto& values) {
@@ -75,13 +75,13 @@ std::string summary_of(const HandEye& result, const HandEyeOptions& options) {
   };
   const Eigen::Vector3d t = 1e3 * result.X_WL.translation();
   std::string text = fmt::format(
-      "places used   {} of {}, {:.2f} mm rms, chi2 per degree of freedom {:.2f}\n"
-      "left camera   {:.2f}, {:.2f}, {:.2f} mm in W, sigma {} mm; turned with sigma {} degrees\n",
+      "positions used {} of {}, {:.2f} mm rms, chi2 per degree of freedom {:.2f}\n"
+      "left camera    {:.2f}, {:.2f}, {:.2f} mm in W, sigma {} mm; rotation sigma {} degrees\n",
       std::ranges::count(result.outlier, false), result.outlier.size(), 1e3 * result.rms_m, result.chi2_per_dof, t.x(),
       t.y(), t.z(), sigmas(result.covariance, 3, 1e3), sigmas(result.covariance, 0, 180 / std::numbers::pi));
   if (options.estimate_offset) {
     const Eigen::Vector3d o = 1e3 * result.p_HT;
-    text += fmt::format("target        {:.2f}, {:.2f}, {:.2f} mm in the hand's frame, sigma {} mm\n", o.x(), o.y(),
+    text += fmt::format("target         {:.2f}, {:.2f}, {:.2f} mm in the hand's frame, sigma {} mm\n", o.x(), o.y(),
                         o.z(), sigmas(result.offset_covariance, 0, 1e3));
   }
   return text;
@@ -89,10 +89,10 @@ std::string summary_of(const HandEye& result, const HandEyeOptions& options) {
 
 int hand_eye(const HandEyeArguments& arguments) {
   const HandEyeOptions options = options_of(arguments);
-  const HandEye result = solve_hand_eye(places_of(arguments), options);
+  const HandEye result = solve_hand_eye(samples_of(arguments), options);
   if (result.chi2_per_dof > 4) {
-    spdlog::warn("the places fit {:.1f} times worse than their covariances say{}", std::sqrt(result.chi2_per_dof),
-                 options.estimate_offset ? "" : "; is the target elsewhere in the hand (--offset)?");
+    spdlog::warn("the residuals are {:.1f} times what the covariances predict{}", std::sqrt(result.chi2_per_dof),
+                 options.estimate_offset ? "" : "; is --offset wrong?");
   }
   const std::string summary = summary_of(result, options);
   std::string comment = "# " + summary;
@@ -110,12 +110,12 @@ int hand_eye(const HandEyeArguments& arguments) {
 
 Command hand_eye_command(CLI::App& cli) {
   const auto arguments = std::make_shared<HandEyeArguments>();
-  CLI::App* app = cli.add_subcommand("hand-eye", "where the left camera is, from a target that the robot's hand holds");
-  app->add_option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each place");
+  CLI::App* app = cli.add_subcommand("hand-eye", "the left camera's pose in W, from a target in the robot's hand");
+  app->add_option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each position");
   app->add_option("--robot", arguments->config, "with --log: robot.yaml or its folder");
   app->add_option("--vision", arguments->vision, "with --log: the vision file that it was made with");
   app->add_option("--target-name", arguments->choice.target, "with --log: the target's name, where it has several");
-  app->add_option("--still", arguments->still_m, "with --log: the hand stands while it stays within this distance, m")
+  app->add_option("--still", arguments->still_m, "with --log: largest motion of the hand during a standstill, m")
       ->check(finite_range(1e-5, 1))
       ->capture_default_str();
   app->add_option("--pairs", arguments->pairs,

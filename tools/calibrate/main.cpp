@@ -9,8 +9,7 @@ int main(int argc, char** argv) {
   using namespace multireach;
   Program program(
       "multireach-calibrate",
-      "Two cameras calibrated from a chessboard, placed on the robot, shown an object, and written as others want "
-      "them.");
+      "Calibrates two cameras from a chessboard, their pose on the robot and an object's colours; converts formats.");
   program.cli().require_subcommand(1);
   const std::vector<Command> commands{cameras_command(program.cli()), hand_eye_command(program.cli()),
                                       colour_command(program.cli()), convert_command(program.cli())};

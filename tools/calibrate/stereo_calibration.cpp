@@ -190,8 +190,8 @@ StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& bo
     const double doubt =
         std::max(result.left_fx_sigma_px / result.rig.left.fx, result.right_fx_sigma_px / result.rig.right.fx);
     // If all boards face the same way, any focal length fits well.
-    constexpr double kMostDoubt = 0.02;
-    if (!(doubt < kMostDoubt)) {
+    constexpr double kMaxRelativeSigma = 0.02;
+    if (!(doubt < kMaxRelativeSigma)) {
       throw std::runtime_error(
           fmt::format("the focal lengths would be known to {:.0f} % only{}", 100 * doubt, kAdvice));
     }

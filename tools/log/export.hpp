@@ -11,9 +11,9 @@ namespace multireach {
 
 /// Selects channels by shell patterns, e.g. "JOINT_*"; an empty list selects all.
 using ChannelPatterns = std::vector<std::string>;
-bool chosen(const ChannelPatterns& patterns, std::string_view channel);
+bool matches_any(const ChannelPatterns& patterns, std::string_view channel);
 /// Makes a channel's name safe for a file or variable: anything but letters, digits, '-' and '_' becomes '_'.
-std::string harmless(std::string_view name);
+std::string safe_file_name(std::string_view name);
 
 /// Writes a folder with one table per channel, CHANNEL.csv: a row for each message, a column for each number or string.
 /// Arrays have a column for each element; byte arrays are skipped.
@@ -25,8 +25,8 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
 /// CHANNEL/left and CHANNEL/right.
 int64_t export_mcap(const std::string& log, const std::string& file, const ChannelPatterns& patterns);
 /// Writes the images as PNG files, NUMBER_left.png and NUMBER_right.png, numbered from 0. Images that cannot be decoded
-/// are listed in `complaints`.
+/// are listed in `warnings`.
 int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,
-                      std::vector<std::string>& complaints);
+                      std::vector<std::string>& warnings);
 
 }  // namespace multireach

@@ -16,14 +16,14 @@
 
 namespace multireach {
 
-bool chosen(const ChannelPatterns& patterns, std::string_view channel) {
+bool matches_any(const ChannelPatterns& patterns, std::string_view channel) {
   const std::string name(channel);
   return patterns.empty() || std::ranges::any_of(patterns, [&](const std::string& pattern) {
            return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
          });
 }
 
-std::string harmless(std::string_view name) {
+std::string safe_file_name(std::string_view name) {
   std::string result(name);
   for (char& c : result) {
     const bool plain =
@@ -40,7 +40,7 @@ constexpr size_t kBuffer = 1 << 16;
 /// The table of one channel. Its columns are the values of all its messages, in the order of first appearance.
 class Table {
  public:
-  void learn(const std::vector<MessageLeaf>& leaves) {
+  void add_columns(const std::vector<MessageLeaf>& leaves) {
     for (const MessageLeaf& leaf : leaves) {
       if (leaf.kind == MessageSchema::Kind::kByte && leaf.bytes.size() != 1) continue;
       if (columns_.emplace(leaf.path, names_.size()).second) names_.push_back(leaf.path);
@@ -103,18 +103,18 @@ int64_t export_csv(const std::string& log, const std::string& folder, const Chan
     while (const auto event = reader.next()) {
       progress.show(from + 0.5 * static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
       const MessageSchema* schema = MessageSchemas::project().of(event->data);
-      if (!schema || !chosen(patterns, event->channel)) continue;
+      if (!schema || !matches_any(patterns, event->channel)) continue;
       if (const auto leaves = leaves_of(*schema, event->data)) visit(*event, *leaves);
     }
   };
   each(0, [&](const LogEvent& event, const std::vector<MessageLeaf>& leaves) {
-    tables[std::string(event.channel)].learn(leaves);
+    tables[std::string(event.channel)].add_columns(leaves);
   });
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   std::set<std::string> names;
   for (auto& [channel, table] : tables) {
-    std::string name = harmless(channel);
+    std::string name = safe_file_name(channel);
     while (!names.insert(name).second) name += '_';
     table.open(folder + "/" + name + ".csv");
   }
@@ -124,7 +124,7 @@ int64_t export_csv(const std::string& log, const std::string& folder, const Chan
     ++written;
   });
   for (auto& [channel, table] : tables) table.close();
-  say_damage(log, reader);
+  report_damage(log, reader);
   return written;
 }
 

@@ -15,7 +15,7 @@
 namespace multireach {
 
 int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,
-                      std::vector<std::string>& complaints) {
+                      std::vector<std::string>& warnings) {
   LogReader reader(log);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -25,7 +25,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
   Progress progress;
   while (const auto event = reader.next()) {
     progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
-    const auto images = chosen(patterns, event->channel) ? decode<images_t>(event->data) : std::nullopt;
+    const auto images = matches_any(patterns, event->channel) ? decode<images_t>(event->data) : std::nullopt;
     if (!images) continue;
     const int64_t number = messages++;
     for (size_t i = 0; i < images->images.size(); ++i) {
@@ -35,7 +35,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
                                                                            : std::to_string(images->image_types[i]);
       const std::string path = fmt::format("{}/{:06}_{}.png", folder, number, side);
       if (!codec.decode(encoded(image), bgr)) {
-        complaints.push_back(fmt::format("event {}: the {} image cannot be decoded", event->number, side));
+        warnings.push_back(fmt::format("event {}: the {} image cannot be decoded", event->number, side));
         continue;
       }
       OutputFile file(path);
@@ -44,7 +44,7 @@ int64_t export_images(const std::string& log, const std::string& folder, const C
       ++written;
     }
   }
-  say_damage(log, reader);
+  report_damage(log, reader);
   return written;
 }
 

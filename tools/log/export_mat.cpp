@@ -56,7 +56,7 @@ std::string identifier(const std::string& text) {
 /// The numbers of one channel: a column for every element of every field.
 class Columns {
  public:
-  void take(int64_t utime, const std::vector<MessageLeaf>& leaves) {
+  void add_message(int64_t utime, const std::vector<MessageLeaf>& leaves) {
     utime_.push_back(static_cast<double>(utime));
     for (const MessageLeaf& leaf : leaves) {
       if (leaf.kind == Kind::kString) {
@@ -85,12 +85,12 @@ class Columns {
 
  private:
   std::vector<double>& column_of(const std::string& field, const std::string& path) {
-    const auto known = places_.find(path);
-    if (known != places_.end()) return fields_[known->second.first].second[known->second.second];
+    const auto known = column_index_.find(path);
+    if (known != column_index_.end()) return fields_[known->second.first].second[known->second.second];
     auto at = std::ranges::find(fields_, field, [](const auto& entry) { return entry.first; });
     if (at == fields_.end()) at = fields_.insert(at, {field, {}});
     at->second.emplace_back();
-    places_[path] = {static_cast<size_t>(at - fields_.begin()), at->second.size() - 1};
+    column_index_[path] = {static_cast<size_t>(at - fields_.begin()), at->second.size() - 1};
     return at->second.back();
   }
 
@@ -112,7 +112,7 @@ class Columns {
 
   std::vector<double> utime_;
   std::vector<std::pair<std::string, std::vector<std::vector<double>>>> fields_;
-  std::map<std::string, std::pair<size_t, size_t>> places_;
+  std::map<std::string, std::pair<size_t, size_t>> column_index_;
   std::map<std::string, std::string> strings_;
 };
 
@@ -123,12 +123,12 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
   std::vector<std::string> channels;
   while (const auto event = reader.next()) {
     const bool known = MessageSchemas::project().of(event->data) != nullptr;
-    if (!known || !chosen(patterns, event->channel)) continue;
+    if (!known || !matches_any(patterns, event->channel)) continue;
     if (std::ranges::find(channels, event->channel) == channels.end()) channels.emplace_back(event->channel);
   }
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
-    throw InputError(file + ": is no file that can be written over");
+    throw InputError(file + ": exists and is not a regular file");
   }
   // The library writes to a file name only, so an incomplete file is written under another name and removed on failure.
   const std::string partial = file + ".partial." + std::to_string(getpid());
@@ -153,7 +153,7 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
       const MessageSchema* schema = MessageSchemas::project().of(event->data);
       const auto leaves = schema ? leaves_of(*schema, event->data) : std::nullopt;
       if (!leaves) continue;
-      columns.take(event->utime, *leaves);
+      columns.add_message(event->utime, *leaves);
       ++written;
     }
     std::string name = identifier("c" + channels[i]).substr(1);
@@ -165,7 +165,7 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
   }
   if (Mat_Close(closer.release()) != 0) throw InputError(file + ": cannot be written");
   if (std::rename(partial.c_str(), file.c_str()) != 0) throw InputError(file + ": cannot be written");
-  say_damage(log, reader);
+  report_damage(log, reader);
   return written;
 }
 

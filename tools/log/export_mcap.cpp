@@ -73,10 +73,10 @@ class Exporter {
  public:
   explicit Exporter(const std::string& file) : writer_(file) {}
 
-  void take(const LogEvent& event) {
+  void add(const LogEvent& event) {
     const MessageSchema* schema = MessageSchemas::project().of(event.data);
     if (!schema) return;
-    if (schema->name == "images_t") return take_images(event);
+    if (schema->name == "images_t") return add_images(event);
     const auto message = json_of(*schema, event.data);
     if (!message) return;
     write(
@@ -89,7 +89,7 @@ class Exporter {
   }
 
  private:
-  void take_images(const LogEvent& event) {
+  void add_images(const LogEvent& event) {
     const auto images = decode<images_t>(event.data);
     if (!images) return;
     for (size_t i = 0; i < images->images.size(); ++i) {
@@ -146,9 +146,9 @@ int64_t export_mcap(const std::string& log, const std::string& file, const Chann
   Progress progress;
   while (const auto event = reader.next()) {
     progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
-    if (chosen(patterns, event->channel)) exporter.take(*event);
+    if (matches_any(patterns, event->channel)) exporter.add(*event);
   }
-  say_damage(log, reader);
+  report_damage(log, reader);
   return exporter.close();
 }
 

@@ -36,7 +36,7 @@ int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep
     ++written;
   }
   writer.close();
-  say_damage(input, reader);
+  report_damage(input, reader);
   return written;
 }
 
@@ -56,10 +56,10 @@ int64_t begin_of(const std::string& input) {
 
 }  // namespace
 
-void say_damage(const std::string& path, const LogReader& reader) {
+void report_damage(const std::string& path, const LogReader& reader) {
   if (reader.damaged_places() == 0) return;
   std::cerr << "multireach-log: " << path << ": " << reader.damaged_bytes() << " damaged bytes in "
-            << reader.damaged_places() << " places were left out; check says where\n";
+            << reader.damaged_places() << " places were skipped; `check` lists them\n";
 }
 
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output) {
@@ -85,7 +85,7 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
     earliest->head = earliest->log->next();
   }
   writer.close();
-  for (size_t i = 0; i < inputs.size(); ++i) say_damage(inputs[i], *sources[i].log);
+  for (size_t i = 0; i < inputs.size(); ++i) report_damage(inputs[i], *sources[i].log);
 }
 
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s) {

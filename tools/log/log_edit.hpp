@@ -12,7 +12,7 @@ namespace multireach {
 /// InputError when a log cannot be read or written, or when the output is one of the inputs.
 
 /// Reports on standard error how much a reader at its end has skipped as damaged, if anything.
-void say_damage(const std::string& path, const LogReader& reader);
+void report_damage(const std::string& path, const LogReader& reader);
 
 /// Merges the events of several logs by time; for equal times, in the order of the logs.
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output);

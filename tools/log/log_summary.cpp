@@ -11,15 +11,15 @@
 namespace multireach {
 namespace {
 
-constexpr size_t kMostSentences = 100;
+constexpr size_t kMaxSentences = 100;
 
-void take_sequence(LogSummary::Channel& channel, int64_t sequence) {
+void add_sequence(LogSummary::Channel& channel, int64_t sequence) {
   if (channel.next_sequence >= 0 && sequence > channel.next_sequence) channel.lost += sequence - channel.next_sequence;
   if (channel.next_sequence >= 0 && sequence < channel.next_sequence) ++channel.restarts;
   channel.next_sequence = sequence + 1;
 }
 
-void take_event(LogSummary& summary, const LogEvent& event) {
+void add_event(LogSummary& summary, const LogEvent& event) {
   LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
   const MessageSchema* type = MessageSchemas::project().of(event.data);
   if (channel.events++ == 0) {
@@ -34,7 +34,7 @@ void take_event(LogSummary& summary, const LogEvent& event) {
   if (!well_formed(*type, event.data)) {
     ++channel.malformed;
   } else if (const auto sequence = sequence_of(*type, event.data)) {
-    take_sequence(channel, *sequence);
+    add_sequence(channel, *sequence);
   }
 }
 
@@ -56,11 +56,11 @@ LogSummary summary_of(const std::string& path) {
     const auto event = log.next();
     if (const size_t damaged = log.damaged_bytes() - damaged_before; damaged > 0) {
       std::string sentence = "bytes " + std::to_string(from) + " to " + std::to_string(from + damaged - 1);
-      sentence += event ? " are no event" : " at the end are no whole event: the log was cut off";
+      sentence += event ? " hold no valid event" : " at the end hold an incomplete event: the log was cut off";
       if (event && event->number > next_number) {
         sentence += "; " + std::to_string(event->number - next_number) + " events are missing there";
       }
-      if (summary.damage.size() < kMostSentences) summary.damage.push_back(sentence);
+      if (summary.damage.size() < kMaxSentences) summary.damage.push_back(sentence);
     }
     if (!event) break;
     if (summary.events++ == 0) {
@@ -71,7 +71,7 @@ LogSummary summary_of(const std::string& path) {
     summary.numbers_missing += std::max<int64_t>(0, event->number - next_number);
     next_number = event->number + 1;
     summary.last_utime = event->utime;
-    take_event(summary, *event);
+    add_event(summary, *event);
   }
   summary.damaged_places = static_cast<int64_t>(log.damaged_places());
   summary.damaged_bytes = static_cast<int64_t>(log.damaged_bytes());

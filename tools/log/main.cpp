@@ -28,13 +28,13 @@ int check(const std::string& log) {
     say("and so on: " + std::to_string(summary.damaged_places) + " damaged places");
   }
   if (summary.numbers_missing > 0) {
-    say(std::to_string(summary.numbers_missing) + " events are missing from the logger's own count");
+    say(std::to_string(summary.numbers_missing) + " events are missing: gaps in the logger's event numbers");
   }
   for (const auto& [name, channel] : summary.channels) {
     if (channel.malformed > 0) {
       say(name + ": " + std::to_string(channel.malformed) + " messages are no well-formed " + channel.type);
     }
-    if (channel.lost > 0) say(name + ": " + std::to_string(channel.lost) + " messages were lost on their way");
+    if (channel.lost > 0) say(name + ": " + std::to_string(channel.lost) + " messages missing (sequence gaps)");
   }
   if (summary.sound()) say("sound, " + std::to_string(summary.events) + " events");
   return summary.sound() ? 0 : 1;
@@ -53,7 +53,7 @@ int written(int64_t events) {
     std::cerr << events << " events written\n";
     return 0;
   }
-  std::cerr << "multireach-log: no event was chosen; the log that was written is empty\n";
+  std::cerr << "multireach-log: no event was selected; the output is empty\n";
   return 1;
 }
 
@@ -65,11 +65,11 @@ int64_t exported(const std::string& format, const std::string& log, const std::s
 }
 
 int images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns) {
-  std::vector<std::string> complaints;
-  const int64_t count = export_images(log, folder, patterns, complaints);
-  for (const std::string& complaint : complaints) std::cerr << "multireach-log: " << complaint << "\n";
+  std::vector<std::string> warnings;
+  const int64_t count = export_images(log, folder, patterns, warnings);
+  for (const std::string& warning : warnings) std::cerr << "multireach-log: " << warning << "\n";
   std::cerr << count << " images written\n";
-  return count > 0 && complaints.empty() ? 0 : 1;
+  return count > 0 && warnings.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ int images(const std::string& log, const std::string& folder, const ChannelPatte
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-log", "Logs of lcm-logger: looked at, made from one another, and reported on.");
+  Program program("multireach-log", "Inspects, checks, edits and exports lcm-logger logs; reports on runs.");
   CLI::App& cli = program.cli();
   cli.require_subcommand(1);
   std::vector<std::string> inputs, patterns;
@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
   informing->add_option("--json", json, "where to write them; - for standard output, instead of the table");
 
   CLI::App* checking =
-      cli.add_subcommand("check", "what is damaged, cut off, malformed or lost; exit code 1 when anything is");
+      cli.add_subcommand("check", "list damaged, truncated, malformed or lost data; exit code 1 if there is any");
   checking->add_option("LOG", log, "log to read")->required();
 
   CLI::App* cutting = cli.add_subcommand("cut", "a part of a log");
@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
   merging->add_option("-o,--output", output, "log to write")->required();
 
   CLI::App* reporting = cli.add_subcommand(
-      "report", "what happened in a recorded run; exit code 1 when a reachable place was not reached");
+      "report", "report on a run; exit code 1 if a reachable position was missed or a limit exceeded");
   reporting->add_option("LOG", log, "log of a run, all channels")->required();
   reporting->add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2")->required();
   reporting->add_option("--json", json, "where to write the report; - for standard output");

@@ -11,12 +11,14 @@
 #include <multireach/node_status_t.hpp>
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
+#include <set>
 
 #include "controller/ik/multi_start.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/node.hpp"
+#include "tools/log/speed_window.hpp"
 
 namespace multireach {
 namespace {
@@ -26,19 +28,19 @@ using nlohmann::json;
 constexpr double kReached = 5e-3;       // m; largest position error that counts as reached
 constexpr double kSamePosition = 8e-3;  // m; largest distance from the mean of the first matches during one dwell
 constexpr size_t kFirstPositions = 5;
-constexpr int64_t kShortestDwell = 1000000;  // us; shorter dwells are not reported
-constexpr int64_t kFinalPart = 250000;       // us; the error of a reach is the median over this last part of the dwell
+constexpr int64_t kMinDwell = 1000000;  // us; shorter dwells are not reported
+constexpr int64_t kFinalPart = 250000;  // us; the error of a reach is the median over this last part of the dwell
 
-struct SeenPosition {
+struct TimedPosition {
   int64_t utime;
   Eigen::Vector3d p_W;
 };
 
 struct Dwell {
-  std::vector<SeenPosition> matches;
-  Eigen::Vector3d middle() const {
+  std::vector<TimedPosition> matches;
+  Eigen::Vector3d mean_position() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const SeenPosition& seen : matches) sum += seen.p_W;
+    for (const TimedPosition& seen : matches) sum += seen.p_W;
     return sum / static_cast<double>(matches.size());
   }
   int64_t duration() const { return matches.back().utime - matches.front().utime; }
@@ -53,75 +55,88 @@ double quantile(std::vector<double> values, double part) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+/// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, and the recorder's own
+/// is about as large.
+constexpr double kFasterThanTheLimit = 1.5;
+
 json vector(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
 /// Collects all data for the report in one pass over the log.
-class Gathered {
+class RecordedData {
  public:
-  Gathered(const std::string& log_path, const Chain& chain) : chain_(chain) {
+  RecordedData(const std::string& log_path, const Chain& chain) : chain_(chain) {
     LogReader log(log_path);
-    while (const auto event = log.next()) take(*event);
+    while (const auto event = log.next()) add(*event);
   }
 
   std::map<std::string, int64_t, std::less<>> counts;
   std::vector<target_t> targets;
   std::map<int64_t, target_t> truths;
-  std::vector<SeenPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
+  std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, node_status_t> nodes;
   int64_t missing_in_log = 0;
+  /// Runs of the publishers of a channel.
+  std::map<std::string, std::set<int64_t>, std::less<>> publishers;
+  /// By run: of the bridge, of the robot.
+  std::map<int64_t, SpeedWindow> command_speed, measured_speed;
 
  private:
-  void take(const LogEvent& event) {
+  void add(const LogEvent& event) {
     ++counts[std::string(event.channel)];
     if (event.channel == channel::kTarget) {
-      if (const auto target = taken<target_t>(event)) targets.push_back(*target);
+      if (const auto target = decode_and_count_gaps<target_t>(event)) targets.push_back(*target);
     } else if (event.channel == channel::kTargetTruth) {
       if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
     } else if (event.channel == channel::kJointSetpoint) {
-      taken<joint_setpoint_t>(event);
+      decode_and_count_gaps<joint_setpoint_t>(event);
     } else if (event.channel == channel::kJointCommand) {
-      take_command(event);
+      add_command(event);
     } else if (event.channel == channel::kRobotState) {
-      take_robot_state(event);
+      add_robot_state(event);
     } else if (event.channel == channel::kNodeStatus) {
       if (const auto status = decode<node_status_t>(event.data)) nodes[status->node] = *status;
     }
   }
 
   template <class Message>
-  std::optional<Message> taken(const LogEvent& event) {
+  std::optional<Message> decode_and_count_gaps(const LogEvent& event) {
     auto message = decode<Message>(event.data);
-    if (message) missing_in_log += watches_[std::string(event.channel)].missing_before(message->sequence);
+    if (!message) return message;
+    const std::string channel(event.channel);
+    publishers[channel].insert(message->run);
+    missing_in_log += gap_counters_[{channel, message->run}].missing_before(message->sequence);
     return message;
   }
 
-  void take_command(const LogEvent& event) {
-    const auto command = taken<joint_command_t>(event);
+  void add_command(const LogEvent& event) {
+    const auto command = decode_and_count_gaps<joint_command_t>(event);
     if (!command) return;
     command_utime_[command->sequence] = command->utime;
     if (const auto theta = from_fields(chain_, command->joint_name, command->joint_position)) {
       limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
+      command_speed[command->run].add(chain_, event.utime, *theta);
     }
     if (const auto velocity = from_fields(chain_, command->joint_name, command->joint_velocity)) {
       velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain_.velocity()).maxCoeff());
     }
   }
 
-  void take_robot_state(const LogEvent& event) {
-    const auto state = taken<robot_state_t>(event);
+  void add_robot_state(const LogEvent& event) {
+    const auto state = decode_and_count_gaps<robot_state_t>(event);
     if (!state) return;
     const auto theta = from_fields(chain_, state->joint_name, state->joint_position);
     if (!theta) return;
     measured_limit_excess = std::max(measured_limit_excess, chain_.limit_excess(*theta));
+    measured_speed[state->run].add(chain_, event.utime, *theta);
     const auto command = command_utime_.find(state->command_sequence);
     if (command != command_utime_.end()) hand.push_back({command->second, chain_.position(*theta)});
   }
 
   const Chain& chain_;
-  std::map<std::string, SequenceWatch> watches_;
+  std::map<std::pair<std::string, int64_t>, SequenceGapCounter> gap_counters_;  // by channel and run
   std::map<int64_t, int64_t> command_utime_;
 };
 
@@ -129,29 +144,29 @@ std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
   std::vector<Dwell> dwells;
   Dwell current;
   const auto finish = [&] {
-    if (!current.matches.empty() && current.duration() >= kShortestDwell) dwells.push_back(current);
+    if (!current.matches.empty() && current.duration() >= kMinDwell) dwells.push_back(current);
     current.matches.clear();
   };
   Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
   for (const target_t& target : targets) {
     if (target.status != target_t::STATUS_TRACKED) continue;
-    const SeenPosition seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
+    const TimedPosition seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
     if (!seen.p_W.allFinite()) continue;
     if (!current.matches.empty() && (seen.p_W - anchor).norm() > kSamePosition) finish();
     current.matches.push_back(seen);
-    if (current.matches.size() <= kFirstPositions) anchor = current.middle();
+    if (current.matches.size() <= kFirstPositions) anchor = current.mean_position();
   }
   finish();
   return dwells;
 }
 
 /// Reports one dwell of the target, and how the end effector reached it.
-json reach_of(const Dwell& dwell, const std::vector<SeenPosition>& hand, int64_t origin) {
-  const Eigen::Vector3d target = dwell.middle();
+json reach_of(const Dwell& dwell, const std::vector<TimedPosition>& hand, int64_t origin) {
+  const Eigen::Vector3d target = dwell.mean_position();
   const int64_t begin = dwell.matches.front().utime, end = dwell.matches.back().utime;
   std::vector<double> final_errors;
   int64_t settled = -1;
-  for (const SeenPosition& at : hand) {
+  for (const TimedPosition& at : hand) {
     if (at.utime < begin || at.utime > end) continue;
     const double error = (at.p_W - target).norm();
     if (error > kReached) {
@@ -186,7 +201,7 @@ json lost_intervals_of(const std::vector<target_t>& targets, int64_t origin) {
   return intervals;
 }
 
-json vision_error_of(const Gathered& run) {
+json vision_error_of(const RecordedData& run) {
   std::vector<double> errors;
   for (const target_t& target : run.targets) {
     const auto truth = run.truths.find(target.pair_sequence);
@@ -206,7 +221,7 @@ json vision_error_of(const Gathered& run) {
 }  // namespace
 
 RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
-  const Gathered run(log_path, robot.chain);
+  const RecordedData run(log_path, robot.chain);
   const auto count = [&run](std::string_view channel) {
     const auto found = run.counts.find(channel);
     return found == run.counts.end() ? int64_t{0} : found->second;
@@ -221,7 +236,7 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   size_t reached = 0;
   for (const Dwell& dwell : dwells_of(run.targets)) {
     const json reach = reach_of(dwell, run.hand, origin);
-    if (search.nearest(dwell.middle(), anywhere)) {
+    if (search.nearest(dwell.mean_position(), anywhere)) {
       reaches.push_back(reach);
       reached += reach["hand_error_mm"].is_number() && reach["hand_error_mm"].get<double>() <= 1e3 * kReached;
     } else {
@@ -250,6 +265,16 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   out["max_limit_violation_rad"] = run.limit_excess;
   out["max_measured_limit_violation_rad"] = run.measured_limit_excess;
   out["max_velocity_violation_rad_s"] = std::max(run.velocity_excess, 0.0);
+  const auto largest = [](const std::map<int64_t, SpeedWindow>& by_run) {
+    double share = 0;
+    for (const auto& [run_number, window] : by_run) share = std::max(share, window.largest());
+    return share;
+  };
+  out["max_command_speed_share"] = largest(run.command_speed);
+  out["max_measured_speed_share"] = largest(run.measured_speed);
+  json publishers = json::object();
+  for (const auto& [channel, runs] : run.publishers) publishers[channel] = runs.size();
+  out["publishers"] = publishers;
   out["late_ticks"] = late;
   out["lcm_lost"] = dropped;
   out["recording_lost"] = run.missing_in_log;
@@ -259,10 +284,13 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   if (run.targets.empty()) {
     report.reason = "no TARGET was recorded";
   } else if (reached < reaches.size()) {
-    report.reason = fmt::format("{} of {} places within reach were not reached to {} mm", reaches.size() - reached,
+    report.reason = fmt::format("{} of {} reachable positions were not reached to {} mm", reaches.size() - reached,
                                 reaches.size(), 1e3 * kReached);
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
+  } else if (out["max_command_speed_share"].get<double>() > kFasterThanTheLimit) {
+    report.reason = fmt::format("the commands moved at {:.0f} % of a joint's speed limit, by their time of arrival",
+                                100 * out["max_command_speed_share"].get<double>());
   } else {
     report.succeeded = true;
   }
@@ -298,10 +326,17 @@ std::string table_of(const json& report) {
   table += fmt::format("images {}, targets {}, set-points {}, commands {}, robot states {}\n", report["images"].dump(),
                        report["targets"].dump(), report["setpoints"].dump(), report["commands"].dump(),
                        report["robot_states"].dump());
-  table +=
-      fmt::format("beyond a limit: {:.3g} rad; late ticks {}; messages lost {} (in the recording {}); refused {}\n",
-                  report["max_limit_violation_rad"].get<double>(), report["late_ticks"].dump(),
-                  report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  table += fmt::format(
+      "beyond a position limit: commands {:.3g}, robot {:.3g} rad; speed, by time of arrival: commands {:.0f} %, "
+      "robot {:.0f} % of the limit\n",
+      report["max_limit_violation_rad"].get<double>(), report["max_measured_limit_violation_rad"].get<double>(),
+      100 * report["max_command_speed_share"].get<double>(), 100 * report["max_measured_speed_share"].get<double>());
+  table += fmt::format("late ticks {}; messages lost {}, not recorded {}; refused {}\n", report["late_ticks"].dump(),
+                       report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  for (const auto& [channel, runs] : report["publishers"].items()) {
+    if (runs.get<int>() > 1)
+      table += fmt::format("{}: {} publishers, or one that was restarted\n", channel, runs.dump());
+  }
   return table;
 }
 

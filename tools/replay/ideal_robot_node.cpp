@@ -29,8 +29,8 @@ Receipt IdealRobotNode::receive(std::string_view, std::span<const uint8_t> bytes
   return {Receipt::Effect::kReplaces};
 }
 
-void IdealRobotNode::obey() {
-  const auto command = take<joint_command_t>(newest_command_);
+void IdealRobotNode::apply_command() {
+  const auto command = decode_and_count<joint_command_t>(newest_command_);
   newest_command_.clear();
   if (!command) return;
   const auto theta = from_fields(chain_, command->joint_name, command->joint_position);
@@ -45,10 +45,11 @@ void IdealRobotNode::obey() {
 }
 
 void IdealRobotNode::tick(Outbox& out) {
-  if (!newest_command_.empty()) obey();
+  if (!newest_command_.empty()) apply_command();
   robot_state_t state{};
   state.utime = utime_;
   state.sequence = sequence_++;
+  state.run = run();
   state.command_sequence = command_sequence_;
   state.num_joints = chain_.size();
   state.joint_name = joint_names_;

@@ -17,11 +17,11 @@ class IdealRobotNode : public Node {
   std::optional<int64_t> next_tick() const override { return utime_; }
   int64_t tick_period_us() const override { return period_us_; }
   void tick(Outbox& out) override;
-  std::optional<int64_t> replayable() const override { return config_digest_; }
+  std::optional<int64_t> config_digest() const override { return config_digest_; }
   std::string state() const override { return "running"; }
 
  private:
-  void obey();
+  void apply_command();
 
   Chain chain_;
   int64_t period_us_;

@@ -34,7 +34,7 @@ struct Setup {
     if (!vision.empty()) return vision;
     const std::string own = std::filesystem::path(log).replace_extension(".vision.yaml").string();
     std::error_code error;
-    return std::filesystem::exists(own, error) ? own : beside(robot_file(), "vision.yaml");
+    return std::filesystem::exists(own, error) ? own : resolve_relative(robot_file(), "vision.yaml");
   }
 };
 
@@ -57,21 +57,21 @@ struct RunRequest {
     app.add_option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET")->required();
     setup.add_to(app);
     app.add_option("--robot-model", robot,
-                   "where ROBOT_STATE comes from: ideal (a robot that is where it was told to be), "
-                   "sim (MuJoCo), or recorded (the session's)")
+                   "source of ROBOT_STATE: ideal (a robot always at its last command), sim (MuJoCo), or recorded "
+                   "(the session's)")
         ->check(CLI::IsMember({"ideal", "sim", "recorded"}))
         ->capture_default_str();
-    app.add_option("--start-with", from, "images or targets; auto takes images where there are some")
+    app.add_option("--start-with", from, "replayed inputs: images, targets, or auto (images if the session has any)")
         ->check(CLI::IsMember({"auto", "images", "targets"}))
         ->capture_default_str();
     app.add_option("--until", until_s, "end this many seconds after the session's first input")
         ->check(finite_range(0, 1e9));
-    app.add_option("--threads", threads, "the result is the same for any number")->check(CLI::Range(1, 1024));
+    app.add_option("--threads", threads, "number of threads; does not affect the result")->check(CLI::Range(1, 1024));
   }
   ReplayOptions options() const {
     const ReplayFrom what = from == "images"    ? ReplayFrom::kImages
                             : from == "targets" ? ReplayFrom::kTargets
-                                                : what_to_replay(session);
+                                                : replay_source(session);
     ReplayOptions options{.session = session,
                           .from = what,
                           .robot = robot == "sim"        ? ReplayRobot::kSimulated
@@ -135,7 +135,7 @@ int run(const RunRequest& request) {
 
 int play_session(const RunRequest& request, const LiveOptions& live, double speed, bool lockstep) {
   if (!lockstep) {
-    throw InputError("play: say --lockstep; by the clock, lcm-logplayer plays a session to the nodes");
+    throw InputError("play: --lockstep is required; to play a session by the clock, use lcm-logplayer");
   }
   Progress progress;
   const PlayResult result =
@@ -149,7 +149,7 @@ int play_session(const RunRequest& request, const LiveOptions& live, double spee
   std::cout << fmt::format(
       "{} frames, {:.2f} s of session in {:.2f} s: {:.1f} times real time; every node sent the bytes that run gives; "
       "{} messages sent again\n",
-      result.frames, result.span_s, result.took_s, result.span_s / result.took_s, result.again);
+      result.frames, result.span_s, result.took_s, result.span_s / result.took_s, result.resent);
   return interrupted() ? 1 : 0;
 }
 
@@ -242,10 +242,11 @@ int main(int argc, char** argv) {
   RunRequest playing;
   double speed = 0;
   bool lockstep = false;
-  CLI::App* play_command = cli.add_subcommand(
-      "play", "drive live processes through a session without loss: the next frame when all have answered");
+  CLI::App* play_command =
+      cli.add_subcommand("play", "play a session to live processes without loss: each frame waits for all processes");
   playing.add_to(*play_command);
-  play_command->add_flag("--lockstep", lockstep, "the nodes follow the session, not the clock; they begin afresh");
+  play_command->add_flag("--lockstep", lockstep,
+                         "required: the nodes reset, then follow the session instead of the clock");
   play_command->add_option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
       ->check(finite_range(0, 1e6))
       ->capture_default_str();
@@ -256,8 +257,7 @@ int main(int argc, char** argv) {
   std::string log, verify_json;
   CLI::App* verify_command = cli.add_subcommand(
       "verify",
-      "compute every message of a recorded run again from what its node took in, and compare; exit code 1 for a "
-      "difference");
+      "recompute every message of a recorded run from its node's inputs and compare; exit code 1 for a difference");
   verify_command->add_option("LOG", log, "log of all channels, recorded live or written by run")->required();
   verifying.add_to(*verify_command);
   verify_command->add_option("--json", verify_json, "where to write the counts; - for standard output");
@@ -266,11 +266,11 @@ int main(int argc, char** argv) {
   bool common = false;
   CLI::App* bisect_command = cli.add_subcommand(
       "bisect",
-      "the first message and field in which the logs of two builds or configurations differ, and the stage that made "
-      "it; exit code 1 when they do");
+      "find the first message and field in which two logs of one session differ, and the stage that sent it; exit "
+      "code 1 if they differ");
   bisect_command->add_option("OLD", old_log, "log written by run, or recorded")->required();
   bisect_command->add_option("NEW", new_log, "another of the same session")->required();
-  bisect_command->add_flag("--common", common, "let be what only one of them has, as a recorder loses messages");
+  bisect_command->add_flag("--common", common, "ignore messages that only one log contains");
   bisect_command->add_option("--json", bisect_json, "where to write it; - for standard output");
 
   return program.run(argc, argv, [&] {

@@ -17,8 +17,8 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kAskAgain = 30000;   // us; period of resending a step
-constexpr int64_t kGiveUp = 10000000;  // us
+constexpr int64_t kResendPeriod = 30000;    // us; period of resending a step
+constexpr int64_t kStepTimeout = 10000000;  // us
 
 /// The current step of a live process, and its progress.
 struct Process {
@@ -70,9 +70,9 @@ class Player : public VirtualLoop::Observer {
       last_us = input->at_us;
       progress(static_cast<double>(session.log().position()) / static_cast<double>(session.log().size()));
     }
-    loop_.advance(std::min(until_us, last_us + kAfterwards));
+    loop_.advance(std::min(until_us, last_us + kDrainTime));
     if (ok()) finish_step();
-    if (ok()) let_go();
+    if (ok()) end_lockstep();
     result_.span_s = static_cast<double>(last_us) * 1e-6;
     result_.took_s = static_cast<double>(monotonic_us() - begin) * 1e-6;
     return result_;
@@ -87,10 +87,10 @@ class Player : public VirtualLoop::Observer {
     }
     ++process->second.sent;
     process->second.digest = digest_with(process->second.digest, channel, bytes);
-    keep(channel, bytes);
+    remember(channel, bytes);
   }
 
-  void took(const Node& node, const ConsumedInput& input) override {
+  void consumed(const Node& node, const ConsumedInput& input) override {
     const auto process = processes_.find(node.name());
     if (process == processes_.end()) return;
     replay_step_t& step = process->second.step;
@@ -109,11 +109,11 @@ class Player : public VirtualLoop::Observer {
   bool ok() const { return result_.failure.empty() && !interrupted(); }
 
   /// Keeps the messages of this step, to resend any that a process has not received.
-  void keep(std::string_view channel, std::span<const uint8_t> bytes) {
-    kept_[digest_of(bytes)] = {channel, {bytes.begin(), bytes.end()}};
+  void remember(std::string_view channel, std::span<const uint8_t> bytes) {
+    sent_messages_[digest_of(bytes)] = {channel, {bytes.begin(), bytes.end()}};
   }
   void publish(std::string_view channel, std::span<const uint8_t> bytes) {
-    keep(channel, bytes);
+    remember(channel, bytes);
     bus_.publish(channel, bytes);
   }
 
@@ -123,10 +123,10 @@ class Player : public VirtualLoop::Observer {
     while (ok() && monotonic_us() < when) bus_.handle_messages(when - monotonic_us(), [this] { return !ok(); });
   }
 
-  void ask(Process& process) {
+  void send_step(Process& process) {
     process.step.num_inputs = static_cast<int32_t>(process.step.digest.size());
     if (auto bytes = encode(process.step)) {
-      seal(*bytes);
+      set_checksum(*bytes);
       bus_.publish(channel::kReplayStep, *bytes);
     }
   }
@@ -135,22 +135,22 @@ class Player : public VirtualLoop::Observer {
   void finish_step() {
     for (auto& [name, process] : processes_) {
       process.done = false;
-      ask(process);
+      send_step(process);
     }
     const int64_t begin = monotonic_us();
-    int64_t asked = begin;
+    int64_t last_sent_us = begin;
     const auto finished = [this] {
       return !ok() || std::ranges::all_of(processes_, [](const auto& entry) { return entry.second.done; });
     };
     while (!finished()) {
-      bus_.handle_messages(asked + kAskAgain - monotonic_us(), finished);
+      bus_.handle_messages(last_sent_us + kResendPeriod - monotonic_us(), finished);
       const int64_t now = monotonic_us();
-      if (now - begin > kGiveUp) return give_up();
-      if (now < asked + kAskAgain) continue;
+      if (now - begin > kStepTimeout) return report_timeout();
+      if (now < last_sent_us + kResendPeriod) continue;
       for (auto& [name, process] : processes_) {
-        if (!process.done) ask(process);
+        if (!process.done) send_step(process);
       }
-      asked = now;
+      last_sent_us = now;
     }
     for (auto& [name, process] : processes_) {
       ++process.step.step;
@@ -158,20 +158,20 @@ class Player : public VirtualLoop::Observer {
       process.step.channel.clear();
       process.step.digest.clear();
     }
-    kept_.clear();
+    sent_messages_.clear();
   }
 
-  void let_go() {
+  void end_lockstep() {
     for (auto& [name, process] : processes_) process.step.last = true;
     finish_step();
   }
 
-  void give_up() {
+  void report_timeout() {
     for (const auto& [name, process] : processes_) {
       if (process.done) continue;
       result_.failure =
           fmt::format("{} did not answer for {} s: is it running, with the same LCM URLs and the same configuration?",
-                      name, kGiveUp / 1000000);
+                      name, kStepTimeout / 1000000);
       return;
     }
   }
@@ -183,20 +183,20 @@ class Player : public VirtualLoop::Observer {
     Process& process = found->second;
     if (report->replay != process.step.replay || report->step != process.step.step) return;
     for (const int64_t digest : report->missing) {
-      const auto kept = kept_.find(digest);
+      const auto sent_message = sent_messages_.find(digest);
       // A message from another live process is resent only once that process is done: until then it may not have been
       // sent yet.
-      if (kept == kept_.end() || (report->done || !sender_is_done(kept->second.channel))) continue;
-      bus_.publish(kept->second.channel, kept->second.bytes);
-      ++result_.again;
+      if (sent_message == sent_messages_.end() || (report->done || !sender_is_done(sent_message->second.channel)))
+        continue;
+      bus_.publish(sent_message->second.channel, sent_message->second.bytes);
+      ++result_.resent;
     }
     if (!report->done) return;
     process.done = true;
     if (report->sent == process.sent && report->digest == process.digest) return;
     if (result_.failure.empty()) {
       result_.failure =
-          fmt::format("{} sent other bytes than are computed here: it is another build, or has another configuration",
-                      report->node);
+          fmt::format("{} sent other bytes than computed here: its build or its configuration differs", report->node);
     }
   }
 
@@ -207,20 +207,21 @@ class Player : public VirtualLoop::Observer {
 
   /// Compares a message from a process with the one computed here, and reports the first field that differs.
   void compare(std::string_view channel, std::span<const uint8_t> bytes) {
-    if (kept_.contains(digest_of(bytes))) return;
+    if (sent_messages_.contains(digest_of(bytes))) return;
     const MessageSchema* schema = MessageSchemas::project().of(bytes);
     const int64_t sequence = schema ? sequence_of(*schema, bytes).value_or(-1) : -1;
     if (sequence < 0) return;
-    for (const auto& [digest, kept] : kept_) {
-      if (kept.channel != channel || sequence_of(*schema, kept.bytes).value_or(-1) != sequence) continue;
-      const MessageDifference difference = difference_of(bytes, kept.bytes);
+    for (const auto& [digest, sent_message] : sent_messages_) {
+      if (sent_message.channel != channel || sequence_of(*schema, sent_message.bytes).value_or(-1) != sequence)
+        continue;
+      const MessageDifference difference = difference_of(bytes, sent_message.bytes);
       result_.failure = fmt::format("{} {}: {} is {} from {}, and {} when computed here", channel, sequence,
                                     difference.field, difference.first, publisher_of(channel), difference.second);
       return;
     }
   }
 
-  struct Kept {
+  struct SentMessage {
     std::string_view channel;
     std::vector<uint8_t> bytes;
   };
@@ -229,7 +230,7 @@ class Player : public VirtualLoop::Observer {
   Bus bus_;
   VirtualLoop loop_;
   std::map<std::string, Process, std::less<>> processes_;
-  std::map<int64_t, Kept> kept_;
+  std::map<int64_t, SentMessage> sent_messages_;
   PlayResult result_;
 };
 

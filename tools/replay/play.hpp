@@ -16,7 +16,7 @@ struct PlayOptions {
 struct PlayResult {
   int64_t frames = 0;
   double span_s = 0, took_s = 0;
-  int64_t again = 0;    ///< messages resent because a node had not received them
+  int64_t resent = 0;   ///< messages resent because a node had not received them
   std::string failure;  ///< a sentence when a node did not answer or sent different bytes
 };
 

@@ -9,7 +9,7 @@ namespace multireach {
 namespace {
 
 /// Longest gap in a node's recorded outputs before the run counts as ended.
-constexpr int64_t kLongestLoss = 5000000;  // us
+constexpr int64_t kMaxOutputGap = 5000000;  // us
 
 }  // namespace
 
@@ -28,9 +28,10 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
   Recomputed result;
   const std::unique_ptr<Node> node = make_node(run.node, configs);
   if (!node) return result;
+  node->set_run(run.sender_run);
   Outbox out;
   int64_t ticked = 0, sent = 0;  // sent: sequence numbers that it has used
-  const auto hand_on = [&] {
+  const auto forward_outputs = [&] {
     bool known = false;
     for (const OutMessage& message : out) {
       known = io.sent(message, result.certain) || known;
@@ -42,50 +43,54 @@ Recomputed recompute(const RecordedRun& run, const NodeConfigs& configs, const R
   const auto tick = [&] {
     node->tick(out);
     ++ticked;
-    return hand_on();
+    return forward_outputs();
   };
   const int64_t per_input = node->sent_per_input();
   // Restores the node's state from the recorded outputs for an input. Afterwards the state is certain, whatever was
   // missing before.
-  const auto adopt = [&] {
+  const auto restore = [&] {
     std::vector<std::span<const uint8_t>> recorded;
     for (int64_t k = 0; k < per_input; ++k) recorded.push_back(io.recorded(sent + k));
-    if (!node->deserialize(recorded)) return false;
-    for (int64_t k = 0; k < per_input; ++k) io.adopted(sent + k);
+    if (!node->restore_from_outputs(recorded)) return false;
+    for (int64_t k = 0; k < per_input; ++k) io.restored(sent + k);
     sent += per_input;
     result.certain = true;
     return true;
   };
-  const auto doubt = [&](int64_t inputs) {
-    if (result.certain || !io.doubtful || node->name() != "vision") return;
-    for (int64_t k = 0; k < inputs * per_input; ++k) io.doubtful(sent + k);
+  const auto mark_uncomputable = [&](int64_t inputs) {
+    if (result.certain || !io.uncomputable || node->name() != "vision") return;
+    for (int64_t k = 0; k < inputs * per_input; ++k) io.uncomputable(sent + k);
   };
   // Inputs consumed before the first NODE_INPUTS in the log.
-  result.inputs = result.missing = run.untold;
-  result.certain = run.untold == 0;
-  node->skip(run.untold);
-  doubt(run.untold);
-  sent += run.untold * per_input;
+  result.inputs = result.missing = run.unlisted_inputs;
+  result.certain = run.unlisted_inputs == 0;
+  node->skip_inputs(run.unlisted_inputs, "");
+  mark_uncomputable(run.unlisted_inputs);
+  sent += run.unlisted_inputs * per_input;
   for (const auto& input : run.inputs) {
     ++result.inputs;
     while (input && ticked < input->ticks && node->next_tick()) tick();
+    if (input && input->channel == kClockInput) {
+      node->skip_ticks(input->sequence);
+      continue;
+    }
     const std::span<const uint8_t> bytes = input ? io.find(input->digest) : std::span<const uint8_t>();
-    if ((bytes.empty() || !result.certain) && adopt()) {
-      ++result.adopted;
+    if ((bytes.empty() || !result.certain) && restore()) {
+      ++result.restored;
     } else if (!bytes.empty()) {
-      doubt(1);
+      mark_uncomputable(1);
       node->receive(input->channel, bytes, out);
-      hand_on();
+      forward_outputs();
     } else {
       ++result.missing;
       result.certain = false;
-      node->skip(1);
-      doubt(1);
+      node->skip_inputs(1, input ? std::string_view(input->channel) : "");
+      mark_uncomputable(1);
       sent += per_input;
     }
   }
   const int64_t period = node->tick_period_us();
-  for (int64_t unknown = 0; unknown < kLongestLoss && node->next_tick();) unknown = tick() ? 0 : unknown + period;
+  for (int64_t unknown = 0; unknown < kMaxOutputGap && node->next_tick();) unknown = tick() ? 0 : unknown + period;
   return result;
 }
 

@@ -30,10 +30,10 @@ struct Recomputation {
   /// The recorded message of the node with this sequence number; empty if there is none.
   std::function<std::span<const uint8_t>(int64_t sequence)> recorded;
   /// Called when the recorded message with this sequence number was used unchecked to restore the node's state.
-  std::function<void(int64_t sequence)> adopted{};
+  std::function<void(int64_t sequence)> restored{};
   /// Called when the message with this sequence number cannot be computed, because an input that it may depend on is
   /// missing. Only for a node that sends a fixed number of messages per input.
-  std::function<void(int64_t sequence)> doubtful{};
+  std::function<void(int64_t sequence)> uncomputable{};
   /// Called for each computed message; `certain` is false while an input that it may depend on is missing. Returns
   /// whether the message is in the log.
   std::function<bool(const OutMessage& message, bool certain)> sent;
@@ -41,9 +41,9 @@ struct Recomputation {
 
 struct Recomputed {
   int64_t inputs = 0;
-  int64_t missing = 0;  ///< inputs that are not in the log, or whose NODE_INPUTS was lost
-  int64_t adopted = 0;  ///< inputs replaced by the recorded outputs for them
-  bool certain = true;  ///< at the end, the node's state no longer depends on a missing input
+  int64_t missing = 0;   ///< inputs that are not in the log, or whose NODE_INPUTS was lost
+  int64_t restored = 0;  ///< inputs replaced by the recorded outputs for them
+  bool certain = true;   ///< at the end, the node's state no longer depends on a missing input
 };
 
 /// Computes a run again from its recorded inputs, then continues to tick as long as the log contains the outputs.

@@ -11,22 +11,23 @@ namespace multireach {
 namespace {
 
 /// A larger gap in the listed inputs means that a number is damaged.
-constexpr int64_t kLongestSilence = 1 << 22;
+constexpr int64_t kMaxInputGap = 1 << 22;
 
 }  // namespace
 
-void RecordedLog::take(const LogEvent& event) {
+void RecordedLog::add(const LogEvent& event) {
   const int64_t number = events_++;
   if (number == 0) first_utime_ = event.utime;
   RecordedMessage message{.event = number, .digest = 0, .sequence = -1, .utime = event.utime, .bytes = event.data};
-  if (event.channel == channel::kNodeStatus) return take_status(message);
-  if (event.channel == channel::kNodeInputs) return take_inputs(message);
-  if (event.channel == channel::kSimStep) {
-    if (!sealed(event.data)) {
-      broken_.emplace_back(channel::kSimStep, message);
+  if (event.channel == channel::kNodeStatus) return add_status(message);
+  if (event.channel == channel::kNodeInputs) return add_inputs(message);
+  for (const std::string_view checked : {channel::kSimStep, channel::kBridgeState}) {
+    if (event.channel != checked) continue;
+    if (!checksum_matches(event.data)) {
+      invalid_messages_.emplace_back(checked, message);
       return;
     }
-    ++whole_[std::string(channel::kSimStep)];
+    ++valid_count_[std::string(checked)];
   }
   message.digest = digest_of(event.data);
   if (event.channel != channel::kStereoImages) {
@@ -37,53 +38,56 @@ void RecordedLog::take(const LogEvent& event) {
   channels_[std::string(event.channel)].push_back(message);
 }
 
-void RecordedLog::take_status(const RecordedMessage& message) {
+void RecordedLog::add_status(const RecordedMessage& message) {
   const auto status = decode<node_status_t>(message.bytes);
-  if (!status || !sealed(message.bytes)) {
-    broken_.emplace_back(channel::kNodeStatus, message);
+  if (!status || !checksum_matches(message.bytes)) {
+    invalid_messages_.emplace_back(channel::kNodeStatus, message);
     return;
   }
-  ++whole_[std::string(channel::kNodeStatus)];
+  ++valid_count_[std::string(channel::kNodeStatus)];
   builds_[status->node] = status->build_id;
 }
 
-void RecordedLog::take_inputs(const RecordedMessage& message) {
-  const auto said = decode<node_inputs_t>(message.bytes);
-  const auto inputs = said && sealed(message.bytes) ? inputs_in(*said) : std::nullopt;
-  if (!inputs || said->first < 0) {
-    broken_.emplace_back(channel::kNodeInputs, message);
+void RecordedLog::add_inputs(const RecordedMessage& message) {
+  const auto inputs_message = decode<node_inputs_t>(message.bytes);
+  const auto inputs = inputs_message && checksum_matches(message.bytes) ? inputs_in(*inputs_message) : std::nullopt;
+  if (!inputs || inputs_message->first < 0) {
+    invalid_messages_.emplace_back(channel::kNodeInputs, message);
     return;
   }
-  const auto [at, is_new] = runs_.try_emplace({said->node, said->run});
+  const auto [at, is_new] = runs_.try_emplace({inputs_message->node, inputs_message->run});
   RecordedRun& run = at->second;
   if (is_new) {
-    run.node = said->node;
-    run.run = said->run;
-    run.config_digest = said->config_digest;
+    run.node = inputs_message->node;
+    run.run = inputs_message->run;
+    run.config_digest = inputs_message->config_digest;
+    run.sender_run = inputs_message->sender_run;
     run.first_event = message.event;
-    run.untold = said->first;
+    run.unlisted_inputs = inputs_message->first;
   }
-  if (said->first < run.untold && run.untold - said->first < kLongestSilence) {  // recorded out of order
-    run.inputs.insert(run.inputs.begin(), static_cast<size_t>(run.untold - said->first), std::nullopt);
-    run.untold = said->first;
+  if (inputs_message->first < run.unlisted_inputs &&
+      run.unlisted_inputs - inputs_message->first < kMaxInputGap) {  // recorded out of order
+    run.inputs.insert(run.inputs.begin(), static_cast<size_t>(run.unlisted_inputs - inputs_message->first),
+                      std::nullopt);
+    run.unlisted_inputs = inputs_message->first;
   }
-  const int64_t after = said->first - run.untold;
-  if (after < 0 || after > static_cast<int64_t>(run.inputs.size()) + kLongestSilence) {
-    broken_.emplace_back(channel::kNodeInputs, message);
+  const int64_t after = inputs_message->first - run.unlisted_inputs;
+  if (after < 0 || after > static_cast<int64_t>(run.inputs.size()) + kMaxInputGap) {
+    invalid_messages_.emplace_back(channel::kNodeInputs, message);
     return;
   }
   const auto first = static_cast<size_t>(after);
   if (run.inputs.size() < first + inputs->size()) run.inputs.resize(first + inputs->size());
-  bool agrees = run.config_digest == said->config_digest;
+  bool agrees = run.config_digest == inputs_message->config_digest;
   for (size_t i = 0; i < inputs->size(); ++i) {
     auto& known = run.inputs[first + i];
     agrees = agrees && (!known || *known == (*inputs)[i]);
     known = (*inputs)[i];
   }
   if (agrees) {
-    ++whole_[std::string(channel::kNodeInputs)];
+    ++valid_count_[std::string(channel::kNodeInputs)];
   } else {
-    broken_.emplace_back(channel::kNodeInputs, message);
+    invalid_messages_.emplace_back(channel::kNodeInputs, message);
   }
 }
 
@@ -113,9 +117,9 @@ std::span<const uint8_t> RecordedLog::bytes_of(int64_t digest) const {
   return found->second;
 }
 
-int64_t RecordedLog::whole(std::string_view channel) const {
-  const auto found = whole_.find(channel);
-  return found == whole_.end() ? 0 : found->second;
+int64_t RecordedLog::valid_count(std::string_view channel) const {
+  const auto found = valid_count_.find(channel);
+  return found == valid_count_.end() ? 0 : found->second;
 }
 
 }  // namespace multireach

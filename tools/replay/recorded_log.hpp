@@ -23,9 +23,10 @@ struct RecordedMessage {
 struct RecordedRun {
   std::string node;
   int64_t run = 0, config_digest = 0;
+  int64_t sender_run = 0;   ///< `run` in the messages that the node sent
   int64_t first_event = 0;  ///< event of its first NODE_INPUTS
   /// Number of messages consumed before the first one that NODE_INPUTS lists.
-  int64_t untold = 0;
+  int64_t unlisted_inputs = 0;
   /// The inputs consumed from then on, in order; nothing where the recorder lost the NODE_INPUTS that lists them.
   std::vector<std::optional<ConsumedInput>> inputs;
 };
@@ -38,7 +39,7 @@ class RecordedLog {
   template <class ReportProgress>
   RecordedLog(const std::string& path, ReportProgress&& progress) : log_(path) {
     while (const auto event = log_.next()) {
-      take(*event);
+      add(*event);
       progress(static_cast<double>(log_.position()) / static_cast<double>(log_.size()));
     }
     finish();
@@ -50,27 +51,27 @@ class RecordedLog {
   /// The bytes of the message with this digest; empty if the log has none.
   std::span<const uint8_t> bytes_of(int64_t digest) const;
   /// NODE_INPUTS and NODE_STATUS messages whose field `check` does not match, or that contradict one another.
-  const std::vector<std::pair<std::string, RecordedMessage>>& broken() const { return broken_; }
+  const std::vector<std::pair<std::string, RecordedMessage>>& invalid_messages() const { return invalid_messages_; }
   /// How many messages of NODE_INPUTS, NODE_STATUS or SIM_STEP fit their checks.
-  int64_t whole(std::string_view channel) const;
+  int64_t valid_count(std::string_view channel) const;
   /// Time of the first event, wall clock, microseconds.
   int64_t first_utime() const { return first_utime_; }
   /// The build of each node, from NODE_STATUS.
   const std::map<std::string, std::string>& builds() const { return builds_; }
 
  private:
-  void take(const LogEvent& event);
-  void take_inputs(const RecordedMessage& message);
-  void take_status(const RecordedMessage& message);
+  void add(const LogEvent& event);
+  void add_inputs(const RecordedMessage& message);
+  void add_status(const RecordedMessage& message);
   void finish();
 
   LogReader log_;
   int64_t events_ = 0, first_utime_ = 0;
   std::map<std::string, std::vector<RecordedMessage>, std::less<>> channels_;
-  std::map<std::string, int64_t, std::less<>> whole_;
+  std::map<std::string, int64_t, std::less<>> valid_count_;
   std::vector<std::pair<int64_t, std::span<const uint8_t>>> by_digest_;
   std::map<std::pair<std::string, int64_t>, RecordedRun> runs_;
-  std::vector<std::pair<std::string, RecordedMessage>> broken_;
+  std::vector<std::pair<std::string, RecordedMessage>> invalid_messages_;
   std::map<std::string, std::string> builds_;
 };
 

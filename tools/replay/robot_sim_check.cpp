@@ -5,15 +5,16 @@ namespace multireach {
 RobotSimCheck::RobotSimCheck(const RobotConfig& robot, FindMessage find)
     : find_(std::move(find)), arm_(simulated_arm(robot)), start_(arm_.positions()) {}
 
-std::optional<int64_t> RobotSimCheck::follow_command(int64_t digest) {
+std::optional<int64_t> RobotSimCheck::apply_recorded_command(int64_t digest) {
   const auto command = decode<joint_command_t>(find_(digest));
-  if (!command || !sensible(*command, arm_)) return std::nullopt;
-  follow(*command, arm_);
+  if (!command || !is_valid_command(*command, arm_)) return std::nullopt;
+  apply_command(*command, arm_);
   return command->sequence;
 }
 
-std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const sim_step_t& step) {
+std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const sim_step_t& step, int64_t run) {
   robot_state_t state{};
+  state.run = run;
   state.command_sequence = -1;
   for (size_t i = 0; i < start_.size(); ++i) arm_.command(arm_.joint_names()[i], start_[i], 0);
   if (step.previous_state_digest == 0) {
@@ -21,9 +22,10 @@ std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const sim_step_t& ste
   } else {
     const auto before = decode<robot_state_t>(find_(step.previous_state_digest));
     if (!before || !arm_.set_state(before->joint_position, before->joint_velocity)) return std::nullopt;
-    if (step.previous_command_digest != 0 && !follow_command(step.previous_command_digest)) return std::nullopt;
+    if (step.previous_command_digest != 0 && !apply_recorded_command(step.previous_command_digest)) return std::nullopt;
     state.utime = before->utime;
     state.sequence = before->sequence + 1;
+    state.run = before->run;
     state.command_sequence = before->command_sequence;
   }
   arm_.release();
@@ -32,7 +34,7 @@ std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const sim_step_t& ste
   for (const int64_t digest : step.step_command_digest) {
     if (digest == 0) {
       arm_.hold();
-    } else if (const auto sequence = follow_command(digest)) {
+    } else if (const auto sequence = apply_recorded_command(digest)) {
       state.command_sequence = *sequence;
     } else {
       return std::nullopt;

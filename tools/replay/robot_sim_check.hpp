@@ -16,12 +16,13 @@ class RobotSimCheck {
  public:
   RobotSimCheck(const RobotConfig& robot, FindMessage find);
 
-  /// The ROBOT_STATE that a step led to, encoded; nothing where the state before or a command is missing.
-  std::optional<std::vector<uint8_t>> compute(const sim_step_t& step);
+  /// The ROBOT_STATE that a step led to, encoded; `run`: that of the robot, where there is no state before. Nothing
+  /// where the state before or a command is missing.
+  [[nodiscard]] std::optional<std::vector<uint8_t>> compute(const sim_step_t& step, int64_t run);
 
  private:
   /// The sequence number of the command that was followed; nothing where the log does not have it.
-  std::optional<int64_t> follow_command(int64_t digest);
+  std::optional<int64_t> apply_recorded_command(int64_t digest);
 
   FindMessage find_;
   MujocoArm arm_;

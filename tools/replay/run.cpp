@@ -6,7 +6,7 @@
 #include "runtime/channels.hpp"
 #include "runtime/digest.hpp"
 #include "tools/replay/ideal_robot_node.hpp"
-#include "tools/replay/vision_ahead.hpp"
+#include "tools/replay/prefetching_vision_node.hpp"
 
 namespace multireach {
 namespace {
@@ -40,7 +40,7 @@ std::vector<std::unique_ptr<Node>> nodes_of(const ReplayOptions& options) {
   std::vector<std::unique_ptr<Node>> nodes;
   if (options.from == ReplayFrom::kImages) {
     if (options.threads > 1) {
-      nodes.push_back(std::make_unique<VisionAhead>(options));
+      nodes.push_back(std::make_unique<PrefetchingVisionNode>(options));
     } else {
       nodes.push_back(std::make_unique<VisionNode>(*options.vision));
     }
@@ -76,7 +76,7 @@ ReplayResult replay(const ReplayOptions& options, const ReplaySink& sink, const 
       progress(static_cast<double>(session.log().position()) / static_cast<double>(session.log().size()));
     }
   }
-  loop.advance(std::min(until_us, last_us + kAfterwards));
+  loop.advance(std::min(until_us, last_us + kDrainTime));
   result.span_s = static_cast<double>(last_us) * 1e-6;
   return result;
 }

@@ -14,7 +14,7 @@
 namespace multireach {
 
 /// How long a replay continues after the last input, so that messages in progress are completed, microseconds.
-inline constexpr int64_t kAfterwards = 500000;
+inline constexpr int64_t kDrainTime = 500000;
 
 /// Where ROBOT_STATE comes from in a replay.
 enum class ReplayRobot {

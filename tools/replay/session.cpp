@@ -10,9 +10,9 @@
 namespace multireach {
 namespace {
 
-constexpr int64_t kOtherClock = 1000000;       // us; a larger jump of the camera's time means another clock
-constexpr int64_t kLongestPause = 3600000000;  // us
-constexpr int64_t kReadAhead = 1000000;        // us
+constexpr int64_t kMaxCameraJump = 1000000;  // us; a larger jump of the camera's time means another clock
+constexpr int64_t kMaxPause = 3600000000;    // us
+constexpr int64_t kReadAhead = 1000000;      // us
 
 /// The time that images_t and target_t carry in their first field, after the fingerprint.
 std::optional<int64_t> camera_time(const LogEvent& event) {
@@ -56,16 +56,18 @@ void Session::rewind() {
   camera_at_.reset();
 }
 
-int64_t Session::later(const LogEvent& event) const {
+int64_t Session::time_since_previous(const LogEvent& event) const {
   // A damaged time stamp can have any value.
   if (!event_utime_ || event.utime <= *event_utime_) return 0;
   const uint64_t pause = static_cast<uint64_t>(event.utime) - static_cast<uint64_t>(*event_utime_);
-  return static_cast<int64_t>(std::min<uint64_t>(pause, kLongestPause));
+  return static_cast<int64_t>(std::min<uint64_t>(pause, kMaxPause));
 }
 
 int64_t Session::time_of(const LogEvent& event, int64_t camera_utime) const {
-  const bool follows = camera_utime_ && camera_utime >= *camera_utime_ && camera_utime - *camera_utime_ <= kOtherClock;
-  return follows ? std::max(now_us_, *camera_at_ + camera_utime - *camera_utime_) : now_us_ + later(event);
+  const bool follows =
+      camera_utime_ && camera_utime >= *camera_utime_ && camera_utime - *camera_utime_ <= kMaxCameraJump;
+  return follows ? std::max(now_us_, *camera_at_ + camera_utime - *camera_utime_)
+                 : now_us_ + time_since_previous(event);
 }
 
 bool Session::read_ahead() {
@@ -87,7 +89,7 @@ std::optional<SessionInput> Session::next() {
     camera_utime_ = utime;
     camera_at_ = now_us_;
   } else {
-    const int64_t at = now_us_ + later(event);
+    const int64_t at = now_us_ + time_since_previous(event);
     // Jitter of the recorder's clock must not delay the following image.
     const auto next_image = camera_time(waiting_.back());
     now_us_ = next_image ? std::min(at, time_of(waiting_.back(), *next_image)) : at;
@@ -97,7 +99,7 @@ std::optional<SessionInput> Session::next() {
   return SessionInput{now_us_, event.channel, event.data};
 }
 
-ReplayFrom what_to_replay(const std::string& path) {
+ReplayFrom replay_source(const std::string& path) {
   LogReader log(path);
   bool targets = false;
   while (const auto event = log.next()) {

@@ -38,7 +38,7 @@ class Session {
   bool wanted(std::string_view channel) const;
   /// Reads ahead to the next message with a camera time, but at most one second.
   bool read_ahead();
-  int64_t later(const LogEvent& event) const;
+  int64_t time_since_previous(const LogEvent& event) const;
   int64_t time_of(const LogEvent& event, int64_t camera_utime) const;
 
   LogReader log_;
@@ -51,6 +51,6 @@ class Session {
 };
 
 /// kImages if the log holds images, else kTargets. Throws InputError when it has neither.
-ReplayFrom what_to_replay(const std::string& path);
+ReplayFrom replay_source(const std::string& path);
 
 }  // namespace multireach

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <multireach/node_inputs_t.hpp>
 #include <set>
 #include <unordered_map>
@@ -18,6 +19,10 @@
 namespace multireach {
 namespace {
 
+/// Channels whose messages hold a digest of themselves.
+constexpr std::array kWithChecksum{channel::kNodeInputs, channel::kNodeStatus, channel::kSimStep,
+                                   channel::kBridgeState};
+
 class Verifier {
  public:
   Verifier(const RecordedLog& log, const NodeConfigs& configs) : log_(log), configs_(configs) {}
@@ -27,17 +32,17 @@ class Verifier {
       verify_node(kPublishers[i]);
       progress(0.5 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(kPublishers.size()));
     }
-    for (const std::string_view channel : {channel::kNodeInputs, channel::kNodeStatus, channel::kSimStep}) {
-      if (log_.whole(channel) == 0) continue;
+    for (const std::string_view channel : kWithChecksum) {
+      if (log_.valid_count(channel) == 0) continue;
       Verification::Channel& sum = sum_of(channel);
-      sum.equal = sum.messages = log_.whole(channel);
+      sum.equal = sum.messages = log_.valid_count(channel);
       sum.computed = true;
     }
-    for (const auto& [channel, message] : log_.broken()) {
+    for (const auto& [channel, message] : log_.invalid_messages()) {
       Verification::Channel& sum = sum_of(channel);
       ++sum.messages;
       ++sum.different;
-      differs(channel, "", message, {"check", "does not fit the rest of the message, or what others say", ""});
+      record_difference(channel, "", message, {"message", "fails its own digest, or contradicts other messages", ""});
     }
     for (const auto& [node, build] : log_.builds()) {
       if (build != this_build()) note(fmt::format("recorded by build {}; this is build {}", build, this_build()));
@@ -54,14 +59,14 @@ class Verifier {
     if (std::ranges::find(result_.notes, sentence) == result_.notes.end()) result_.notes.push_back(sentence);
   }
 
-  void differs(std::string_view channel, std::string_view node, const RecordedMessage& message,
-               const MessageDifference& place) {
+  void record_difference(std::string_view channel, std::string_view node, const RecordedMessage& message,
+                         const MessageDifference& difference) {
     if (result_.first && result_.first->event <= message.event) return;
     result_.first = {.channel = std::string(channel),
                      .node = std::string(node),
-                     .field = place.field,
-                     .recorded = place.first,
-                     .computed = place.second,
+                     .field = difference.field,
+                     .recorded = difference.first,
+                     .computed = difference.second,
                      .event = message.event,
                      .sequence = message.sequence,
                      .utime = message.utime};
@@ -74,11 +79,11 @@ class Verifier {
     return again == recomputed_.end() ? std::span<const uint8_t>() : std::span<const uint8_t>(again->second);
   }
 
-  struct Played {
+  struct RecomputedRun {
     const RecordedRun* run;
     std::map<std::string_view, int64_t> uncertain_from;  // by channel: first sequence number that lacks an input
-    std::set<int64_t> doubtful{};                        // sequence numbers of vision that cannot be computed
-    std::set<int64_t> adopted{};                         // sequences of what was taken as it is recorded
+    std::set<int64_t> uncomputable{};                    // sequence numbers of vision that cannot be computed
+    std::set<int64_t> restored{};                        // sequences of what was taken as it is recorded
     int64_t end = INT64_MAX;                             // first event of the next run
   };
 
@@ -91,55 +96,57 @@ class Verifier {
     if (publisher.node == "robot_sim") return verify_simulated_robot();
     const auto runs = log_.runs(publisher.node);
     std::map<std::string_view, Digests> computed;
-    std::vector<Played> played;
+    std::vector<RecomputedRun> recomputed;
     for (const RecordedRun* run : runs) {
-      played.push_back({run, {}});
-      if (played.size() < runs.size()) played.back().end = runs[played.size()]->first_event;
-      play(publisher, played.back(), played.size() - 1, computed);
+      recomputed.push_back({run, {}});
+      if (recomputed.size() < runs.size()) recomputed.back().end = runs[recomputed.size()]->first_event;
+      recompute_run(publisher, recomputed.back(), recomputed.size() - 1, computed);
     }
     for (const std::string_view channel : publisher.channels) {
-      if (!channel.empty()) compare(publisher, channel, played, computed[channel]);
+      if (!channel.empty()) compare(publisher, channel, recomputed, computed[channel]);
     }
   }
 
   /// What vision's run is recorded to have remembered after each TARGET, by sequence number.
-  std::map<int64_t, const RecordedMessage*> recorded_states(const Played& played) const {
+  std::map<int64_t, const RecordedMessage*> recorded_states(const RecomputedRun& recomputed) const {
     std::map<int64_t, const RecordedMessage*> found;
     for (const RecordedMessage& message : log_.messages(channel::kTrackerState)) {
-      if (message.event > played.run->first_event && message.event < played.end)
+      if (message.event > recomputed.run->first_event && message.event < recomputed.end)
         found.emplace(message.sequence, &message);
     }
     return found;
   }
 
-  void play(const Publisher& publisher, Played& played, size_t number, std::map<std::string_view, Digests>& computed) {
-    const RecordedRun& run = *played.run;
+  void recompute_run(const Publisher& publisher, RecomputedRun& recomputed, size_t number,
+                     std::map<std::string_view, Digests>& computed) {
+    const RecordedRun& run = *recomputed.run;
     std::map<std::string_view, int64_t> next;  // sequence number, by channel
     std::optional<std::map<int64_t, const RecordedMessage*>> recorded;
     const Recomputation io{.find = [this](int64_t digest) { return find(digest); },
                            .recorded = [&](int64_t sequence) -> std::span<const uint8_t> {
                              if (publisher.node != "vision") return {};
-                             if (!recorded) recorded = recorded_states(played);
+                             if (!recorded) recorded = recorded_states(recomputed);
                              const auto found = recorded->find(sequence);
                              if (found == recorded->end()) return {};
                              return found->second->bytes;
                            },
-                           .adopted = [&](int64_t sequence) { played.adopted.insert(sequence); },
-                           .doubtful = [&](int64_t sequence) { played.doubtful.insert(sequence); },
+                           .restored = [&](int64_t sequence) { recomputed.restored.insert(sequence); },
+                           .uncomputable = [&](int64_t sequence) { recomputed.uncomputable.insert(sequence); },
                            .sent =
                                [&](const OutMessage& message, bool certain) {
                                  const int64_t digest = digest_of(message.bytes);
                                  computed[message.channel].emplace(digest, number);
                                  const int64_t sequence = sequence_in(message.bytes);
                                  if (certain) {
-                                   played.uncertain_from.erase(message.channel);
+                                   recomputed.uncertain_from.erase(message.channel);
                                  } else {
-                                   played.uncertain_from.try_emplace(message.channel, sequence);
+                                   recomputed.uncertain_from.try_emplace(message.channel, sequence);
                                  }
                                  next[message.channel] = sequence + 1;
                                  const bool known = !log_.bytes_of(digest).empty();
                                  // Other nodes may have consumed this message although the recorder lost it.
-                                 const bool lost = certain && !known && message.channel != channel::kControllerState;
+                                 // A digest tells whether it is the message that was sent, certain or not.
+                                 const bool lost = !known && message.channel != channel::kControllerState;
                                  if (lost) recomputed_.emplace(digest, message.bytes);
                                  return known;
                                }};
@@ -147,19 +154,16 @@ class Verifier {
     if (!result.certain) {
       // Messages after the last one that can be computed are uncertain too.
       for (const std::string_view channel : publisher.channels) {
-        if (!channel.empty()) played.uncertain_from.try_emplace(channel, next[channel]);
+        if (!channel.empty()) recomputed.uncertain_from.try_emplace(channel, next[channel]);
       }
-      note(
-          fmt::format("{}: {} of {} messages that it took in are not in the log; what it sent afterwards cannot all be "
-                      "checked",
-                      run.node, result.missing, result.inputs));
+      note(fmt::format("{}: {} of {} inputs are not in the log; some of its later messages cannot be checked", run.node,
+                       result.missing, result.inputs));
     }
-    const int64_t unchecked = result.adopted + (result.certain ? result.missing : 0);
+    const int64_t unchecked = result.restored + (result.certain ? result.missing : 0);
     if (unchecked > 0) {
-      note(
-          fmt::format("{}: what it sent for {} of {} messages that it took in cannot be checked, because they, or what "
-                      "came before them, are not in the log",
-                      run.node, unchecked, result.inputs));
+      note(fmt::format(
+          "{}: its messages for {} of {} inputs cannot be checked: these or earlier inputs are not in the log",
+          run.node, unchecked, result.inputs));
     }
     const int64_t config = run.node == "vision" && configs_.vision ? configs_.vision->digest : configs_.robot.digest;
     if (config != run.config_digest) {
@@ -170,27 +174,27 @@ class Verifier {
 
   /// For each run, the event of its last message that was computed with all inputs present.
   static std::vector<int64_t> last_certain(std::string_view channel, const std::vector<RecordedMessage>& messages,
-                                           const std::vector<Played>& played, const Digests& computed) {
-    std::vector<int64_t> last(played.size(), -1);
+                                           const std::vector<RecomputedRun>& recomputed, const Digests& computed) {
+    std::vector<int64_t> last(recomputed.size(), -1);
     for (const RecordedMessage& message : messages) {
       const auto found = computed.find(message.digest);
       if (found == computed.end()) continue;
-      const auto uncertain = played[found->second].uncertain_from.find(channel);
+      const auto uncertain = recomputed[found->second].uncertain_from.find(channel);
       const bool certain =
-          uncertain == played[found->second].uncertain_from.end() || message.sequence < uncertain->second;
+          uncertain == recomputed[found->second].uncertain_from.end() || message.sequence < uncertain->second;
       if (certain) last[found->second] = message.event;
     }
     return last;
   }
 
-  void compare(const Publisher& publisher, std::string_view channel, const std::vector<Played>& played,
+  void compare(const Publisher& publisher, std::string_view channel, const std::vector<RecomputedRun>& recomputed,
                const Digests& computed) {
     const auto& messages = log_.messages(channel);
-    if (messages.empty() || (played.empty() && channel == channel::kRobotState)) return;
+    if (messages.empty() || (recomputed.empty() && channel == channel::kRobotState)) return;
     Verification::Channel& sum = sum_of(channel);
     sum.messages = static_cast<int64_t>(messages.size());
-    sum.computed = !played.empty();
-    const std::vector<int64_t> certain_until = last_certain(channel, messages, played, computed);
+    sum.computed = !recomputed.empty();
+    const std::vector<int64_t> certain_until = last_certain(channel, messages, recomputed, computed);
     int64_t expected = 0;
     for (const RecordedMessage& message : messages) {
       if (computed.contains(message.digest)) {
@@ -198,33 +202,33 @@ class Verifier {
         expected = message.sequence + 1;
         continue;
       }
-      if (played.empty()) {
+      if (recomputed.empty()) {
         ++sum.unchecked;
         continue;
       }
       size_t of = 0;
-      for (size_t i = 0; i < played.size(); ++i) {
-        if (played[i].run->first_event <= message.event) of = i;
+      for (size_t i = 0; i < recomputed.size(); ++i) {
+        if (recomputed[i].run->first_event <= message.event) of = i;
       }
       // The position in the log decides; at the boundary the message's sequence number decides.
-      const auto uncertain = played[of].uncertain_from.find(channel);
-      if (uncertain != played[of].uncertain_from.end() && message.event > certain_until[of] &&
+      const auto uncertain = recomputed[of].uncertain_from.find(channel);
+      if (uncertain != recomputed[of].uncertain_from.end() && message.event > certain_until[of] &&
           (message.sequence < 0 || message.sequence >= uncertain->second)) {
         ++sum.unchecked;
         continue;
       }
-      if (played[of].doubtful.contains(message.sequence) || played[of].adopted.contains(message.sequence)) {
+      if (recomputed[of].uncomputable.contains(message.sequence) ||
+          recomputed[of].restored.contains(message.sequence)) {
         ++sum.unchecked;
         continue;
       }
       ++sum.different;
       if (!result_.first || message.event < result_.first->event) {
-        report(publisher, channel, *played[of].run, message, expected);
+        report(publisher, channel, *recomputed[of].run, message, expected);
       }
     }
-    if (played.empty()) {
-      note(fmt::format("{}: no {} in this log says that it made them; they are taken as they are", channel,
-                       publisher.node));
+    if (recomputed.empty()) {
+      note(fmt::format("{}: this log has no NODE_INPUTS of {}; the messages are not checked", channel, publisher.node));
     }
   }
 
@@ -250,10 +254,9 @@ class Verifier {
                                  return known;
                                }};
     recompute(run, configs_, io);
-    const MessageDifference place =
-        nearest.empty() ? MessageDifference{"all of it", "a message", "none: the node sent no such message"}
-                        : difference_of(message.bytes, nearest);
-    differs(channel, publisher.node, message, place);
+    const MessageDifference difference =
+        nearest.empty() ? MessageDifference{"message", "present", "absent"} : difference_of(message.bytes, nearest);
+    record_difference(channel, publisher.node, message, difference);
   }
 
   /// A state that no SIM_STEP names is not the one that the robot sent, where the step after it in the log belongs to
@@ -275,7 +278,7 @@ class Verifier {
     std::map<int64_t, int64_t> by_event;  // to the state's digest
     for (const RecordedMessage& message : log_.messages(channel::kSimStep)) {
       auto step = decode<sim_step_t>(message.bytes);
-      if (!step || !sealed(message.bytes)) continue;
+      if (!step || !checksum_matches(message.bytes)) continue;
       by_event[message.event] = step->state_digest;
       by_state.emplace(step->state_digest, std::move(*step));
     }
@@ -292,20 +295,23 @@ class Verifier {
         }
         named = by_state.find(next->second);
       }
-      const auto expected = check.compute(named->second);
+      const auto recorded = decode<robot_state_t>(state.bytes);
+      // The run of the first state is known from itself alone, and only while nothing in it was changed.
+      const bool intact = recorded && named->first == state.digest;
+      const auto expected = check.compute(named->second, intact ? recorded->run : 0);
       if (expected && std::ranges::equal(*expected, state.bytes)) {
         ++sum.equal;
       } else if (!expected && named->first == state.digest) {
         ++sum.unchecked;
       } else {
         ++sum.different;
-        const MessageDifference place = expected
-                                            ? difference_of(state.bytes, *expected)
-                                            : MessageDifference{"SIM_STEP.state_digest", "that of another message", ""};
-        differs(channel::kRobotState, "robot_sim", state, place);
+        const MessageDifference difference =
+            expected ? difference_of(state.bytes, *expected)
+                     : MessageDifference{"SIM_STEP.state_digest", "names another message", ""};
+        record_difference(channel::kRobotState, "robot_sim", state, difference);
       }
     }
-    if (!sum.computed) note("ROBOT_STATE: not from the simulated robot; they are taken as they are");
+    if (!sum.computed) note("ROBOT_STATE: not from the simulated robot; the messages are not checked");
   }
 
   const RecordedLog& log_;
@@ -318,9 +324,9 @@ class Verifier {
 
 bool Verification::nothing_checked() const {
   return std::ranges::none_of(channels, [](const auto& entry) {
-    const bool says =
-        entry.first == channel::kNodeInputs || entry.first == channel::kNodeStatus || entry.first == channel::kSimStep;
-    return !says && entry.second.equal + entry.second.different > 0;
+    // Those with a digest of themselves are not computed.
+    const bool has_checksum = std::ranges::find(kWithChecksum, entry.first) != kWithChecksum.end();
+    return !has_checksum && entry.second.equal + entry.second.different > 0;
   });
 }
 
@@ -329,8 +335,7 @@ std::string Verification::Difference::sentence() const {
       sequence >= 0 ? fmt::format("{} {}", channel, sequence) : fmt::format("a message of {}", channel);
   const std::string where = fmt::format("{} (event {}, {:.3f} s after the log's begin)", what, event, after_s);
   if (computed.empty()) return fmt::format("{}: {} {}", where, field, recorded);
-  return fmt::format("{}: {} is {} in the log, and {} when {} computes it again", where, field, recorded, computed,
-                     node);
+  return fmt::format("{}: {} is {} in the log, and {} as recomputed by {}", where, field, recorded, computed, node);
 }
 
 Verification verify(const std::string& path, const NodeConfigs& configs, const std::function<void(double)>& progress) {

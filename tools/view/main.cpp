@@ -16,7 +16,7 @@ int keep_picture(const std::string& path, const LiveOptions& live) {
   const int result = run_live(node, live);
   node.flush();
   if (node.pictures() > 0) return result;
-  std::cerr << "multireach-view: no picture came; does vision run, and does it get images?\n";
+  std::cerr << "multireach-view: no picture received; is vision running, and does it receive images?\n";
   return 1;
 }
 
@@ -24,7 +24,7 @@ int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, co
   ViewNode node(robot, {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
   const int result = run_live(node, live);
   for (const std::string& missing : node.missing())
-    std::cerr << "multireach-view: " << missing << " was not heard of\n";
+    std::cerr << "multireach-view: " << missing << " sent no NODE_STATUS\n";
   return node.missing().empty() ? result : 1;
 }
 
@@ -33,21 +33,20 @@ int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, co
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program(
-      "multireach-view",
-      "A live line: target, hand, distance, rates. Or wait until nodes run. Or a picture of what vision sees.");
+  Program program("multireach-view",
+                  "Prints a live status line, waits until nodes run, or saves vision's debug picture.");
   std::string config, picture;
   std::vector<std::string> wait_for;
   auto* robot = program.cli().add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2");
   auto* nodes =
       program.cli()
           .add_option("--wait-for", wait_for,
-                      "nodes, with commas between them: end with 0 when all have been heard of, with 1 after --seconds")
+                      "comma-separated nodes: exit with 0 when all have sent NODE_STATUS, with 1 after --seconds")
           ->delimiter(',');
   program.cli()
       .add_option("--picture", picture,
-                  "ask vision for its debug picture and keep the newest in this JPEG file, until --seconds or Ctrl-C; "
-                  "end with 1 when none came")
+                  "keep vision's newest debug picture in this JPEG file until --seconds or Ctrl-C; exit code 1 if none "
+                  "arrives")
       ->excludes(robot)
       ->excludes(nodes);
   const LiveOptions& live = program.add_live_options();

@@ -20,16 +20,16 @@ std::vector<std::string_view> ViewNode::inputs() const {
 Receipt ViewNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   ++received_[std::string(channel)];
   if (channel == channel::kTarget) {
-    if (const auto target = take<target_t>(bytes)) {
+    if (const auto target = decode_and_count<target_t>(bytes)) {
       target_ = Eigen::Map<const Eigen::Vector3d>(target->position_m);
       target_seen_ = target->status == target_t::STATUS_TRACKED;
     }
   } else if (channel == channel::kRobotState) {
-    const auto state = take<robot_state_t>(bytes);
+    const auto state = decode_and_count<robot_state_t>(bytes);
     const auto theta = state ? from_fields(chain_, state->joint_name, state->joint_position) : std::nullopt;
     if (theta) hand_ = chain_.position(*theta);
   } else if (channel == channel::kNodeStatus) {
-    if (const auto status = take<node_status_t>(bytes)) {
+    if (const auto status = decode_and_count<node_status_t>(bytes)) {
       nodes_.insert(status->node);
       if (status->node == "controller") controller_state_ = status->state;
     }

@@ -7,10 +7,10 @@
 namespace multireach::vision {
 namespace {
 
-constexpr double kSmallestSigma = 0.05;  // added to the fit, because one image does not show how much a colour varies
+constexpr double kMinSigma = 0.05;  // added to the fit, because one image does not show how much a colour varies
 constexpr double kFirstSigma = 0.2;
 constexpr double kRadius2 = 9;  // three standard deviations
-constexpr double kSmallestShare = 0.1;
+constexpr double kMinShare = 0.1;
 constexpr int kRounds = 12;
 
 double total_weight(const std::vector<ChromaSample>& samples) {
@@ -56,7 +56,7 @@ ChromaComponent refined(const ChromaComponent& component, const std::vector<Chro
     const Eigen::Vector2d from = sample.chroma - result.mean;
     result.covariance += sample.weight / result.weight * from * from.transpose();
   });
-  result.covariance += kSmallestSigma * kSmallestSigma * Eigen::Matrix2d::Identity();
+  result.covariance += kMinSigma * kMinSigma * Eigen::Matrix2d::Identity();
   result.covariance(1, 0) = result.covariance(0, 1);
   return result;
 }
@@ -66,7 +66,7 @@ ChromaComponent refined(const ChromaComponent& component, const std::vector<Chro
 std::vector<ChromaComponent> fit_chroma(std::vector<ChromaSample> samples, size_t most) {
   const double total = total_weight(samples);
   std::vector<ChromaComponent> components;
-  while (components.size() < most && total_weight(samples) > kSmallestShare * total) {
+  while (components.size() < most && total_weight(samples) > kMinShare * total) {
     ChromaComponent component{densest(samples), kFirstSigma * kFirstSigma * Eigen::Matrix2d::Identity(), 0};
     for (int round = 0; round < kRounds; ++round) {
       const ChromaComponent next = refined(component, samples);
@@ -77,7 +77,7 @@ std::vector<ChromaComponent> fit_chroma(std::vector<ChromaSample> samples, size_
     const auto taken = std::erase_if(samples, [&](const ChromaSample& sample) {
       return distance2(component, information, sample.chroma) <= kRadius2;
     });
-    if (taken == 0 || !(component.weight > kSmallestShare * total)) break;
+    if (taken == 0 || !(component.weight > kMinShare * total)) break;
     component.weight /= total;
     components.push_back(component);
   }

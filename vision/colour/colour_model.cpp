@@ -45,7 +45,7 @@ void check(const ColourModel& model) {
   require(!model.object.empty(), "a colour model needs at least one component of the object");
   require(model.tolerance > 0, "a colour model's tolerance must be positive");
   require(model.min_luma >= 0 && model.max_luma > model.min_luma,
-          "a colour model's brightest value must be above its darkest, and that not negative");
+          "a colour model's max_luma must be above its min_luma, which must not be negative");
   require(model.noise_grey_levels >= 0, "a colour model's noise must not be negative");
   for (const auto* components : {&model.object, &model.background}) {
     for (const ChromaComponent& component : *components) {

@@ -18,11 +18,11 @@ struct ChromaComponent {
 /// White balance of one camera relative to the light in which a model was learned: factors that map its current red and
 /// blue to the values at that time; green stays. Automatic white balance changes only these.
 struct WhiteBalanceGains {
-  double red = 1, blue = 1;  ///< kSmallestGain to kLargestGain
+  double red = 1, blue = 1;  ///< kMinGain to kMaxGain
   friend bool operator==(const WhiteBalanceGains&, const WhiteBalanceGains&) = default;
 };
 /// Bounds of the gains; beyond them it is another scene.
-inline constexpr double kSmallestGain = 0.5, kLargestGain = 2;
+inline constexpr double kMinGain = 0.5, kMaxGain = 2;
 
 /// The colours of one object as one camera sees them. A pixel belongs to the object when
 /// - its Y is between `min_luma` and `max_luma` and at least one channel is not clipped (below kClipped); for Y = 0,

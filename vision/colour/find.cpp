@@ -15,7 +15,7 @@ int64_t squares_below(int64_t n) {
 
 }  // namespace
 
-void Finder::Sums::add(const Run& run) {
+void BlobFinder::Sums::add(const Run& run) {
   const int64_t length = run.end - run.begin, columns = length * (run.begin + run.end - 1) / 2, at = run.row;
   if (area == 0) {
     *this = {.left = run.begin, .top = run.row, .right = run.end, .bottom = run.row + 1};
@@ -33,7 +33,7 @@ void Finder::Sums::add(const Run& run) {
   yy += length * at * at;
 }
 
-void Finder::Sums::add(const Sums& other) {
+void BlobFinder::Sums::add(const Sums& other) {
   area += other.area;
   x += other.x;
   y += other.y;
@@ -46,7 +46,7 @@ void Finder::Sums::add(const Sums& other) {
   bottom = std::max(bottom, other.bottom);
 }
 
-void Finder::cut_row(const uint64_t* bits, int row, int width) {
+void BlobFinder::cut_row(const uint64_t* bits, int row, int width) {
   uint64_t before = 0;  // last pixel of the previous word, in the lowest bit
   bool open = false;
   for (size_t k = 0; k < words_for(width); ++k) {
@@ -65,12 +65,12 @@ void Finder::cut_row(const uint64_t* bits, int row, int width) {
   }
 }
 
-uint32_t Finder::root_of(uint32_t label) {
+uint32_t BlobFinder::root_of(uint32_t label) {
   while (parent_[label] != label) label = parent_[label] = parent_[parent_[label]];
   return label;
 }
 
-void Finder::join(uint32_t a, uint32_t b) {
+void BlobFinder::join(uint32_t a, uint32_t b) {
   a = root_of(a);
   b = root_of(b);
   // Keep the older label, so that the root of a component is the label of its first run.
@@ -78,7 +78,7 @@ void Finder::join(uint32_t a, uint32_t b) {
   if (b < a) parent_[a] = b;
 }
 
-void Finder::connect_row(size_t above, size_t row) {
+void BlobFinder::connect_row(size_t above, size_t row) {
   const size_t last_above = row;
   for (size_t i = row; i < runs_.size(); ++i) {
     const Run& run = runs_[i];
@@ -102,8 +102,8 @@ void Finder::connect_row(size_t above, size_t row) {
   }
 }
 
-bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, bool opened,
-                         int64_t& members) {
+bool BlobFinder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, bool opened,
+                             int64_t& members) {
   runs_.clear();
   label_.clear();
   parent_.clear();
@@ -120,7 +120,7 @@ bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourT
     above = begin;
     row_above = row;
   };
-  for (int row = 0; row < part.height + RowOpening::kDelay && runs_.size() <= kMostRuns; ++row) {
+  for (int row = 0; row < part.height + RowOpening::kDelay && runs_.size() <= kMaxRuns; ++row) {
     uint64_t* bits = opening_.next();
     int here = 0;
     if (row < part.height) {
@@ -134,10 +134,10 @@ bool Finder::gather_runs(const cv::Mat& bgr, const cv::Rect& part, const ColourT
       take(cleaned, row - RowOpening::kDelay);
     }
   }
-  return runs_.size() <= kMostRuns;
+  return runs_.size() <= kMaxRuns;
 }
 
-void Finder::rank(const FindOptions& options) {
+void BlobFinder::rank(const BlobFinderOptions& options) {
   ranked_.clear();
   for (uint32_t label = 0; label < parent_.size(); ++label) {
     const uint32_t root = root_of(label);
@@ -154,13 +154,13 @@ void Finder::rank(const FindOptions& options) {
   ranked_.resize(most);
 }
 
-void Finder::fill_blobs(const cv::Point& corner) {
+void BlobFinder::fill_blobs(const cv::Point& corner) {
   if (blobs_.size() < ranked_.size()) blobs_.resize(ranked_.size());
-  place_.assign(parent_.size(), -1);
+  blob_index_.assign(parent_.size(), -1);
   for (size_t i = 0; i < ranked_.size(); ++i) {
     const Sums& sums = sums_[ranked_[i]];
     Blob& blob = blobs_[i];
-    place_[ranked_[i]] = static_cast<int32_t>(i);
+    blob_index_[ranked_[i]] = static_cast<int32_t>(i);
     blob.runs.clear();
     blob.box = {sums.left + corner.x, sums.top + corner.y, sums.right - sums.left, sums.bottom - sums.top};
     blob.area = static_cast<double>(sums.area);
@@ -170,19 +170,21 @@ void Finder::fill_blobs(const cv::Point& corner) {
     blob.spread << mean(sums.xx) - x * x, xy, xy, mean(sums.yy) - y * y;
   }
   for (size_t i = 0; i < runs_.size(); ++i) {
-    const int32_t place = place_[root_of(label_[i])];
-    if (place < 0) continue;
+    const int32_t blob_index = blob_index_[root_of(label_[i])];
+    if (blob_index < 0) continue;
     const Run& run = runs_[i];
-    blobs_[static_cast<size_t>(place)].runs.push_back({run.row + corner.y, run.begin + corner.x, run.end + corner.x});
+    blobs_[static_cast<size_t>(blob_index)].runs.push_back(
+        {run.row + corner.y, run.begin + corner.x, run.end + corner.x});
   }
 }
 
-Found Finder::find(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours, const FindOptions& options) {
+FoundBlobs BlobFinder::find(const cv::Mat& bgr, const cv::Rect& part, const ColourTable& colours,
+                            const BlobFinderOptions& options) {
   const cv::Rect inside = part & cv::Rect(0, 0, bgr.cols, bgr.rows);
-  Found found;
+  FoundBlobs found;
   if (bgr.type() != CV_8UC3 || inside.empty()) return found;
-  found.crowded = !gather_runs(bgr, inside, colours, options.opened, found.members);
-  if (found.crowded) return found;
+  found.too_many_runs = !gather_runs(bgr, inside, colours, options.opened, found.members);
+  if (found.too_many_runs) return found;
   rank(options);
   fill_blobs(inside.tl());
   found.blobs = {blobs_.data(), ranked_.size()};

@@ -6,16 +6,16 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int64_t kFewestPixels = 30;
+constexpr int64_t kMinPixels = 30;
 constexpr int kDark = 16;       // grey levels: below, the camera's offset outweighs the effect of the light
 constexpr double kRate = 0.15;  // share of the error per frame: lags 7 % when white balance drifts by 50 % in a second
-constexpr double kLargestStep = 0.05;  // relative, per frame: limits the effect of a wrong blob
-constexpr double kRelaxation = 0.01;   // share of the error per frame: halves it in two seconds at 30 Hz
+constexpr double kMaxStep = 0.05;     // relative, per frame: limits the effect of a wrong blob
+constexpr double kRelaxation = 0.01;  // share of the error per frame: halves it in two seconds at 30 Hz
 constexpr double kQuantum = 1.0 / 64;
 
 double towards(double gain, double wanted, double rate) {
-  const double step = std::clamp(rate * (wanted - gain), -kLargestStep * gain, kLargestStep * gain);
-  return std::clamp(gain + step, kSmallestGain, kLargestGain);
+  const double step = std::clamp(rate * (wanted - gain), -kMaxStep * gain, kMaxStep * gain);
+  return std::clamp(gain + step, kMinGain, kMaxGain);
 }
 
 WhiteBalanceGains rounded(const WhiteBalanceGains& gains) {
@@ -32,7 +32,7 @@ Rgb& operator+=(Rgb& sum, const Rgb& colour) {
 
 WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSample& sample, double quality) {
   const Rgb &seen = sample.seen, &expected = sample.expected;
-  const bool usable = sample.pixels >= kFewestPixels && seen.r > 0 && seen.g > 0 && seen.b > 0 && expected.r > 0 &&
+  const bool usable = sample.pixels >= kMinPixels && seen.r > 0 && seen.g > 0 && seen.b > 0 && expected.r > 0 &&
                       expected.g > 0 && expected.b > 0;
   if (!usable || !(quality > 0)) return gains;
   const double rate = kRate * std::min(quality, 1.0);

@@ -10,13 +10,13 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kFewest = 40;              // pixels, smallest area of the rectangle
-constexpr double kDark = 12;             // grey levels, below which chroma is noise
-constexpr double kMoreFrequent = 2;      // an object colour is this many times more frequent inside than outside
-constexpr double kSmallestObject = 0.2;  // smallest share of object colours in the rectangle
-constexpr double kEnough = 0.3;          // smallest share of object pixels with known colour, i.e. not overexposed
-constexpr double kSwamped = 0.05;        // misclassified background share above which brightness limits are tried
-constexpr double kClean = 0.002;         // misclassified share of the background that is acceptable
+constexpr int kFewest = 40;          // pixels, smallest area of the rectangle
+constexpr double kDark = 12;         // grey levels, below which chroma is noise
+constexpr double kMoreFrequent = 2;  // an object colour is this many times more frequent inside than outside
+constexpr double kMinObject = 0.2;   // smallest share of object colours in the rectangle
+constexpr double kEnough = 0.3;      // smallest share of object pixels with known colour, i.e. not overexposed
+constexpr double kSwamped = 0.05;    // misclassified background share above which brightness limits are tried
+constexpr double kClean = 0.002;     // misclassified share of the background that is acceptable
 
 /// Samples the pixels of `part` outside `without` on a grid, at most about `most` of them.
 std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Rect& without, double most) {
@@ -199,7 +199,7 @@ const char* description(LearnedColour::Status status) {
       return "the rectangle is outside of the image, or too small: at least 40 of its pixels must be in the image";
     case LearnedColour::Status::kOverexposed:
       return "the object is overexposed, so that its colour is not known: make the exposure shorter";
-    case LearnedColour::Status::kLikeTheRest:
+    case LearnedColour::Status::kIndistinct:
       return "what is in the rectangle is as frequent in the rest of the picture";
   }
   return "";
@@ -227,7 +227,7 @@ LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
     if (nothing_else || here.of(sample) > kMoreFrequent * elsewhere.of(sample)) pictures.object.push_back(sample);
   }
   const double object = total_weight(pictures.object);
-  if (object < kSmallestObject * total_weight(in_rectangle)) return failed(Status::kLikeTheRest);
+  if (object < kMinObject * total_weight(in_rectangle)) return failed(Status::kIndistinct);
 
   std::vector<ChromaSample> coloured = pictures.object;
   std::erase_if(coloured, clipped);

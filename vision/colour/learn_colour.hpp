@@ -13,7 +13,7 @@ struct LearnedColour {
     kBadImage,      ///< not an 8-bit BGR image
     kBadRectangle,  ///< fewer than 40 of its pixels are in the image
     kOverexposed,   ///< most of the object is overexposed, so that its colour is unknown
-    kLikeTheRest,   ///< the rectangle's colours are as frequent elsewhere in the image
+    kIndistinct,    ///< the rectangle's colours are as frequent elsewhere in the image
   };
   Status status = Status::kBadImage;
   ColourModel model;      ///< valid when kLearned

@@ -31,7 +31,8 @@ using ContourPolygon = std::array<Eigen::Vector2d, kContourCorners>;
 
 /// The cone's image as a polygon, in pixels, with corners at equal angles about its axis. `scale` multiplies the sine
 /// of the angular radius. Nothing when a part of the cone is not in front of the camera.
-std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraModel& camera, double scale = 1);
+[[nodiscard]] std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraModel& camera,
+                                                       double scale = 1);
 
 /// A measured point on a contour: its direction and standard deviation.
 struct ContourPoint {
@@ -71,8 +72,8 @@ struct ConeFit {
 /// Fits a cone to the points: RANSAC over cones through three points (fixed seed; Fischler & Bolles, CACM 1981), then
 /// least squares with Tukey's weights. With `trials` = 0 it starts from `start` instead. `d_ray_d_pixel` is the inverse
 /// Jacobian of the lens near the points. Nothing when too few points agree. Uses at most kMaxContourPoints.
-std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
-                                const RobustFit& options, const ContourCone* start = nullptr);
+[[nodiscard]] std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
+                                              const RobustFit& options, const ContourCone* start = nullptr);
 constexpr int kMaxContourPoints = 320;
 
 }  // namespace multireach::vision

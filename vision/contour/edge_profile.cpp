@@ -8,7 +8,7 @@ namespace multireach::vision {
 namespace {
 
 constexpr int kSide = EdgeModel::kSide;
-constexpr double kLeastContrast = 12;  // grey levels
+constexpr double kMinContrast = 12;  // grey levels
 // Error of the colours of both sides in any direction, apart from the noise, grey levels. Without it, noise-free images
 // would not use the rim's brightness at all, which is most of the contrast in front of a dark background.
 constexpr double kColourError = 1.5;
@@ -233,7 +233,7 @@ bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeMode
   disturbing += (shading2 / brightness2) * rim * rim.transpose() - chroma2 * y * y.transpose();
   const Eigen::Vector3d w = disturbing.inverse() * difference;
   const double span = w.dot(difference), length = w.norm();
-  if (!(span > kLeastContrast * length)) return false;
+  if (!(span > kMinContrast * length)) return false;
 
   Window window{.half = half};
   std::array<Shading::Terms, Window::kMost> shaded;
@@ -279,7 +279,7 @@ bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeMode
   return true;
 }
 
-void NoiseGauge::add(const EdgeProfile& profile) {
+void NoiseEstimator::add(const EdgeProfile& profile) {
   constexpr int kFirst = -EdgeProfile::kReach;
   const Eigen::Vector3d second = profile.at(kFirst) - 2 * profile.at(kFirst + 1) + profile.at(kFirst + 2);
   for (int channel = 0; channel < 3; ++channel)
@@ -287,7 +287,7 @@ void NoiseGauge::add(const EdgeProfile& profile) {
   total_ += 3;
 }
 
-double NoiseGauge::sigma() const {
+double NoiseEstimator::sigma() const {
   constexpr double kRounding = 0.29;  // 1 / sqrt(12)
   if (total_ == 0) return 1;
   // Median of the histogram, with the counts spread evenly over each bin.

@@ -29,7 +29,7 @@ struct EdgeProfile {
 };
 
 /// Reads the pixels around an edgel of an 8-bit BGR image; false when some are outside the image.
-bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile);
+[[nodiscard]] bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile);
 
 /// Parameters common to all edges of one contour.
 struct EdgeModel {
@@ -103,11 +103,11 @@ EdgeBlur blur_of(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel
 /// extrapolated to the edge: inside by `shading`, outside by the background's slope. They are compared along the most
 /// discriminative direction in colour space, given that brightness at the rim is less certain than hue. False when
 /// there is no edge near the expected position.
-bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading,
-                  Edge& edge);
+[[nodiscard]] bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model,
+                                const Shading& shading, Edge& edge);
 
 /// Estimates an image's noise from second differences of neighbouring pixels inside the object.
-class NoiseGauge {
+class NoiseEstimator {
  public:
   void add(const EdgeProfile& profile);
   /// Standard deviation in grey levels, from the median; at least the rounding error.

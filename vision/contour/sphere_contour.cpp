@@ -11,7 +11,7 @@ using Along = ContourPoint::Along;
 
 constexpr int kMaxEdgels = 240;         // edgels per contour; a larger one is measured at every second, third ... line
 constexpr int kEdgelsBefore = 64;       // edgels in the passes before the last one
-constexpr int kMostBorder = 16;         // rows, and columns, of the blob whose ends the first fit uses
+constexpr int kMaxBorder = 16;          // rows, and columns, of the blob whose ends the first fit uses
 constexpr double kWorstShape = 0.03;    // largest residual of an edge fit, relative to the radius ...
 constexpr double kSmallResidual = 0.5;  // ... but a residual below this is always accepted, pixels
 constexpr double kLumaEdge = 0.15;      // smallest brightness share of a colour difference for measuring luma blur
@@ -60,7 +60,7 @@ void SphereContourFitter::find_extents(const Blob& blob) {
   box_ = blob.box;
   rows_.assign(static_cast<size_t>(box_.height), {box_.br().x, box_.x});
   columns_.assign(static_cast<size_t>(box_.width), {box_.br().y, box_.y});
-  const int stride = 1 + (box_.width - 1) / kMostBorder;
+  const int stride = 1 + (box_.width - 1) / kMaxBorder;
   const auto take = [](Extent& extent, int begin, int end) {
     extent.begin = std::min(extent.begin, begin);
     extent.end = std::max(extent.end, end);
@@ -83,7 +83,7 @@ void SphereContourFitter::find_border_points() {
   points_.clear();
   constexpr double kSigma = 0.5;  // px, standard deviation of a mask's border
   const auto add = [this](double x, double y) { points_.push_back(contour_point(x, y, Along::kNormal, kSigma)); };
-  const int row_stride = 1 + (box_.height - 1) / kMostBorder, column_stride = 1 + (box_.width - 1) / kMostBorder;
+  const int row_stride = 1 + (box_.height - 1) / kMaxBorder, column_stride = 1 + (box_.width - 1) / kMaxBorder;
   for (int k = 0; k < box_.height; k += row_stride) {
     const Extent& row = rows_[static_cast<size_t>(k)];
     if (row.end <= row.begin) continue;
@@ -168,15 +168,15 @@ void SphereContourFitter::learn_parts() {
 void SphereContourFitter::learn_sides(EdgeModel& model) {
   // Usual slope of the background's colour. The median, because the background of some edgels contains other edges.
   samples_.clear();
-  NoiseGauge gauge;
+  NoiseEstimator noise_estimator;
   for (ContourEdgel& edgel : edgels_) {
     if (!edgel.readable) continue;
-    gauge.add(profiles_[edgel.profile]);
+    noise_estimator.add(profiles_[edgel.profile]);
     model.half = edgel.half;
     samples_.push_back(outside_slope(profiles_[edgel.profile], model).squaredNorm() / 3);
   }
   if (samples_.empty()) return;
-  model.noise = gauge.sigma();
+  model.noise = noise_estimator.sigma();
   constexpr double kMedian = 0.79;  // about the median of chi^2 / 3 with three degrees of freedom
   model.outside_slope2 = std::max(0.0, median_of(samples_) / kMedian - model.noise * model.noise / 2);
 }

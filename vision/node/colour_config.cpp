@@ -128,7 +128,7 @@ ColourConfig colour_config_from(const Config& colour) {
     class_keys().read(colour, colours);
     config.models.fill(vision::model_of(colours));
   } else if (colour.has("file")) {
-    const std::string path = beside(colour.file(), colour.text("file"));
+    const std::string path = resolve_relative(colour.file(), colour.text("file"));
     colour.finish();
     config.file = read_text_file(path);
     config.models = both_from(Config::parse(path, config.file));

@@ -10,14 +10,14 @@ namespace multireach::vision {
 
 /// What a debug picture shows of one target.
 struct DebugMarks {
-  struct Disc {
+  struct Contour {
     Eigen::Vector2d centre_px{0, 0};
     double radius_px = 0;
     bool chosen = false;  ///< it was matched as the target; false for other objects of its colour
   };
   struct OneSide {
     cv::Rect window;  ///< search window
-    std::vector<Disc> contours;
+    std::vector<Contour> contours;
   };
   std::string text;
   cv::Scalar colour;             ///< BGR

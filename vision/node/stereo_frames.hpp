@@ -15,10 +15,10 @@ namespace multireach {
 class StereoFrames {
  public:
   StereoFrames() = default;
-  /// When the message is not a valid images_t, decoded() returns false and the other members have no meaning.
+  /// When the message is not a valid images_t, is_valid() returns false and the other members have no meaning.
   explicit StereoFrames(std::span<const uint8_t> message);
 
-  bool decoded() const { return images_ != nullptr; }
+  bool is_valid() const { return images_ != nullptr; }
   int64_t utime() const { return images_->utime; }
   /// Sequence number from the image metadata "sequence" (decimal text); -1 if absent.
   int64_t pair_sequence() const { return pair_sequence_; }
@@ -33,7 +33,7 @@ class StereoFrames {
   /// concurrently, each with its own codec.
   const cv::Mat* pixels(Side side, const cv::Rect& part, ImageCodec& codec);
   /// Provides a buffer to decode into, so that a live node does not allocate.
-  void lend(Side side, const cv::Mat& buffer) { sides_[index(side)].bgr = buffer; }
+  void set_buffer(Side side, const cv::Mat& buffer) { sides_[index(side)].bgr = buffer; }
   cv::Mat buffer(Side side) const { return sides_[index(side)].bgr; }
 
  private:
@@ -42,7 +42,6 @@ class StereoFrames {
     cv::Mat bgr;
     cv::Rect valid;
   };
-  static size_t index(Side side) { return side == Side::kLeft ? 0 : 1; }
 
   std::unique_ptr<images_t> images_;  // on the heap, because sides_ points into it
   int64_t pair_sequence_ = -1;

@@ -128,8 +128,7 @@ std::string vision_config_reference() {
   const ConfigKey tracker{"tracker", "section", "", "all defaults", "How the target is tracked."};
   const ConfigKey targets{"targets", "list of sections", "", "none",
                           "Instead of `colour` and `tracker`: several targets."};
-  return config_reference("vision.yaml",
-                          "Two cameras and the objects that they look for. Paths are relative to the file.",
+  return config_reference("vision.yaml", "Two cameras and the targets to track. Paths are relative to the file.",
                           {cameras, colour, tracker, targets}) +
          "\n" + rig_config_reference() + "\n" + colour_config_reference() + "\n" + tracker_keys(true).reference();
 }

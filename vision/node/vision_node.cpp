@@ -60,7 +60,7 @@ class MessageImages final : public vision::StereoImages {
   bool has(Side side, const cv::Size& size) const override { return frames_.has(side, size.width, size.height); }
   int64_t fingerprint(Side side) const override { return frames_.fingerprint(side); }
   const cv::Mat* pixels(Side side, const cv::Rect& part) override {
-    return frames_.pixels(side, part, codecs_[static_cast<size_t>(index(side))]);
+    return frames_.pixels(side, part, codecs_[index(side)]);
   }
   void for_both_sides(const std::function<void(Side)>& work) override {
     const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
@@ -90,6 +90,7 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   target_t message{};
   message.utime = frames.utime();
   message.sequence = sequence_++;
+  message.run = run();
   message.left_frame_utime = frames.frame_utime(Side::kLeft);
   message.right_frame_utime = frames.frame_utime(Side::kRight);
   message.pair_sequence = frames.pair_sequence();
@@ -121,7 +122,7 @@ tracker_state_t VisionNode::tracker_state_message(size_t k) const {
   return state;
 }
 
-bool VisionNode::deserialize(const std::vector<std::span<const uint8_t>>& outputs) {
+bool VisionNode::restore_from_outputs(const std::vector<std::span<const uint8_t>>& outputs) {
   std::vector<tracker_state_t> messages;
   std::vector<std::span<const double>> states;
   if (outputs.size() != last_.size()) return false;
@@ -139,19 +140,19 @@ bool VisionNode::deserialize(const std::vector<std::span<const uint8_t>>& output
 
 Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   if (channel == channel::kVisionDebugRequest) {
-    if (const auto request = take<debug_request_t>(bytes)) picture_of_ = request->name;
+    if (const auto request = decode_and_count<debug_request_t>(bytes)) picture_of_ = request->name;
     return {};
   }
   StereoFrames frames(bytes);
-  for (const Side side : kSides) frames.lend(side, buffers_[static_cast<size_t>(index(side))]);
-  const Receipt receipt = conclude(frames, out);
-  for (const Side side : kSides) buffers_[static_cast<size_t>(index(side))] = frames.buffer(side);
+  for (const Side side : kSides) frames.set_buffer(side, buffers_[index(side)]);
+  const Receipt receipt = process(frames, out);
+  for (const Side side : kSides) buffers_[index(side)] = frames.buffer(side);
   return receipt;
 }
 
-Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
-  ++(frames.decoded() ? counters_.received : counters_.refused);
-  if (!frames.decoded()) return {};
+Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
+  ++(frames.is_valid() ? counters_.received : counters_.refused);
+  if (!frames.is_valid()) return {};
   if (!plausible_utime(frames.utime())) {
     ++counters_.refused;
     return {};
@@ -166,7 +167,7 @@ Receipt VisionNode::conclude(StereoFrames& frames, Outbox& out) {
   }
   if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
   send_debug_picture(frames, out);
-  return {Receipt::Effect::kTaken, frames.utime(), frames.pair_sequence()};
+  return {Receipt::Effect::kConsumed, frames.utime(), frames.pair_sequence()};
 }
 
 void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
@@ -178,7 +179,7 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   if (frames.utime() > pictures_until_ || frames.utime() < pictures_until_ - kPicturesFor) return;
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
-    const auto at = static_cast<size_t>(index(side));
+    const auto at = index(side);
     const cv::Rect whole = vision_.targets().front().tracker.whole_image(side);
     const bool fits = frames.has(side, whole.width, whole.height);
     const cv::Mat* bgr = fits ? frames.pixels(side, whole, codecs_[at]) : nullptr;

@@ -24,11 +24,11 @@ class VisionNode : public Node {
   std::vector<std::string_view> inputs() const override;
   Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
   /// Like receive(), for STEREO_IMAGES that were decoded already.
-  Receipt conclude(StereoFrames& frames, Outbox& out);
-  std::optional<int64_t> replayable() const override { return config_.digest; }
+  Receipt process(StereoFrames& frames, Outbox& out);
+  std::optional<int64_t> config_digest() const override { return config_.digest; }
   int64_t sent_per_input() const override { return static_cast<int64_t>(last_.size()); }
-  void skip(int64_t inputs) override { sequence_ += inputs * sent_per_input(); }
-  bool deserialize(const std::vector<std::span<const uint8_t>>& outputs) override;
+  void skip_inputs(int64_t inputs, std::string_view) override { sequence_ += inputs * sent_per_input(); }
+  bool restore_from_outputs(const std::vector<std::span<const uint8_t>>& outputs) override;
   std::string state() const override;
 
  private:
@@ -42,7 +42,7 @@ class VisionNode : public Node {
   bool side_by_side_;
   std::array<ImageCodec, 2> codecs_;
   std::array<cv::Mat, 2> buffers_;
-  SequenceWatch pairs_;
+  SequenceGapCounter pairs_;
   int64_t sequence_ = 0;
   std::optional<std::string> picture_of_;  // target of a pending debug request; "" for all targets
   std::string shown_;

@@ -80,7 +80,7 @@ class CandidateScorer {
     scored.score /= 1 + off * off / (kSigmas * kSigmas);
     if (!same_size(left, right, *start) || !on_one_line(gap)) {
       const bool contours = match.both_by_contour && same_size(left, right, *start);
-      match.status = contours ? Status::kEpipolarMismatch : Status::kNotTheSame;
+      match.status = contours ? Status::kEpipolarMismatch : Status::kInconsistentPair;
       match.fits_swapped = fits(right, left, 0);
       return scored;
     }
@@ -107,7 +107,7 @@ class CandidateScorer {
       const double distance2 = apart.dot((sphere->covariance + prediction_->covariance).ldlt().solve(apart));
       scored.score /= 1 + distance2;
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
-        match.status = Status::kNotWhereExpected;
+        match.status = Status::kOutsidePredictionGate;
     }
     if (lost_at_border(left) || lost_at_border(right) || (only_part && (left.cut_off || right.cut_off))) {
       match.status = Status::kCutOff;
@@ -149,13 +149,13 @@ int progress(Status status) {
     case Status::kOccludedTooMuch:
     case Status::kCutOff:
       return 5;
-    case Status::kNotWhereExpected:
+    case Status::kOutsidePredictionGate:
       return 4;
     case Status::kWrongRadius:
       return 3;
     case Status::kEpipolarMismatch:
       return 2;
-    case Status::kNotTheSame:
+    case Status::kInconsistentPair:
       return 1;
     default:
       return 0;
@@ -173,7 +173,7 @@ const char* description(StereoMatch::Status status) {
     case Status::kSeen:
       return "seen";
     case Status::kWrongImageSize:
-      return "an image is not of the size that the calibration is for";
+      return "the size of an image differs from the calibration";
     case Status::kLeftDark:
       return "the left image is black";
     case Status::kRightDark:
@@ -185,20 +185,20 @@ const char* description(StereoMatch::Status status) {
     case Status::kNotInRight:
       return "not seen in the right image";
     case Status::kCutOff:
-      return "cut off by the border of an image";
-    case Status::kNotTheSame:
-      return "what the two images show is not the same object";
+      return "the target is cut off by the image border";
+    case Status::kInconsistentPair:
+      return "the two images show different objects";
     case Status::kEpipolarMismatch:
-      return "the two images show contours of one size, but their viewing rays do not meet";
+      return "the contours agree in size, but violate the epipolar constraint";
     case Status::kBehindCameras:
       return "the two viewing rays do not meet in front of the cameras";
     case Status::kImagesSwapped:
       return "the left and the right image seem to be swapped";
     case Status::kOccludedTooMuch:
-      return "too much of it is occluded";
+      return "too much of the target is occluded";
     case Status::kWrongRadius:
-      return "the object seen does not have the ball's known radius";
-    case Status::kNotWhereExpected:
+      return "the object's radius differs from ball_radius_m";
+    case Status::kOutsidePredictionGate:
       return "something is seen, but not where the object can be by now";
   }
   return "";

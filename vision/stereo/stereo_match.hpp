@@ -18,19 +18,19 @@ struct StereoMatch {
     kColourEverywhere,  ///< most of an image has the object's colour
     kNotInLeft,         ///< no blob of the object's colour
     kNotInRight,
-    kCutOff,            ///< too much of the object is outside an image
-    kNotTheSame,        ///< the blobs differ in size or violate the epipolar constraint
-    kEpipolarMismatch,  ///< a contour of the same size in each image, but they violate the epipolar constraint
-    kBehindCameras,     ///< the viewing rays do not meet in front of the cameras
-    kImagesSwapped,     ///< the best pair does not fit, but would if left and right image were exchanged
-    kOccludedTooMuch,   ///< too much is occluded to locate the centre
-    kWrongRadius,       ///< the measured radius differs from the known one
-    kNotWhereExpected,  ///< something was found, but not at the predicted position
+    kCutOff,                 ///< too much of the object is outside an image
+    kInconsistentPair,       ///< the blobs differ in size or violate the epipolar constraint
+    kEpipolarMismatch,       ///< a contour of the same size in each image, but they violate the epipolar constraint
+    kBehindCameras,          ///< the viewing rays do not meet in front of the cameras
+    kImagesSwapped,          ///< the best pair does not fit, but would if left and right image were exchanged
+    kOccludedTooMuch,        ///< too much is occluded to locate the centre
+    kWrongRadius,            ///< the measured radius differs from the known one
+    kOutsidePredictionGate,  ///< something was found, but not at the predicted position
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,
-  /// kNotWhereExpected or kCutOff (for a filter that gates by covariance); `epipolar_error_px` also when kNotTheSame or
-  /// kEpipolarMismatch.
+  /// kOutsidePredictionGate or kCutOff (for a filter that gates by covariance); `epipolar_error_px` also when
+  /// kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none

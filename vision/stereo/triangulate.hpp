@@ -36,7 +36,8 @@ struct Triangulation {
 /// Triangulates two undistorted image points: weighted least squares on the reprojection error, with Gauss-Newton steps
 /// from the midpoint of the rays. The covariance is (J^T S^-1 J)^-1 (Hartley & Zisserman, Multiple View Geometry,
 /// 2nd ed., Sect. 5.2 and 12.3). Nothing when the rays are parallel or the point is not in front of both cameras.
-std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left, const RayMeasurement& right);
+[[nodiscard]] std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
+                                                       const RayMeasurement& right);
 
 /// Prior of a sphere's radius.
 struct RadiusPrior {
@@ -52,8 +53,8 @@ struct SphereTriangulation : Triangulation {
 /// Triangulates a sphere: its centre and radius from both directions and both angular radii. The common size, and a
 /// known radius, improve the estimate where a direction is uncertain (partial occlusion); a large chi2 indicates that
 /// the measurements contradict each other.
-std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, const SphereMeasurement& left,
-                                                      const SphereMeasurement& right,
-                                                      const std::optional<RadiusPrior>& prior);
+[[nodiscard]] std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, const SphereMeasurement& left,
+                                                                    const SphereMeasurement& right,
+                                                                    const std::optional<RadiusPrior>& prior);
 
 }  // namespace multireach::vision

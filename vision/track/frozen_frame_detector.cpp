@@ -9,7 +9,7 @@ constexpr int64_t kFrozen = 5;  // consecutive repetitions that count as frozen
 
 }  // namespace
 
-void FrozenFrameDetector::take(int64_t left, int64_t right) {
+void FrozenFrameDetector::update(int64_t left, int64_t right) {
   const std::array<int64_t, 2> now{left, right};
   if (now == last_) return;  // both sides repeat, e.g. the same pair received again
   const std::array<bool, 2> same{left == last_[0], right == last_[1]};
@@ -30,13 +30,13 @@ std::vector<double> FrozenFrameDetector::serialize() const {
           static_cast<double>(repeated_[1])};
 }
 
-bool FrozenFrameDetector::deserialize(std::span<const double> memory) {
-  if (memory.size() != kSerializedSize) return false;
-  for (const double value : memory) {
+bool FrozenFrameDetector::deserialize(std::span<const double> state) {
+  if (state.size() != kSerializedSize) return false;
+  for (const double value : state) {
     if (!(value >= 0 && value < 9007199254740992.0 && value == std::floor(value))) return false;
   }
-  last_ = {static_cast<int64_t>(memory[0]), static_cast<int64_t>(memory[1])};
-  repeated_ = {static_cast<int64_t>(memory[2]), static_cast<int64_t>(memory[3])};
+  last_ = {static_cast<int64_t>(state[0]), static_cast<int64_t>(state[1])};
+  repeated_ = {static_cast<int64_t>(state[2]), static_cast<int64_t>(state[3])};
   return true;
 }
 

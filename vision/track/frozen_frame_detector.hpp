@@ -15,13 +15,13 @@ namespace multireach::vision {
 class FrozenFrameDetector {
  public:
   /// Adds a pair, given as hashes of its images' bytes: whole numbers below 2^53.
-  void take(int64_t left, int64_t right);
+  void update(int64_t left, int64_t right);
   std::optional<Side> frozen() const;
 
   /// The complete state.
   std::vector<double> serialize() const;
-  /// Restores a state from serialize(). Returns false, and changes nothing, when `memory` is not valid.
-  bool deserialize(std::span<const double> memory);
+  /// Restores a state from serialize(). Returns false, and changes nothing, when `state` is not valid.
+  [[nodiscard]] bool deserialize(std::span<const double> state);
 
   static constexpr size_t kSerializedSize = 4;
 

@@ -96,7 +96,7 @@ bool TargetTrack::restarts_at(int64_t utime) const {
   return begun_ && utime < utime_ - kAnotherTimeLine;
 }
 
-bool TargetTrack::take(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump) {
+bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump) {
   if (restarts_at(utime)) *this = TargetTrack(options_);
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
@@ -132,7 +132,7 @@ bool TargetTrack::take(int64_t utime, const std::optional<PositionEstimate>& see
   return false;
 }
 
-std::optional<PositionEstimate> TargetTrack::expected(int64_t utime) const {
+std::optional<PositionEstimate> TargetTrack::predicted(int64_t utime) const {
   if (status_ == Status::kLost || utime <= utime_) return std::nullopt;
   Vector6 state;
   Matrix6 covariance;
@@ -147,40 +147,40 @@ constexpr size_t kSerializedSize = 35;
 }  // namespace
 
 std::vector<double> TargetTrack::serialize() const {
-  std::vector<double> memory{begun_ ? 1.0 : 0.0, static_cast<double>(status_),
-                             last_seen_utime_ ? static_cast<double>(utime_ - *last_seen_utime_) : -1,
-                             static_cast<double>(outliers_), static_cast<double>(utime_ - outlier_utime_)};
-  memory.insert(memory.end(), outlier_.begin(), outlier_.end());
-  memory.insert(memory.end(), state_.begin(), state_.end());
+  std::vector<double> state{begun_ ? 1.0 : 0.0, static_cast<double>(status_),
+                            last_seen_utime_ ? static_cast<double>(utime_ - *last_seen_utime_) : -1,
+                            static_cast<double>(outliers_), static_cast<double>(utime_ - outlier_utime_)};
+  state.insert(state.end(), outlier_.begin(), outlier_.end());
+  state.insert(state.end(), state_.begin(), state_.end());
   for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column <= row; ++column) memory.push_back(covariance_(row, column));
+    for (int column = 0; column <= row; ++column) state.push_back(covariance_(row, column));
   }
-  return memory;
+  return state;
 }
 
-bool TargetTrack::deserialize(int64_t utime, std::span<const double> memory) {
+bool TargetTrack::deserialize(int64_t utime, std::span<const double> state) {
   const auto whole = [](double value, double least, double most) {
     return value >= least && value <= most && value == std::floor(value);
   };
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
-  const bool valid = memory.size() == kSerializedSize &&
-                     std::ranges::all_of(memory, [](double v) { return std::isfinite(v); }) && whole(memory[0], 0, 1) &&
-                     whole(memory[1], 0, 2) && whole(memory[2], -1, kLongest) &&
-                     (memory[1] == 0 || (memory[0] == 1 && memory[2] >= 0)) && whole(memory[3], 0, 1e6) &&
-                     whole(memory[4], -kLongest, kLongest);
+  const bool valid = state.size() == kSerializedSize &&
+                     std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) && whole(state[0], 0, 1) &&
+                     whole(state[1], 0, 2) && whole(state[2], -1, kLongest) &&
+                     (state[1] == 0 || (state[0] == 1 && state[2] >= 0)) && whole(state[3], 0, 1e6) &&
+                     whole(state[4], -kLongest, kLongest);
   if (!valid) return false;
-  begun_ = memory[0] > 0;
-  status_ = static_cast<Status>(static_cast<int>(memory[1]));
+  begun_ = state[0] > 0;
+  status_ = static_cast<Status>(static_cast<int>(state[1]));
   utime_ = utime;
   last_seen_utime_.reset();
-  if (memory[2] >= 0) last_seen_utime_ = utime - static_cast<int64_t>(memory[2]);
-  outliers_ = static_cast<int>(memory[3]);
-  outlier_utime_ = utime - static_cast<int64_t>(memory[4]);
-  outlier_ = Eigen::Map<const Eigen::Vector3d>(&memory[5]);
-  state_ = Eigen::Map<const Vector6>(&memory[8]);
+  if (state[2] >= 0) last_seen_utime_ = utime - static_cast<int64_t>(state[2]);
+  outliers_ = static_cast<int>(state[3]);
+  outlier_utime_ = utime - static_cast<int64_t>(state[4]);
+  outlier_ = Eigen::Map<const Eigen::Vector3d>(&state[5]);
+  state_ = Eigen::Map<const Vector6>(&state[8]);
   size_t k = 14;
   for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column <= row; ++column) covariance_(row, column) = covariance_(column, row) = memory[k++];
+    for (int column = 0; column <= row; ++column) covariance_(row, column) = covariance_(column, row) = state[k++];
   }
   return true;
 }

@@ -43,10 +43,10 @@ class TargetTrack {
   /// Updates the track with the position measured at `utime` (microseconds), or with none. Returns false when the
   /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last one
   /// and does not reset the track. `may_jump`: a measurement outside the gate counts towards confirming a jump.
-  bool take(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump = true);
+  bool update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump = true);
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
-  std::optional<PositionEstimate> expected(int64_t utime) const;
+  std::optional<PositionEstimate> predicted(int64_t utime) const;
 
   Status status() const { return status_; }
   /// Time of the last pair, microseconds.
@@ -60,9 +60,9 @@ class TargetTrack {
 
   /// The complete state. Times are relative to utime().
   std::vector<double> serialize() const;
-  /// Restores a state that serialize() returned at `utime`. Returns false, and changes nothing, when `memory` is not
+  /// Restores a state that serialize() returned at `utime`. Returns false, and changes nothing, when `state` is not
   /// valid.
-  bool deserialize(int64_t utime, std::span<const double> memory);
+  [[nodiscard]] bool deserialize(int64_t utime, std::span<const double> state);
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;

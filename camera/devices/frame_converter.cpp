@@ -1,4 +1,4 @@
-#include "camera/devices/frame_maker.hpp"
+#include "camera/devices/frame_converter.hpp"
 
 #include <fmt/format.h>
 #include <turbojpeg.h>
@@ -8,7 +8,7 @@
 
 namespace multireach {
 
-struct FrameMaker::Handles {
+struct FrameConverter::Handles {
   ImageCodec codec;
   tjhandle transform = tjInitTransform();
   cv::Mat bgr;
@@ -21,10 +21,10 @@ struct FrameMaker::Handles {
   Handles& operator=(const Handles&) = delete;
 };
 
-FrameMaker::FrameMaker(const FrameForm& form) : form_(form), handles_(std::make_unique<Handles>()) {}
-FrameMaker::~FrameMaker() = default;
+FrameConverter::FrameConverter(const FrameConversion& form) : form_(form), handles_(std::make_unique<Handles>()) {}
+FrameConverter::~FrameConverter() = default;
 
-std::string FrameMaker::refuse_size(const RawImage& image) {
+std::string FrameConverter::refuse_size(const RawImage& image) {
   if (form_.width == 0) form_.width = image.width;
   if (form_.height == 0) form_.height = image.height;
   if (image.width != form_.width || image.height != form_.height) {
@@ -37,16 +37,16 @@ std::string FrameMaker::refuse_size(const RawImage& image) {
   return "";
 }
 
-std::variant<std::vector<Frame>, std::string> FrameMaker::make(RawImage image, int64_t utime) {
+std::variant<std::vector<Frame>, std::string> FrameConverter::convert(RawImage image, int64_t utime) {
   if (std::string fault = refuse_size(image); !fault.empty()) return fault;
   const bool jpeg = image.format == PixelFormat::kMjpeg;
   if (form_.side_by_side || form_.rotate_180) {
     if (jpeg) {
       if (auto frames = transformed(image, utime); !frames.empty()) return frames;
     }
-    return redone(image, utime);
+    return reencoded(image, utime);
   }
-  if (!jpeg && form_.jpeg_quality > 0) return redone(image, utime);
+  if (!jpeg && form_.jpeg_quality > 0) return reencoded(image, utime);
   std::vector<Frame> frames(1);
   frames[0] = {.utime = utime,
                .width = image.width,
@@ -57,7 +57,7 @@ std::variant<std::vector<Frame>, std::string> FrameMaker::make(RawImage image, i
   return frames;
 }
 
-std::vector<Frame> FrameMaker::transformed(const RawImage& jpeg, int64_t utime) {
+std::vector<Frame> FrameConverter::transformed(const RawImage& jpeg, int64_t utime) {
   const int parts = form_.side_by_side ? 2 : 1, width = jpeg.width / parts;
   std::array<tjtransform, 2> transforms{};
   std::array<unsigned char*, 2> data{};
@@ -86,7 +86,7 @@ std::vector<Frame> FrameMaker::transformed(const RawImage& jpeg, int64_t utime) 
   return frames;
 }
 
-std::variant<std::vector<Frame>, std::string> FrameMaker::redone(const RawImage& image, int64_t utime) {
+std::variant<std::vector<Frame>, std::string> FrameConverter::reencoded(const RawImage& image, int64_t utime) {
   cv::Mat& bgr = handles_->bgr;
   if (!handles_->codec.decode({image.width, image.height, image.row_stride, image.format, image.data}, bgr)) {
     return "gave an image that cannot be decoded";

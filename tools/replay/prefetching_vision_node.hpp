@@ -12,15 +12,15 @@ namespace multireach {
 
 /// The vision node for a replay, with threads that decode the session's images ahead of the loop. Sends the same
 /// messages as a VisionNode with the same images, because the decoding of an image does not depend on earlier images.
-class VisionAhead : public Node {
+class PrefetchingVisionNode : public Node {
  public:
-  explicit VisionAhead(const ReplayOptions& options);
-  ~VisionAhead() override;
+  explicit PrefetchingVisionNode(const ReplayOptions& options);
+  ~PrefetchingVisionNode() override;
 
   std::string name() const override { return vision_.name(); }
   std::vector<std::string_view> inputs() const override { return vision_.inputs(); }
   Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
-  std::optional<int64_t> replayable() const override { return vision_.replayable(); }
+  std::optional<int64_t> config_digest() const override { return vision_.config_digest(); }
   std::string state() const override { return vision_.state(); }
 
  private:
@@ -30,8 +30,8 @@ class VisionAhead : public Node {
   std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   Session session_;
-  int64_t begun_ = 0, concluded_ = 0;
-  std::map<int64_t, StereoFrames> opened_;
+  int64_t started_ = 0, processed_ = 0;
+  std::map<int64_t, StereoFrames> decoded_;
   std::exception_ptr failure_;
   bool stop_ = false;
   std::vector<std::thread> threads_;

@@ -1,4 +1,4 @@
-#include "tools/calibrate/hand_eye_positions.hpp"
+#include "tools/calibrate/hand_eye_samples.hpp"
 
 #include <algorithm>
 #include <multireach/robot_state_t.hpp>
@@ -20,83 +20,82 @@ namespace multireach {
 namespace {
 
 /// One standstill of the hand, and the target positions measured meanwhile.
-class Stand {
+class Standstill {
  public:
-  Stand(const Eigen::Isometry3d& X_WH, int64_t utime) : begin_utime_(utime) { place_.X_WH = X_WH; }
+  Standstill(const Eigen::Isometry3d& X_WH, int64_t utime) : begin_utime_(utime) { sample_.X_WH = X_WH; }
 
   /// Upper bound on the displacement of any point of the hand within 10 cm of its origin, m.
   double distance_to(const Eigen::Isometry3d& X_WH) const {
     constexpr double kHandSize = 0.1;
-    return (X_WH.translation() - place_.X_WH.translation()).norm() +
-           kHandSize * Eigen::Quaterniond(X_WH.linear()).angularDistance(Eigen::Quaterniond(place_.X_WH.linear()));
+    return (X_WH.translation() - sample_.X_WH.translation()).norm() +
+           kHandSize * Eigen::Quaterniond(X_WH.linear()).angularDistance(Eigen::Quaterniond(sample_.X_WH.linear()));
   }
-  void see(const Eigen::Vector3d& p_LT, const Eigen::Matrix3d& covariance, int64_t utime) {
+  void add_target(const Eigen::Vector3d& p_LT, const Eigen::Matrix3d& covariance, int64_t utime) {
     constexpr int64_t kSettling = 300000;  // us; until then, images from before the standstill may arrive
     if (utime - begin_utime_ < kSettling) return;
     if (count_ > 0) {
       constexpr double kFar = 0.01, kFarChi2 = 36;  // larger than noise: in metres, and as chi^2
-      const Eigen::Vector3d from_mean = p_LT - place_.p_LT;
-      const Eigen::Matrix3d both = covariance + place_.covariance;
+      const Eigen::Vector3d from_mean = p_LT - sample_.p_LT;
+      const Eigen::Matrix3d both = covariance + sample_.covariance;
       if (from_mean.norm() > kFar && from_mean.dot(both.inverse() * from_mean) > kFarChi2) target_moved_ = true;
     }
     ++count_;
-    place_.p_LT += (p_LT - place_.p_LT) / count_;
-    place_.covariance += (covariance - place_.covariance) / count_;
+    sample_.p_LT += (p_LT - sample_.p_LT) / count_;
+    sample_.covariance += (covariance - sample_.covariance) / count_;
   }
-  bool seen() const { return count_ > 0; }
+  bool has_target() const { return count_ > 0; }
   /// Whether the target moved during the standstill.
   bool target_moved() const { return target_moved_; }
-  HandEyePosition place() const {
-    HandEyePosition mean = place_;
+  HandEyeSample sample() const {
+    HandEyeSample mean = sample_;
     mean.covariance /= count_;
     return mean;
   }
 
  private:
-  HandEyePosition place_;
+  HandEyeSample sample_;
   int64_t begin_utime_;
   double count_ = 0;
   bool target_moved_ = false;
 };
 
 /// Collects the standstills of a hand that holds the target.
-class Stands {
+class Standstills {
  public:
-  void add(const Stand& stand) {
-    if (!stand.seen()) return;
-    if (stand.target_moved())
+  void add(const Standstill& standstill) {
+    if (!standstill.has_target()) return;
+    if (standstill.target_moved())
       ++target_moved_;
     else
-      places_.push_back(stand.place());
+      samples_.push_back(standstill.sample());
   }
-  std::vector<HandEyePosition> take() {
-    const size_t stands = places_.size() + target_moved_;
-    if (target_moved_ > 1 && 4 * target_moved_ > stands) {
-      throw std::runtime_error("the target that is seen moves while the hand stands still, at " +
-                               std::to_string(target_moved_) + " of " + std::to_string(stands) +
-                               " places: a target that the hand does not hold");
+  std::vector<HandEyeSample> samples() {
+    const size_t standstills = samples_.size() + target_moved_;
+    if (target_moved_ > 1 && 4 * target_moved_ > standstills) {
+      throw std::runtime_error("the target moves while the hand stands still, at " + std::to_string(target_moved_) +
+                               " of " + std::to_string(standstills) + " positions: the hand does not hold it");
     }
-    return std::move(places_);
+    return std::move(samples_);
   }
 
  private:
-  std::vector<HandEyePosition> places_;
+  std::vector<HandEyeSample> samples_;
   size_t target_moved_ = 0;
 };
 
 }  // namespace
 
-std::vector<HandEyePosition> positions_from_log(const std::string& path, const Chain& chain,
-                                                const Eigen::Isometry3d& X_WL, const LogChoice& choice) {
+std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain& chain, const Eigen::Isometry3d& X_WL,
+                                            const LogChoice& choice) {
   LogReader log(path);
-  Stands stands;
-  std::optional<Stand> stand;
+  Standstills standstills;
+  std::optional<Standstill> standstill;
   std::set<std::string> names;
   bool any_state = false, any_seen = false;
   const Eigen::Isometry3d X_LW = X_WL.inverse();
-  const auto leave = [&] {
-    if (stand) stands.add(*stand);
-    stand.reset();
+  const auto end_standstill = [&] {
+    if (standstill) standstills.add(*standstill);
+    standstill.reset();
   };
   Progress progress;
   while (const auto event = log.next()) {
@@ -107,24 +106,24 @@ std::vector<HandEyePosition> positions_from_log(const std::string& path, const C
       if (!theta || !theta->allFinite()) continue;
       any_state = true;
       const Eigen::Isometry3d X_WH = chain.pose(*theta);
-      if (stand && stand->distance_to(X_WH) > choice.still_m) leave();
-      if (!stand) stand.emplace(X_WH, event->utime);
+      if (standstill && standstill->distance_to(X_WH) > choice.still_m) end_standstill();
+      if (!standstill) standstill.emplace(X_WH, event->utime);
     } else if (event->channel == channel::kTarget) {
       const auto target = decode<target_t>(event->data);
       if (!target || target->status != target_t::STATUS_TRACKED) continue;
       if (!choice.target.empty() && target->name != choice.target) continue;
       names.insert(target->name);
       any_seen = true;
-      if (!stand) continue;
+      if (!standstill) continue;
       const Eigen::Matrix3d covariance =
           Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target->covariance_m2[0][0]);
       const Eigen::Vector3d p_WT = Eigen::Map<const Eigen::Vector3d>(target->position_m);
       if (!p_WT.allFinite() || !covariance.allFinite()) continue;
-      stand->see(X_LW * p_WT, X_LW.linear() * covariance * X_LW.linear().transpose(), event->utime);
+      standstill->add_target(X_LW * p_WT, X_LW.linear() * covariance * X_LW.linear().transpose(), event->utime);
     }
   }
   progress.end();
-  leave();
+  end_standstill();
   if (!any_state)
     throw InputError(path + ": holds no ROBOT_STATE with the joints from " + chain.base() + " to " + chain.tip());
   if (!any_seen) {
@@ -132,11 +131,11 @@ std::vector<HandEyePosition> positions_from_log(const std::string& path, const C
                      "that was seen");
   }
   if (names.size() > 1)
-    throw InputError(path + ": has several targets, '" + *names.begin() + "' and others; say which with --target");
-  return stands.take();
+    throw InputError(path + ": has several targets, '" + *names.begin() + "' and others; pick one with --target-name");
+  return standstills.samples();
 }
 
-std::vector<HandEyePosition> places_from_csv(const std::string& path, double sigma_m) {
+std::vector<HandEyeSample> samples_from_csv(const std::string& path, double sigma_m) {
   std::istringstream text(read_text_file(path));
   std::string line;
   std::getline(text, line);
@@ -156,7 +155,7 @@ std::vector<HandEyePosition> places_from_csv(const std::string& path, double sig
     }
   }
   const bool turned = has("hand_qw") && has("hand_qx") && has("hand_qy") && has("hand_qz");
-  std::vector<HandEyePosition> places;
+  std::vector<HandEyeSample> samples;
   for (int number = 2; std::getline(text, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty()) continue;
@@ -165,20 +164,20 @@ std::vector<HandEyePosition> places_from_csv(const std::string& path, double sig
     if (values.size() != columns.size() || !std::ranges::all_of(values, [](double v) { return std::isfinite(v); }))
       throw InputError(where + ": expected " + std::to_string(columns.size()) + " finite numbers");
     const auto value = [&](const char* name) { return values[static_cast<size_t>(column(name))]; };
-    HandEyePosition place;
-    place.p_LT = {value("seen_x_m"), value("seen_y_m"), value("seen_z_m")};
-    place.X_WH.translation() = Eigen::Vector3d(value("hand_x_m"), value("hand_y_m"), value("hand_z_m"));
+    HandEyeSample sample;
+    sample.p_LT = {value("seen_x_m"), value("seen_y_m"), value("seen_z_m")};
+    sample.X_WH.translation() = Eigen::Vector3d(value("hand_x_m"), value("hand_y_m"), value("hand_z_m"));
     if (turned) {
       const Eigen::Quaterniond q(value("hand_qw"), value("hand_qx"), value("hand_qy"), value("hand_qz"));
       if (std::abs(q.norm() - 1) > 0.01) throw InputError(where + ": the quaternion is not of length 1");
-      place.X_WH.linear() = q.normalized().toRotationMatrix();
+      sample.X_WH.linear() = q.normalized().toRotationMatrix();
     }
     const double sigma = has("sigma_m") ? value("sigma_m") : sigma_m;
     if (!(sigma > 0)) throw InputError(where + ": sigma_m must be above 0");
-    place.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
-    places.push_back(place);
+    sample.covariance = sigma * sigma * Eigen::Matrix3d::Identity();
+    samples.push_back(sample);
   }
-  return places;
+  return samples;
 }
 
 }  // namespace multireach

@@ -21,13 +21,13 @@ struct LogChoice {
 /// the hand does not hold the target, or something else was seen. Throws InputError when the log holds no such data,
 /// and std::runtime_error when the target moves in more than one standstill and in more than a quarter of them: a hand
 /// that follows the target would only reproduce the old camera pose.
-std::vector<HandEyePosition> positions_from_log(const std::string& path, const Chain& chain,
-                                                const Eigen::Isometry3d& X_WL, const LogChoice& choice);
+std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain& chain, const Eigen::Isometry3d& X_WL,
+                                            const LogChoice& choice);
 
 /// Reads such positions from a table with the columns seen_x_m, seen_y_m, seen_z_m (in the left camera's frame),
 /// hand_x_m, hand_y_m, hand_z_m (in the robot's base), and optionally hand_qw, hand_qx, hand_qy, hand_qz (the hand's
 /// orientation) and sigma_m (standard deviation of the seen position per coordinate; default: `sigma_m`). Throws
 /// InputError that names file and line.
-std::vector<HandEyePosition> places_from_csv(const std::string& path, double sigma_m);
+std::vector<HandEyeSample> samples_from_csv(const std::string& path, double sigma_m);
 
 }  // namespace multireach

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace multireach {
+
+/// Follows one publisher of a channel: a second one, e.g. an old log that is played, is refused while the first is
+/// heard.
+class FollowedRun {
+ public:
+  /// Whether to accept a message of the publisher's run `run`. `now_us`: the receiver's time, by its ticks; nothing
+  /// before they begin, when every publisher is accepted.
+  [[nodiscard]] bool accepts(int64_t run, std::optional<int64_t> now_us) {
+    const bool heard = run_ && now_us && last_us_ && *now_us - *last_us_ < kSilence && *now_us >= *last_us_;
+    if (heard && run != *run_) return false;
+    run_ = run;
+    last_us_ = now_us;
+    return true;
+  }
+
+ private:
+  static constexpr int64_t kSilence = 1000000;  // us: a publisher that was not heard for this long has ended
+
+  std::optional<int64_t> run_, last_us_;
+};
+
+}  // namespace multireach

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# Stalled and foreign processes: the commands keep the speed limit by arrival time, a second sender moves nothing, and the motion
+# resumes by itself. MULTIREACH_STALLS_TABLE=1 prints a line for each case.
+bin=$1
+. "$(dirname "$0")/namespace.sh"
+robot="$root/robots/hoap2/robot.yaml"
+declare -A pids
+run() { "$bin/multireach-$1" --config "$2" 2>"$work/$1.err" & pids[$1]=$!; }
+signal() { local s=$1; shift; for name in "$@"; do kill -"$s" "${pids[$name]}"; done; }
+begin() {
+  run vision "$root/robots/hoap2/vision.yaml"
+  for node in controller bridge robot-sim; do run $node "$robot"; done
+  "$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
+  chrt --fifo 10 lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & logger=$!
+  "$bin/multireach-camera" render --config "$root/logs/reach.yaml" --seconds 8 2>/dev/null & pids[camera]=$!
+  sleep 1.2
+}
+# end NAME: ends all processes and measures the recording.
+end() {
+  wait "${pids[camera]}" 2>/dev/null
+  for name in vision controller bridge robot-sim; do kill "${pids[$name]}" 2>/dev/null; wait "${pids[$name]}" 2>/dev/null; done
+  kill -INT $logger; wait $logger 2>/dev/null
+  "$bin/multireach-log" report "$work/control.lcm" --robot "$robot" --json "$work/report.json" >/dev/null 2>"$work/report.err"
+  speed=$(value max_command_speed_share) reached=$(tr -d ' \n' <"$work/report.json" | grep -o '"settle_s":[0-9]' | wc -l)
+  [ -z "${MULTIREACH_STALLS_TABLE:-}" ] || echo "$1: $(value max_command_speed_share) of the speed limit, robot $(value max_measured_speed_share), reached $reached"
+  awk -v speed="$speed" 'BEGIN { exit !(speed > 0 && speed <= 1.06) }' || failed "$1: the commands move at $speed of the speed limit"
+}
+value() { tr -d ' \n' <"$work/report.json" | grep -o "\"$1\":[^,}]*" | head -n1 | cut -d: -f2; }
+status() { "$bin/multireach-robot" status 2>&1; }
+
+begin; signal STOP vision controller bridge robot-sim camera; sleep 1; signal CONT vision controller bridge robot-sim camera; sleep 3
+status | grep -q running || failed "after a stop of all processes: $(status)"
+end "all stopped for 1 s"
+begin; signal STOP bridge; sleep 0.7; signal CONT bridge; sleep 3
+status | grep -q running || failed "after a stop of the bridge: $(status)"
+end "bridge stopped for 0.7 s"
+begin; signal STOP controller; sleep 2; signal CONT controller; sleep 3
+status | grep -q running || failed "after a stop of the controller: $(status)"
+end "controller stopped for 2 s"
+begin; signal STOP robot-sim; sleep 1.5; signal CONT robot-sim; sleep 0.5
+status | grep -q "fault: " || failed "a robot that was gone is no fault: $(status)"
+"$bin/multireach-robot" reset >"$work/out" 2>&1 || failed "reset: $(cat "$work/out")"
+sleep 2; status | grep -q running || failed "after the reset: $(status)"
+end "robot stopped for 1.5 s"
+begin; kill -KILL "${pids[controller]}"; wait "${pids[controller]}" 2>/dev/null; run controller "$robot"; sleep 3
+status | grep -q running || failed "after a restart of the controller: $(status)"
+end "controller killed and restarted"
+begin
+lcm-logplayer --lcm-url='udpm://239.255.76.67:7667?ttl=0' "$root/logs/load.lcm" >/dev/null 2>&1 & player=$!
+sleep 3; "$bin/multireach-replay" play --lockstep "$root/logs/reach.lcm" >/dev/null 2>&1 & lockstep=$!
+sleep 2; status | grep -q running || failed "beside an old log: $(status)"
+kill $player $lockstep 2>/dev/null; wait $player $lockstep 2>/dev/null
+end "an old log and a lockstep player beside it"
+finish

@@ -1,0 +1,215 @@
+// Seeded schedules of faults against the bridge, in virtual time: lost, repeated, reordered, late and corrupt
+// set-points and measurements, foreign senders, gaps in the ticks, robots that are blocked, displaced, silent or
+// restarted, and requests of a user. MULTIREACH_FAULT_SCHEDULES sets their number.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <deque>
+#include <iostream>
+
+#include "numeric/random.hpp"
+#include "robot_bridge/bridge.hpp"
+#include "tests/robot_bridge/stream_check.hpp"
+#include "tests/test_arms.hpp"
+
+namespace multireach::robot_bridge {
+namespace {
+
+constexpr int64_t kTicks = 2000, kRobot = 21, kController = 22;
+
+/// One schedule: which faults it has, and how often.
+class Schedule {
+ public:
+  Schedule(const CounterRandom& random, uint64_t number) : random_(random), number_(number) {
+    for (uint64_t kind = 0; kind < rates_.size(); ++kind)
+      rates_[kind] = draw(kind) < 0.3 ? std::pow(10.0, -2 * draw(100 + kind)) : 0;
+  }
+  /// A number from 0 to 1, the next of this schedule.
+  double draw(uint64_t what) const { return random_.uniform((number_ << 32) + what); }
+  double next() { return draw(1000 + drawn_++); }
+  /// Whether the fault of this kind happens now, at `share` of its rate.
+  bool happens(size_t kind, double share = 1) { return rates_[kind] > 0 && next() < share * rates_[kind]; }
+
+ private:
+  const CounterRandom& random_;
+  uint64_t number_, drawn_ = 0;
+  std::array<double, 12> rates_{};
+};
+enum Fault : size_t {
+  kLost,
+  kRepeated,
+  kReordered,
+  kLate,
+  kCorrupt,
+  kForeign,
+  kGap,
+  kBlocked,
+  kDisplaced,
+  kSilent,
+  kRestarted,
+  kAsked
+};
+
+class FaultRun {
+ public:
+  FaultRun(const Chain& chain, Schedule schedule) : schedule_(schedule), bridge_(chain, {}), check_(bridge_.limits()) {
+    const int n = chain.size();
+    centre_ = (bridge_.limits().lower + bridge_.limits().upper) / 2;
+    amplitude_ = JointVector(n);
+    for (int i = 0; i < n; ++i)
+      amplitude_[i] = 0.45 * schedule_.next() * (bridge_.limits().upper[i] - bridge_.limits().lower[i]);
+    frequency_ = 0.2 + 2 * schedule_.next();
+    measured_ = wanted(0).theta;
+  }
+
+  /// Returns what went wrong; "" for nothing.
+  std::string run() {
+    for (int64_t ms = 0; ms < kTicks; ++ms) {
+      step(ms);
+      if (!check_.keeps()) {
+        return "tick " + std::to_string(ms) + ": speed " + std::to_string(check_.velocity()) + ", acceleration " +
+               std::to_string(check_.acceleration()) + ", jerk " + std::to_string(check_.jerk()) +
+               " of the limits, position " + std::to_string(check_.excess()) + " beyond";
+      }
+      if (bridge_.state() == BridgeState::kFault && !*bridge_.cause()) return "a fault without a cause";
+    }
+    return "";
+  }
+  int64_t faults() const { return faults_; }
+  int64_t running() const { return running_; }
+
+ private:
+  Setpoint wanted(int64_t k) const {
+    const double t = 0.05 * static_cast<double>(k), ramp = std::min(t, 1.0), w = 6.28 * frequency_;
+    const double phase = ramp < 1 ? w * t * t / 2 : w * (t - 0.5), speed = ramp < 1 ? w * t : w;
+    return {.run = kController,
+            .utime = k * 50000,
+            .sequence = k,
+            .theta = centre_ + amplitude_ * (1 - std::cos(phase)) / 2,
+            .velocity = amplitude_ * std::sin(phase) * speed / 2};
+  }
+
+  void send(Setpoint setpoint) {
+    const auto corrupt = static_cast<int>(schedule_.next() * static_cast<double>(setpoint.theta.size()));
+    if (schedule_.happens(kCorrupt)) {
+      switch (static_cast<int>(schedule_.next() * 6)) {
+        case 0:
+          setpoint.theta[corrupt] = NAN;
+          break;
+        case 1:
+          setpoint.theta[corrupt] += 20 * (schedule_.next() - 0.5);
+          break;
+        case 2:
+          setpoint.velocity[corrupt] += 200 * (schedule_.next() - 0.5);
+          break;
+        case 3:
+          setpoint.utime += static_cast<int64_t>(4e6 * (schedule_.next() - 0.5));
+          break;
+        case 4:
+          setpoint.theta = JointVector::Zero(3);
+          break;
+        default:
+          setpoint.sequence += static_cast<int64_t>(200 * (schedule_.next() - 0.5));
+      }
+    }
+    if (schedule_.happens(kForeign)) {
+      setpoint.run = 99;
+      setpoint.theta = centre_ + amplitude_ * (schedule_.next() - 0.5);
+    }
+    bool restarted = false;
+    const auto before = bridge_.next_tick();
+    const bool accepted = bridge_.setpoint(setpoint, restarted) == SetpointVerdict::kAccepted;
+    if (accepted && restarted && !before) check_.begin();  // a new stream, from where the robot is
+  }
+
+  void step(int64_t ms) {
+    if (ms % 50 == 0 && !schedule_.happens(kLost)) {
+      int64_t delay = static_cast<int64_t>(5 * schedule_.next());
+      if (schedule_.happens(kLate)) delay += static_cast<int64_t>(200 * schedule_.next());
+      queue_.push_back({ms + delay, wanted(ms / 50)});
+      if (schedule_.happens(kRepeated)) queue_.push_back(queue_.back());
+      if (schedule_.happens(kReordered) && queue_.size() > 1) std::swap(queue_.front(), queue_.back());
+    }
+    for (size_t k = 0; k < queue_.size();) {
+      if (queue_[k].first > ms) {
+        ++k;
+        continue;
+      }
+      send(queue_[k].second);
+      queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    move_robot(ms);
+    if (schedule_.happens(kAsked, 0.02)) ask();
+    if (bridge_.next_tick() && schedule_.happens(kGap, 0.05)) {
+      const auto gap = static_cast<int64_t>(std::pow(10.0, 3 * schedule_.next()));
+      bridge_.skip(gap);
+      if (bridge_.next_tick()) check_.begin();  // the periods without a command are not compared
+    }
+    if (bridge_.next_tick()) {
+      const Command command = bridge_.tick();
+      check_.add(command.theta);
+      commanded_ = command.theta;
+    } else {
+      check_.begin();
+    }
+    running_ += bridge_.state() == BridgeState::kRunning;
+    if (bridge_.state() == BridgeState::kFault) {
+      ++faults_;
+      if (schedule_.next() < 0.01) (void)bridge_.reset();
+    }
+  }
+
+  void ask() {
+    const double what = schedule_.next();
+    if (what < 0.3) bridge_.disable();
+    if (what > 0.2 && what < 0.6) bridge_.enable();
+    if (what >= 0.6) bridge_.set_speed(what > 0.9 ? 1 : schedule_.next());
+  }
+
+  void move_robot(int64_t ms) {
+    if (schedule_.happens(kBlocked, 0.01)) blocked_until_ = ms + static_cast<int64_t>(500 * schedule_.next());
+    if (schedule_.happens(kSilent, 0.01)) silent_until_ = ms + static_cast<int64_t>(1500 * schedule_.next());
+    if (schedule_.happens(kRestarted, 0.002)) ++robot_run_;
+    if (schedule_.happens(kDisplaced, 0.005)) measured_[0] += 0.5 * (schedule_.next() - 0.5);
+    if (commanded_.size() > 0 && ms > blocked_until_) measured_ += 0.1 * (commanded_ - measured_);
+    if (ms % 5 == 0 && ms > silent_until_) {
+      (void)bridge_.measured(
+          {.run = robot_run_, .utime = ms * 1000, .theta = measured_, .velocity = JointVector::Zero(measured_.size())});
+    }
+  }
+
+  Schedule schedule_;
+  Bridge bridge_;
+  StreamCheck check_;
+  JointVector centre_, amplitude_, measured_, commanded_;
+  double frequency_ = 1;
+  std::deque<std::pair<int64_t, Setpoint>> queue_;
+  int64_t blocked_until_ = -1, silent_until_ = -1, robot_run_ = kRobot;
+  int64_t faults_ = 0, running_ = 0;
+};
+
+TEST(BridgeFaults, EveryScheduleKeepsAllLimits) {
+  const char* wanted = std::getenv("MULTIREACH_FAULT_SCHEDULES");
+  const uint64_t schedules = wanted ? std::strtoull(wanted, nullptr, 10) : 1000;
+  constexpr uint64_t kSeed = 2211;
+  std::cout << "seed " << kSeed << ", " << schedules << " schedules of " << kTicks << " ms\n";
+  const CounterRandom random(kSeed);
+  const Chain chain = testing::hoap2();
+  int64_t running = 0, faults = 0;
+  for (uint64_t k = 0; k < schedules; ++k) {
+    FaultRun run(chain, Schedule(random, k));
+    const std::string wrong = run.run();
+    ASSERT_EQ(wrong, "") << "schedule " << k;
+    running += run.running();
+    faults += run.faults();
+  }
+  const double ticks = static_cast<double>(schedules) * kTicks;
+  std::cout << "running " << 100 * static_cast<double>(running) / ticks << " %, in a fault "
+            << 100 * static_cast<double>(faults) / ticks << " % of the time\n";
+  EXPECT_GT(running, 0.3 * ticks) << "the schedules test a bridge that runs";
+  EXPECT_GT(faults, 0);
+}
+
+}  // namespace
+}  // namespace multireach::robot_bridge

@@ -1,0 +1,110 @@
+// multireach-robot: asks the bridge to enable, disable, pause, resume, slow down or reset, and prints its answer.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <iostream>
+#include <multireach/bridge_request_t.hpp>
+#include <multireach/bridge_state_t.hpp>
+#include <random>
+
+#include "runtime/bus.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/message.hpp"
+#include "runtime/message_clock.hpp"
+#include "runtime/program.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kTimeout = 2000000;      // us
+constexpr int64_t kRepeatPeriod = 200000;  // us: a request that was lost is sent again
+
+struct Word {
+  const char* word;
+  int8_t kind;
+  double speed;
+  const char* help;
+};
+
+constexpr std::array kWords{
+    Word{"enable", bridge_request_t::ENABLE, 0, "let the bridge command the robot"},
+    Word{"disable", bridge_request_t::DISABLE, 0, "decelerate, then send no commands"},
+    Word{"stop", bridge_request_t::DISABLE, 0, "the same as disable"},
+    Word{"pause", bridge_request_t::SPEED, 0, "decelerate along the path and wait"},
+    Word{"resume", bridge_request_t::SPEED, 1, "continue at full speed"},
+    Word{"reset", bridge_request_t::RESET, 0, "leave a fault, once the robot stands still"},
+    Word{"status", bridge_request_t::STATUS, 0, "only print the state"},
+};
+
+void print(const bridge_state_t& state) {
+  static constexpr std::array kStates{"idle", "armed", "running", "stopping", "fault"};
+  const auto index = static_cast<size_t>(state.state);
+  std::cout << (index < kStates.size() ? kStates[index] : "unknown");
+  if (!state.cause.empty()) std::cout << ": " << state.cause;
+  std::cout << fmt::format(", speed {:.0f} %, path rate {:.0f} %\n", 100 * state.speed, 100 * state.path_rate);
+  for (size_t k = 0; k < state.refusal_cause.size(); ++k)
+    std::cout << "set-points refused: " << state.refusal_count[k] << " " << state.refusal_cause[k] << "\n";
+}
+
+/// Sends the request until the bridge answers. Returns the program's exit code.
+int ask(bridge_request_t request, const LiveOptions& live) {
+  std::random_device random;
+  request.request = static_cast<int64_t>(random()) + 1;
+  Bus bus(live.control_url, live.image_url);
+  std::optional<bridge_state_t> answer;
+  bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
+    auto state = decode<bridge_state_t>(bytes);
+    if (state && state->request == request.request) answer = std::move(*state);
+  });
+  const int64_t begin = monotonic_us();
+  for (int64_t sent = begin - kRepeatPeriod; !answer && !interrupted();) {
+    const int64_t now = monotonic_us();
+    if (now - begin > kTimeout) {
+      std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group?\n";
+      return 1;
+    }
+    if (now - sent >= kRepeatPeriod) {
+      sent = now;
+      request.utime = wall_us();
+      if (const auto bytes = encode(request)) bus.publish(channel::kBridgeRequest, *bytes);
+    }
+    bus.handle_messages(kRepeatPeriod, [&] { return answer.has_value(); });
+  }
+  if (!answer) return 1;
+  print(*answer);
+  if (answer->request_accepted) return 0;
+  std::cerr << "multireach-robot: the bridge refuses this now"
+            << (request.kind == bridge_request_t::RESET ? ": there is no fault, or the robot is silent or moves" : "")
+            << "\n";
+  return 1;
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  using namespace multireach;
+  Program program("multireach-robot", "Enables, pauses, slows down, stops and resets the robot through the bridge.");
+  LiveOptions live;
+  add_url_options(program.cli(), live);
+  program.cli().require_subcommand(1);
+  bridge_request_t request{};
+  for (const Word& word : kWords) {
+    program.cli().add_subcommand(word.word, word.help)->fallthrough()->callback([&request, &word] {
+      request.kind = word.kind;
+      request.speed = word.speed;
+    });
+  }
+  double percent = 100;
+  CLI::App* speed = program.cli().add_subcommand("speed", "set the speed override")->fallthrough();
+  speed->add_option("PERCENT", percent, "0 to 100; 0 pauses")->required()->check(finite_range(0, 100));
+  speed->callback([&] {
+    request.kind = bridge_request_t::SPEED;
+    request.speed = percent / 100;
+  });
+  return program.run(argc, argv, [&] {
+    catch_signals();
+    return ask(request, live);
+  });
+}
