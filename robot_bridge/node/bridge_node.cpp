@@ -207,21 +207,27 @@ void BridgeNode::send_state(Outbox& out) {
   state.speed = bridge_.speed();
   state.request = request_;
   state.request_accepted = request_accepted_;
-  for (size_t k = 1; k < verdicts_.size(); ++k) {
-    if (verdicts_[k] == 0) continue;
-    state.refusal_cause.emplace_back(name_of(static_cast<SetpointVerdict>(k)));
-    state.refusal_count.push_back(verdicts_[k]);
-  }
-  state.num_refusals = static_cast<int32_t>(state.refusal_cause.size());
-  send_with_checksum(out, channel::kBridgeState, state);
+  send(out, channel::kBridgeState, state);
 }
 
 std::string BridgeNode::state() const {
   std::string text = name_of(bridge_.state());
-  if (*bridge_.cause()) return text + ": " + bridge_.cause();
-  if (bridge_.state() == robot_bridge::BridgeState::kIdle) return text + ": waiting for the robot";
-  if (bridge_.state() == robot_bridge::BridgeState::kArmed) return text + ": waiting for a set-point";
-  return last_.holding ? text + ", holding" : text;
+  if (*bridge_.cause()) {
+    text += std::string(": ") + bridge_.cause();
+  } else if (bridge_.state() == robot_bridge::BridgeState::kIdle) {
+    text += ": waiting for the robot";
+  } else if (bridge_.state() == robot_bridge::BridgeState::kArmed) {
+    text += ": waiting for a set-point";
+  } else if (last_.holding) {
+    text += ", holding";
+  }
+  std::string refused;
+  for (size_t k = 1; k < verdicts_.size(); ++k) {
+    if (verdicts_[k] == 0) continue;
+    refused += refused.empty() ? "; set-points refused: " : ", ";
+    refused += std::to_string(verdicts_[k]) + " " + name_of(static_cast<SetpointVerdict>(k));
+  }
+  return text + refused;
 }
 
 }  // namespace multireach

@@ -20,7 +20,7 @@ struct Publisher {
 /// In the order in which messages depend on one another. The robot is simulated (by physics or ideally) or real.
 inline constexpr std::array kPublishers{Publisher{"vision", {channel::kTarget, channel::kTrackerState}},
                                         Publisher{"controller", {channel::kJointSetpoint, channel::kControllerState}},
-                                        Publisher{"bridge", {channel::kJointCommand, ""}},
+                                        Publisher{"bridge", {channel::kJointCommand, channel::kBridgeState}},
                                         Publisher{"robot_sim", {channel::kRobotState, channel::kSimStep}},
                                         Publisher{"ideal_robot", {channel::kRobotState, ""}}};
 

@@ -20,8 +20,7 @@ namespace multireach {
 namespace {
 
 /// Channels whose messages hold a digest of themselves.
-constexpr std::array kWithChecksum{channel::kNodeInputs, channel::kNodeStatus, channel::kSimStep,
-                                   channel::kBridgeState};
+constexpr std::array kWithChecksum{channel::kNodeInputs, channel::kNodeStatus, channel::kSimStep};
 
 class Verifier {
  public:

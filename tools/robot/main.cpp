@@ -43,8 +43,6 @@ void print(const bridge_state_t& state) {
   std::cout << (index < kStates.size() ? kStates[index] : "unknown");
   if (!state.cause.empty()) std::cout << ": " << state.cause;
   std::cout << fmt::format(", speed {:.0f} %, path rate {:.0f} %\n", 100 * state.speed, 100 * state.path_rate);
-  for (size_t k = 0; k < state.refusal_cause.size(); ++k)
-    std::cout << "set-points refused: " << state.refusal_count[k] << " " << state.refusal_cause[k] << "\n";
 }
 
 /// Sends the request until the bridge answers. Returns the program's exit code.
