@@ -11,6 +11,7 @@ constexpr double kImpossible = 1e6;     // rad or m: no joint has such a positio
 constexpr double kImpliedSpeed = 1.5;   // times the speed limit: a set-point that implies more is refused
 constexpr double kApproachSpeed = 0.2;  // speed override while the robot is far from the set-points
 constexpr double kMinSpeed = 0.01;      // a smaller speed override pauses
+constexpr double kSlowing = 2;          // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
 
 const BridgeOptions& checked(const BridgeOptions& options) {
@@ -97,7 +98,7 @@ void Bridge::disable() {
 }
 
 bool Bridge::reset() {
-  if (state_ != BridgeState::kFault || next_tick_ || !monitor_.knows_robot() || monitor_.late() || !monitor_.stands())
+  if (state_ != BridgeState::kFault || next_tick_ || !measured_since_gap_ || monitor_.late() || !monitor_.stands())
     return false;
   monitor_.reset();
   cause_ = "";
@@ -161,6 +162,7 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   if (!next_tick_) {
     generator_.rest_at(from);
     monitor_.rest_at(from);
+    robot_run_ = monitor_.run();
   }
   next_tick_ = setpoint.utime;
   interpolator_.reset(from);
@@ -172,7 +174,8 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   velocity_ = JointVector::Zero(chain_.size());
   since_setpoint_us_ = 0;
   approaching_ = !near;
-  path_rate_ = setpoint_rate_ = speed_;
+  pace_ = paused_ ? 0 : approaching_ ? std::min(speed_, kApproachSpeed) : speed_;
+  path_rate_ = setpoint_rate_ = pace_;
   state_ = BridgeState::kRunning;
   cause_ = "";
   return SetpointVerdict::kAccepted;
@@ -186,7 +189,7 @@ Command Bridge::tick() {
   command.utime = now;
   command.setpoint_sequence = goal_.sequence;
   command.holding = state_ != BridgeState::kRunning || coasted_ || goal_.sequence < 0;
-  command.limited = path_rate_ < speed_ && !command.holding;
+  command.limited = path_rate_ < pace_ && !command.holding;
   command.theta = generator_.state().position;
   command.velocity = options_.shape == BridgeOptions::Shape::kLinear
                          ? ((command.theta - before) / (static_cast<double>(options_.period_us) * kMicro)).eval()
@@ -194,6 +197,7 @@ Command Bridge::tick() {
   // At rest, a bridge that is disabled or in a fault ends its stream: the robot then holds its position by itself.
   if (generator_.at_rest() && (state_ == BridgeState::kFault || (state_ == BridgeState::kStopping && !enabled_))) {
     next_tick_.reset();
+    measured_since_gap_ = false;
     if (state_ == BridgeState::kStopping) {
       state_ = BridgeState::kIdle;
       cause_ = "";
@@ -269,10 +273,12 @@ void Bridge::follow() {
     generator_.rest_at(position);
     goal_.sequence = interpolator_.sequence();
     coasted_ = interpolator_.holding();
+    setpoint_rate_ = paused_ || speed_ < kMinSpeed ? 0 : std::min(speed_, monitor_.speed_factor());
     path_rate_ = limited ? 0.5 : 1;
     return;
   }
-  const double speed = std::min({speed_, monitor_.speed_factor(), approaching_ ? kApproachSpeed : 1.0});
+  const double wanted = paused_ ? 0 : std::min({speed_, monitor_.speed_factor(), approaching_ ? kApproachSpeed : 1.0});
+  const double speed = pace_ = std::max(wanted, pace_ - kSlowing * static_cast<double>(options_.period_us) * kMicro);
   setpoint_rate_ = speed < kMinSpeed ? 0 : speed;
   if (speed < kMinSpeed) {
     path_rate_ = 0;
@@ -305,7 +311,11 @@ void Bridge::move_to(const Setpoint& goal, double speed) {
   // A set-point is reached one period after its segment begins, at the latest possible punctual start.
   const double left =
       static_cast<double>(goal.utime + options_.delay_us + options_.setpoint_period_us - begin) * kMicro;
-  const double duration = std::clamp(left, period / 2, period) / speed;
+  double duration = std::clamp(left, period / 2, period) / speed;
+  if (approaching_) {  // from rest to rest, a quintic's peak speed is 1.875 times its mean
+    const JointVector distance = (goal.theta - generator_.state().position).cwiseAbs();
+    duration = std::max(duration, 1.875 * distance.cwiseQuotient(speed * generator_.limits().velocity).maxCoeff());
+  }
   MotionState end{goal.theta, speed * goal.velocity, JointVector::Zero(goal.theta.size())};
   const bool follows =
       goal_.sequence >= 0 && goal.utime > goal_.utime && goal.utime - goal_.utime <= 2 * options_.setpoint_period_us;

@@ -76,8 +76,10 @@ class Bridge {
   void enable();
   void disable();
   [[nodiscard]] bool reset();
-  /// Sets the speed override: 0 (pause) to 1. Others are ignored.
+  /// Sets the speed override, 0 to 1. Others are ignored.
   void set_speed(double speed);
+  /// Decelerates and waits, or continues at the speed override of before.
+  void pause(bool paused) { paused_ = paused; }
 
   /// The time of the next tick, microseconds; nullopt while no commands are sent.
   std::optional<int64_t> next_tick() const { return next_tick_; }
@@ -88,14 +90,16 @@ class Bridge {
 
   BridgeState state() const { return state_; }
   /// Why the bridge is in kStopping or kFault; "" otherwise.
-  const char* cause() const { return cause_; }
+  const char* cause() const { return state_ == BridgeState::kStopping || state_ == BridgeState::kFault ? cause_ : ""; }
+  bool enabled() const { return enabled_; }
   /// Progress along the set-points per time, 0 to 1; below 1 where a limit or the speed override slows the motion.
   double path_rate() const { return path_rate_; }
   /// How much of each tick the controller should integrate, so that it does not run ahead: 0 to 1.
   double setpoint_rate() const { return setpoint_rate_; }
   double speed() const { return speed_; }
-  /// The run of the robot that the commands are for; 0 before the first measurement.
-  int64_t robot_run() const { return monitor_.run(); }
+  /// The run of the robot that the commands are for; 0 before the first motion. It stays the same while commands are
+  /// sent: a robot that was restarted meanwhile must not obey the old motion.
+  int64_t robot_run() const { return robot_run_; }
   const MotionLimits& limits() const { return generator_.limits(); }
 
  private:
@@ -116,10 +120,12 @@ class Bridge {
   RobotMonitor monitor_;
   BridgeState state_ = BridgeState::kIdle;
   const char* cause_ = "";
-  bool enabled_ = true;
+  bool enabled_ = true, paused_ = false;
+  double pace_ = 1;  // the speed factor in effect, which falls gradually
   double speed_ = 1, path_rate_ = 1, setpoint_rate_ = 1;
 
   std::optional<int64_t> next_tick_;
+  int64_t robot_run_ = 0;          // of the robot that is commanded
   int64_t run_ = 0;                // of the sender of set-points that is followed
   int64_t since_setpoint_us_ = 0;  // since the last accepted set-point
   Setpoint newest_, goal_;         // accepted last; the one of the current segment

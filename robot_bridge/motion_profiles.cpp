@@ -113,7 +113,8 @@ bool QuinticSegment::joint_keeps(const MotionLimits& limits, int joint, int samp
   }
   double q = 0, v = 0, a = 0;
   const double root = std::sqrt(std::max(j1 * j1 - 4 * j0 * j2, 0.0));
-  for (const double s : {1.0, j2 == 0 ? -1 : (-j1 + root) / (2 * j2), j2 == 0 ? -1 : (-j1 - root) / (2 * j2)}) {
+  const double sum = -0.5 * (j1 + std::copysign(root, j1));  // without cancellation
+  for (const double s : {1.0, j2 == 0 ? -1 : sum / j2, sum == 0 ? -1 : j0 / sum}) {
     if (!(s > 0 && s <= 1)) continue;
     joint_at(joint, s, q, v, a);
     if (std::abs(a) > A * (1 + kRounding)) return false;

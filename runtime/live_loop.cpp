@@ -46,9 +46,13 @@ int64_t random_run() {
 void become_real_time() {
   sched_param parameters{};
   parameters.sched_priority = kRealTimePriority;
-  if (sched_setscheduler(0, SCHED_FIFO, &parameters) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    spdlog::warn("no real-time priority or locked memory ({}): on a busy machine periods will be missed",
-                 strerror(errno));
+  const bool priority = sched_setscheduler(0, SCHED_FIFO, &parameters) == 0;
+  const int error = errno;
+  const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  if (!priority || !locked) {
+    spdlog::warn("no {} ({}): on a busy machine periods will be missed",
+                 priority ? "locked memory" : "real-time priority", strerror(priority ? errno : error));
+  }
 }
 
 class LiveLoop {
@@ -134,7 +138,7 @@ class LiveLoop {
     if (receipt.utime && receipt.restarts_ticks) {
       clock_.anchor(*receipt.utime, monotonic_us());
     } else if (receipt.utime) {
-      clock_.observe(*receipt.utime, monotonic_us());
+      clock_.observe(*receipt.utime, monotonic_us(), node_->late_ticks() == LateTicks::kSkip);
     }
     if (journal_) journal_->record(receipt, channel, bytes);
   }

@@ -28,11 +28,11 @@ void MessageClock::anchor(int64_t utime, int64_t now_us) {
   anchored_ = true;
 }
 
-void MessageClock::observe(int64_t utime, int64_t now_us) {
+void MessageClock::observe(int64_t utime, int64_t now_us, bool slew) {
   const int64_t late = now_us - monotonic_at(utime);
   if (!anchored_ || std::abs(late) > kJump) return anchor(utime, now_us);
   const int64_t drift = (now_us - observed_us_) * kDriftPpm / 1000000;
-  offset_us_ += std::min(late, drift);
+  offset_us_ += slew ? std::clamp(late, -drift, drift) : std::min(late, drift);
   observed_us_ = now_us;
 }
 

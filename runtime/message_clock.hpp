@@ -22,7 +22,8 @@ class MessageClock {
   void anchor(int64_t utime, int64_t now_us);
   /// A message of time `utime` has arrived at `now_us`. A deviation of more than a second (the first message, a log
   /// that starts again) resets the offset at once.
-  void observe(int64_t utime, int64_t now_us);
+  /// `slew`: the time never steps but by such a reset, since a step would skip ticks.
+  void observe(int64_t utime, int64_t now_us, bool slew = false);
   /// The monotonic time that corresponds to message time `utime`.
   int64_t monotonic_at(int64_t utime) const {
     return static_cast<int64_t>(static_cast<double>(utime) / speed_) + offset_us_;

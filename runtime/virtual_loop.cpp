@@ -57,7 +57,7 @@ void VirtualLoop::dispatch(std::string_view channel, std::span<const uint8_t> by
     if (receipt.utime && receipt.restarts_ticks) {
       member->clock.anchor(*receipt.utime, *now_us_);
     } else if (receipt.utime) {
-      member->clock.observe(*receipt.utime, *now_us_);
+      member->clock.observe(*receipt.utime, *now_us_, member->node->late_ticks() == LateTicks::kSkip);
     }
     if (const auto input = member->journal.record(receipt, channel, bytes)) observer_.consumed(*member->node, *input);
     send(*member, outbox);

@@ -136,6 +136,15 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes) {
 Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto message = decode_and_count<bridge_request_t>(bytes);
   if (!message) return {};
+  // A request in an old log, or for another bridge, changes nothing.
+  if (message->kind != bridge_request_t::STATUS && message->run != run()) {
+    ++counters_.refused;
+    return {};
+  }
+  if (message->request != 0 && message->request == request_) {  // sent again because the answer was lost
+    send_state(out);
+    return {Receipt::Effect::kConsumed};
+  }
   request_ = message->request;
   request_accepted_ = true;
   switch (message->kind) {
@@ -148,6 +157,10 @@ Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out)
     case bridge_request_t::SPEED:
       request_accepted_ = message->speed >= 0 && message->speed <= 1;
       bridge_.set_speed(message->speed);
+      break;
+    case bridge_request_t::PAUSE:
+    case bridge_request_t::RESUME:
+      bridge_.pause(message->kind == bridge_request_t::PAUSE);
       break;
     case bridge_request_t::RESET:
       request_accepted_ = bridge_.reset();
@@ -164,6 +177,7 @@ Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out)
 std::optional<OutMessage> BridgeNode::shutdown_request() const {
   bridge_request_t request{};
   request.kind = bridge_request_t::DISABLE;
+  request.run = run();
   auto bytes = encode(request);
   if (!bytes) return std::nullopt;
   return OutMessage{channel::kBridgeRequest, std::move(*bytes)};
@@ -215,7 +229,7 @@ std::string BridgeNode::state() const {
   if (*bridge_.cause()) {
     text += std::string(": ") + bridge_.cause();
   } else if (bridge_.state() == robot_bridge::BridgeState::kIdle) {
-    text += ": waiting for the robot";
+    text += bridge_.enabled() ? ": waiting for the robot" : ": disabled";
   } else if (bridge_.state() == robot_bridge::BridgeState::kArmed) {
     text += ": waiting for a set-point";
   } else if (last_.holding) {

@@ -236,10 +236,11 @@ TEST_F(Bridging, TheSpeedOverrideSlowsDownAlongThePathAndPauses) {
   for (int64_t k = 21; k < 40; ++k) {
     EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
     for (int ms = 0; ms < 50; ++ms) check.add(obeyed_tick(bridge).theta);
+    if (k < 27) continue;  // it slows down within a quarter of a second
     EXPECT_LE(bridge.path_rate(), 0.5);
     EXPECT_GT(bridge.path_rate(), 0.3);
   }
-  bridge.set_speed(0);
+  bridge.pause(true);
   Command command;
   for (int64_t k = 40; k < 50; ++k) {
     EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
@@ -248,11 +249,43 @@ TEST_F(Bridging, TheSpeedOverrideSlowsDownAlongThePathAndPauses) {
   EXPECT_EQ(command.velocity.norm(), 0);
   EXPECT_EQ(bridge.path_rate(), 0);
   EXPECT_EQ(bridge.state(), BridgeState::kRunning);
-  bridge.set_speed(1);
+  bridge.pause(false);
   EXPECT_EQ(give(bridge, ramp(50)), SetpointVerdict::kAccepted);
   for (int ms = 0; ms < 20; ++ms) check.add((command = obeyed_tick(bridge)).theta);
   EXPECT_GT(command.velocity.norm(), 0);
   EXPECT_TRUE(check.keeps()) << check.velocity() << " " << check.acceleration() << " " << check.jerk();
+}
+
+TEST_F(Bridging, ASlowerSpeedDoesNotOvershootAFastMotion) {
+  // The bridge slows down to a tenth while every joint moves at 5 rad/s towards set-points that slow down with it.
+  std::vector<Joint> joints = chain_.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= chain_.size(); ++i) fixed.push_back(chain_.fixed(i));
+  for (Joint& joint : joints) {
+    joint.lower = -100;
+    joint.upper = 100;
+  }
+  Bridge bridge(Chain(joints, fixed, chain_.base(), chain_.tip()), {});
+  JointVector theta = JointVector::Zero(4), goal = theta;
+  EXPECT_TRUE(bridge.measured(at(theta)));
+  double speed = 0;
+  for (int64_t k = 0; k < 80; ++k) {
+    if (k == 30) bridge.set_speed(0.1);
+    speed = std::min(5.0, speed + 1);
+    const double moved = speed * bridge.setpoint_rate();
+    goal = goal + JointVector::Constant(4, 0.05 * moved);
+    EXPECT_EQ(give(bridge, {.run = kController,
+                            .utime = k * kPeriod,
+                            .sequence = k,
+                            .theta = goal,
+                            .velocity = JointVector::Constant(4, moved)}),
+              SetpointVerdict::kAccepted);
+    for (int ms = 0; ms < 50; ++ms) {
+      const Command command = obeyed_tick(bridge);
+      EXPECT_GE(command.velocity.minCoeff(), -1e-9) << "it never moves backwards, set-point " << k;
+      EXPECT_LE(command.theta[0], goal[0] + 0.02) << "nor far beyond its goal, set-point " << k;
+    }
+  }
 }
 
 TEST_F(Bridging, ARobotThatDoesNotFollowIsAFaultThatIsLatched) {
@@ -300,6 +333,7 @@ TEST_F(Bridging, ARestartedRobotAndAJumpAreFaults) {
   EXPECT_TRUE(restarted.measured(at(start_, 0, 78)));
   restarted.tick();
   EXPECT_STREQ(restarted.cause(), "the robot was restarted");
+  EXPECT_EQ(restarted.robot_run(), kRobot) << "the new robot must not obey the old motion";
   Bridge jumped = running(20);
   const Command command = jumped.tick();
   EXPECT_TRUE(jumped.measured(at(command.theta + JointVector::Constant(4, 0.2), command.utime)));

@@ -125,6 +125,17 @@ TEST(MotionGenerator, FromOutsideTheLimitsItOnlyComesBack) {
   EXPECT_LE(excess, 1e-9);
 }
 
+TEST(MotionGenerator, ChecksTheAccelerationWhereTheJerkIsLinear) {
+  // The acceleration of this segment is a parabola with its peak, 67.5 rad/s^2, in the middle.
+  const MotionLimits limits =
+      motion_limits(testing::hoap2(), 3, JointVector::Constant(4, 60), JointVector::Constant(4, 6000));
+  const MotionState start = MotionState::at_rest((limits.lower + limits.upper) / 2);
+  MotionState end = start;
+  end.position[3] += 0.05625;
+  end.velocity[3] = 2.25;
+  EXPECT_FALSE(QuinticSegment(start, end, 0.05).keeps(limits, kPeriod));
+}
+
 TEST(MotionGenerator, AllocatesNothing) {
   const MotionLimits limits = motion_limits(testing::hoap2(), 3, {}, {});
   MotionGenerator generator(limits, kPeriod);

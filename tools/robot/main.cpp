@@ -23,18 +23,17 @@ constexpr int64_t kRepeatPeriod = 200000;  // us: a request that was lost is sen
 struct Word {
   const char* word;
   int8_t kind;
-  double speed;
   const char* help;
 };
 
 constexpr std::array kWords{
-    Word{"enable", bridge_request_t::ENABLE, 0, "let the bridge command the robot"},
-    Word{"disable", bridge_request_t::DISABLE, 0, "decelerate, then send no commands"},
-    Word{"stop", bridge_request_t::DISABLE, 0, "the same as disable"},
-    Word{"pause", bridge_request_t::SPEED, 0, "decelerate along the path and wait"},
-    Word{"resume", bridge_request_t::SPEED, 1, "continue at full speed"},
-    Word{"reset", bridge_request_t::RESET, 0, "leave a fault, once the robot stands still"},
-    Word{"status", bridge_request_t::STATUS, 0, "only print the state"},
+    Word{"enable", bridge_request_t::ENABLE, "let the bridge command the robot"},
+    Word{"disable", bridge_request_t::DISABLE, "decelerate, then send no commands"},
+    Word{"stop", bridge_request_t::DISABLE, "the same as disable"},
+    Word{"pause", bridge_request_t::PAUSE, "decelerate and wait"},
+    Word{"resume", bridge_request_t::RESUME, "continue at the speed of before"},
+    Word{"reset", bridge_request_t::RESET, "leave a fault, once the robot stands still"},
+    Word{"status", bridge_request_t::STATUS, "only print the state"},
 };
 
 void print(const bridge_state_t& state) {
@@ -45,31 +44,44 @@ void print(const bridge_state_t& state) {
   std::cout << fmt::format(", speed {:.0f} %, path rate {:.0f} %\n", 100 * state.speed, 100 * state.path_rate);
 }
 
-/// Sends the request until the bridge answers. Returns the program's exit code.
-int ask(bridge_request_t request, const LiveOptions& live) {
+/// Sends a request until the bridge answers; nothing when it does not.
+std::optional<bridge_state_t> answer_to(bridge_request_t request, Bus& bus, std::optional<bridge_state_t>& newest) {
   std::random_device random;
   request.request = static_cast<int64_t>(random()) + 1;
-  Bus bus(live.control_url, live.image_url);
-  std::optional<bridge_state_t> answer;
-  bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
-    auto state = decode<bridge_state_t>(bytes);
-    if (state && state->request == request.request) answer = std::move(*state);
-  });
+  newest.reset();
+  const auto answered = [&] { return newest && newest->request == request.request; };
   const int64_t begin = monotonic_us();
-  for (int64_t sent = begin - kRepeatPeriod; !answer && !interrupted();) {
+  for (int64_t sent = begin - kRepeatPeriod; !answered() && !interrupted();) {
     const int64_t now = monotonic_us();
-    if (now - begin > kTimeout) {
-      std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group?\n";
-      return 1;
-    }
+    if (now - begin > kTimeout) return std::nullopt;
     if (now - sent >= kRepeatPeriod) {
       sent = now;
       request.utime = wall_us();
       if (const auto bytes = encode(request)) bus.publish(channel::kBridgeRequest, *bytes);
     }
-    bus.handle_messages(kRepeatPeriod, [&] { return answer.has_value(); });
+    bus.handle_messages(kRepeatPeriod, answered);
   }
-  if (!answer) return 1;
+  return answered() ? newest : std::nullopt;
+}
+
+/// Asks the bridge for its run, then sends it the request. Returns the program's exit code.
+int ask(bridge_request_t request, const LiveOptions& live) {
+  Bus bus(live.control_url, live.image_url);
+  std::optional<bridge_state_t> newest;
+  bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
+    if (auto state = decode<bridge_state_t>(bytes)) newest = std::move(*state);
+  });
+  bridge_request_t status{};
+  status.kind = bridge_request_t::STATUS;
+  auto answer = answer_to(status, bus, newest);
+  if (answer && request.kind != bridge_request_t::STATUS) {
+    request.run = answer->run;
+    answer = answer_to(request, bus, newest);
+  }
+  if (!answer) {
+    std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group?\n";
+    return 1;
+  }
   print(*answer);
   if (answer->request_accepted) return 0;
   std::cerr << "multireach-robot: the bridge refuses this now"
@@ -91,7 +103,6 @@ int main(int argc, char** argv) {
   for (const Word& word : kWords) {
     program.cli().add_subcommand(word.word, word.help)->fallthrough()->callback([&request, &word] {
       request.kind = word.kind;
-      request.speed = word.speed;
     });
   }
   double percent = 100;
