@@ -7,7 +7,7 @@ namespace multireach::robot_bridge {
 /// Smooth deceleration of one joint to rest, with continuous position, velocity and acceleration: the velocity is a
 /// cubic polynomial of time from (v, a) to (0, 0).
 struct StopProfile {
-  double duration_s = 0;  ///< 0 at rest
+  double duration_s = 0;                                ///< 0 at rest
   double position = 0, velocity = 0, acceleration = 0;  ///< at its start
 
   /// Position, velocity and acceleration after `time_s`; at rest from duration_s on.

@@ -1,6 +1,8 @@
 // The nodes without LCM and without a clock: messages in, messages out.
 #include <gtest/gtest.h>
 
+#include <multireach/bridge_request_t.hpp>
+#include <multireach/bridge_state_t.hpp>
 #include <multireach/controller_state_t.hpp>
 #include <multireach/joint_command_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
@@ -152,6 +154,52 @@ TEST(ControllerNode, KeepsAwayFromObstaclesAndRefusesWhatIsNone) {
   const double distance = (Eigen::Map<const Eigen::Vector3d>(state.hand_position_m) - kFront).norm();
   EXPECT_NEAR(distance, 0.02 + 0.02 + 0.005, 2e-3)
       << "the target is inside the sphere: its surface, the link, the margin";
+}
+
+TEST(BridgeNode, ObeysOnlyRequestsThatNameIt) {
+  BridgeNode node(robot());
+  node.set_run(7);
+  Outbox out;
+  bridge_request_t request{};
+  request.kind = bridge_request_t::SPEED;
+  request.speed = 0.3;
+  request.request = 1;
+  request.run = 8;
+  EXPECT_EQ(node.receive(channel::kBridgeRequest, *encode(request), out).effect, Receipt::Effect::kNone);
+  EXPECT_TRUE(out.empty());
+  EXPECT_EQ(node.counters().refused, 1);
+  request.run = 7;
+  EXPECT_EQ(node.receive(channel::kBridgeRequest, *encode(request), out).effect, Receipt::Effect::kConsumed);
+  const auto state = last_of<bridge_state_t>(out, channel::kBridgeState);
+  EXPECT_EQ(state.request, 1);
+  EXPECT_EQ(state.run, 7);
+  EXPECT_TRUE(state.request_accepted);
+  EXPECT_EQ(state.speed, 0.3);
+  request.speed = 2;
+  request.request = 2;
+  (void)node.receive(channel::kBridgeRequest, *encode(request), out);
+  EXPECT_FALSE(last_of<bridge_state_t>(out, channel::kBridgeState).request_accepted);
+}
+
+TEST(RobotSimNode, ObeysOnlyCommandsThatNameIt) {
+  RobotSimNode node(robot());
+  node.set_run(5);
+  Outbox out;
+  joint_command_t command{};
+  command.run = 3;
+  command.robot_run = 4;
+  command.num_joints = 1;
+  command.joint_name = {"right_EB"};
+  command.joint_position = {-0.5};
+  command.joint_velocity = {0};
+  (void)node.receive(channel::kJointCommand, *encode(command), out);
+  EXPECT_EQ(node.counters().refused, 1);
+  command.robot_run = 5;
+  (void)node.receive(channel::kJointCommand, *encode(command), out);
+  EXPECT_EQ(node.counters().refused, 1);
+  command.run = 9;
+  (void)node.receive(channel::kJointCommand, *encode(command), out);
+  EXPECT_EQ(node.counters().refused, 2) << "a second bridge";
 }
 
 TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
