@@ -77,6 +77,33 @@ TEST_F(Reaching, ReachesAStillTarget) {
   EXPECT_EQ(chain_.limit_excess(out.theta), 0);
 }
 
+TEST_F(Reaching, WaitsWhileTheBridgeDoesAndTakesTheSameWayAtHalfTheRate) {
+  // At half the rate, two ticks integrate as many steps as one tick at the full rate.
+  ReachController whole = controller(), half = controller();
+  for (ReachController* c : {&whole, &half}) {
+    c->restart_grid(now_);
+    ASSERT_TRUE(c->observe({.utime = now_, .seen = true, .position = front_}));
+  }
+  half.set_rate(0);
+  for (int k = 0; k < 3; ++k) {
+    const ReachOutput out = half.tick();
+    EXPECT_EQ(out.theta, start_);
+    EXPECT_EQ(out.velocity.norm(), 0);
+  }
+  half.set_rate(0.5);
+  half.set_rate(7);  // no rate: ignored
+  int64_t frame = now_;
+  for (int k = 0; k < 10; ++k) {
+    frame += kFrame;
+    for (ReachController* c : {&whole, &half})
+      ASSERT_TRUE(c->observe({.utime = frame, .seen = true, .position = front_}));
+    const ReachOutput one = whole.tick();
+    half.tick();
+    const ReachOutput two = half.tick();
+    EXPECT_LT((one.theta - two.theta).norm(), 1e-9) << "tick " << k;
+  }
+}
+
 TEST_F(Reaching, FollowsAMovingTarget) {
   ReachController c = controller();
   run(c, 2, [&](double) { return front_; });
