@@ -72,6 +72,7 @@ class FaultRun {
                std::to_string(check_.acceleration()) + ", jerk " + std::to_string(check_.jerk()) +
                " of the limits, position " + std::to_string(check_.excess()) + " beyond";
       }
+      if (jumped_) return "tick " + std::to_string(ms) + ": a jump across a gap";
       if (bridge_.state() == BridgeState::kFault && !*bridge_.cause()) return "a fault without a cause";
     }
     return "";
@@ -120,7 +121,10 @@ class FaultRun {
     bool restarted = false;
     const auto before = bridge_.next_tick();
     const bool accepted = bridge_.setpoint(setpoint, restarted) == SetpointVerdict::kAccepted;
-    if (accepted && restarted && !before) check_.begin();  // a new stream, from where the robot is
+    if (accepted && restarted && !before) {  // a new stream, from where the robot is
+      check_.begin();
+      new_stream_ = true;
+    }
   }
 
   void step(int64_t ms) {
@@ -144,14 +148,24 @@ class FaultRun {
     if (bridge_.next_tick() && schedule_.happens(kGap, 0.05)) {
       const auto gap = static_cast<int64_t>(std::pow(10.0, 3 * schedule_.next()));
       bridge_.skip(gap);
-      if (bridge_.next_tick()) check_.begin();  // the periods without a command are not compared
+      if (bridge_.next_tick()) check_.begin();  // the derivatives are not compared across periods without a command
+      gap_ = gap;
     }
     if (bridge_.next_tick()) {
       const Command command = bridge_.tick();
       check_.add(command.theta);
+      if (gap_ > 0 && !new_stream_) {
+        // Across a gap: bridged at most at the speed limit, or the position of the last command, from rest.
+        const double periods = gap_ <= Bridge::kBridgedGap ? static_cast<double>(gap_ + 1) : 1;
+        const JointVector furthest = (1 + 1e-4) * 1e-3 * periods * bridge_.limits().velocity;
+        jumped_ |= ((command.theta - commanded_).cwiseAbs() - furthest).maxCoeff() > 0;
+      }
       commanded_ = command.theta;
+      gap_ = 0;
+      new_stream_ = false;
     } else {
       check_.begin();
+      gap_ = 0;
     }
     running_ += bridge_.state() == BridgeState::kRunning;
     if (bridge_.state() == BridgeState::kFault) {
@@ -186,7 +200,8 @@ class FaultRun {
   double frequency_ = 1;
   std::deque<std::pair<int64_t, Setpoint>> queue_;
   int64_t blocked_until_ = -1, silent_until_ = -1, robot_run_ = kRobot;
-  int64_t faults_ = 0, running_ = 0;
+  int64_t faults_ = 0, running_ = 0, gap_ = 0;
+  bool jumped_ = false, new_stream_ = true;
 };
 
 TEST(BridgeFaults, EveryScheduleKeepsAllLimits) {
