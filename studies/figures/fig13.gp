@@ -23,5 +23,5 @@ set ylabel ""
 set xrange [0:2.5]
 set yrange [0:23]
 plot csv u "time":"literal_condition" w points pt 2 lw 2 lc "black" t "literal: two steps", \
-  '' u "time":"short_condition" lt 4 lw 4 t "literal, 0.01 mm short", '' u "time":"paper_condition" lt 2 t "paper, θ_T chosen anew", \
+  '' u "time":"short_condition" lt 4 lw 4 t "literal, 0.01 mm short", '' u "time":"paper_condition" lt 2 t "paper, θ_T searched again", \
   '' u "time":"guarded_condition" lt 1 t "guarded", '' u "time":"bound" lt 5 t "bound of Eq. (32)"

@@ -95,7 +95,7 @@ Figure stretched_scene(const SceneArm& arm) {
       {{"paper; literal", 0, std::make_unique<PaperRun>(chain, parameters, start, never)},
        {"literal; 0.01 mm short", 1e-5, std::make_unique<PaperRun>(chain, parameters, start, never)},
        {"literal; 1 mm short", 1e-3, std::make_unique<PaperRun>(chain, parameters, start, never)},
-       {"paper; θ_T chosen anew", 0, supervised_paper_run(chain, parameters, start)},
+       {"paper; θ_T searched again", 0, supervised_paper_run(chain, parameters, start)},
        {"guarded", 0, guarded_run(chain, kGamma, start)}}};
   constexpr int kSteps = 4 * static_cast<int>(kStepsPerSecond);
   Figure figure{Table({"time", "literal_y", "literal_z", "literal_condition", "short_y", "short_z", "short_condition",
