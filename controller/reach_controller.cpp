@@ -14,12 +14,19 @@ void require(bool sensible, const char* sentence) {
   if (!sensible) throw std::invalid_argument(sentence);
 }
 
-constexpr double kOffsetAfter = 1e7;  // us: time constant with which a lasting deviation is learnt as an offset
-constexpr double kMaxOffset = 0.5;    // rad (m): limits the effect of one wrong measurement on the offset
+constexpr double kRotationTolerance = 1e-9;  // of R Rᵀ from the identity
+constexpr double kOffsetAfter = 1e7;         // us: time constant with which a lasting deviation is learnt as an offset
+constexpr double kMaxOffset = 0.5;           // rad (m): limits the effect of one wrong measurement on the offset
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
 bool is_plausible_time(int64_t utime) {
   return utime >= -ReachController::kMaxTime && utime <= ReachController::kMaxTime;
+}
+
+bool is_rotation(const Eigen::Matrix3d& R) {
+  return R.allFinite() &&
+         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance &&
+         R.determinant() > 0;
 }
 
 std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& options, double steps_per_second) {
@@ -36,7 +43,12 @@ std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& op
 }  // namespace
 
 ReachController::ReachController(const Chain& chain, const ReachOptions& options)
-    : chain_(chain), options_(options), rest_(options.rest), filter_(options.target) {
+    : chain_(chain),
+      options_(options),
+      rest_(options.rest),
+      filter_(options.target),
+      direction_(options.direction),
+      orientation_(options.orientation) {
   require(options.tick_us > 0 && options.tick_us <= kMaxTickPeriod, "tick_us must be positive, and at most 1e9");
   require(options.steps_per_tick > 0, "steps_per_tick must be positive");
   require(options.target.jump_m > 0, "jump_m must be positive");
@@ -69,9 +81,15 @@ bool ReachController::start(const JointVector& theta) {
 
 bool ReachController::observe(const TargetObservation& observation) {
   if (observation.seen && !(observation.position.allFinite() && observation.velocity.allFinite())) return false;
+  const bool orients = options_.task != TaskKind::kPosition && options_.orientation_frame == OrientationFrame::kTarget;
+  if (observation.seen && orients && !(observation.orientation && is_rotation(*observation.orientation))) return false;
   if (!is_plausible_time(observation.utime) || (newest_ && observation.utime < *newest_)) return false;
   newest_ = observation.utime;
   if (!observation.seen) return true;
+  if (orients) {
+    direction_ = (*observation.orientation * options_.direction).normalized();
+    orientation_ = *observation.orientation * options_.orientation;
+  }
   const bool jumped = filter_.update(observation);
   jumped_ = jumped_ || jumped;
   last_seen_ = observation.utime;
@@ -102,6 +120,15 @@ std::optional<int64_t> ReachController::next_tick() const {
   return *grid_origin_ + tick_ * options_.tick_us;
 }
 
+/// `velocity`: m per integration step.
+TaskTarget ReachController::task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const {
+  return {.position = position,
+          .velocity = velocity,
+          .task = options_.task,
+          .direction = direction_,
+          .orientation = orientation_};
+}
+
 void ReachController::handle_lost_target() {
   jumped_ = true;  // treat the next target that is seen as a new one
   switch (options_.on_target_lost) {
@@ -114,10 +141,7 @@ void ReachController::handle_lost_target() {
       break;
     case OnTargetLost::kHoldLastTarget:
       if (mode_ == ReachMode::kReaching && lost_) {
-        law_->update_target({.position = last_position_,
-                             .task = options_.task,
-                             .direction = options_.direction,
-                             .orientation = options_.orientation});
+        law_->update_target(task_target(last_position_, Eigen::Vector3d::Zero()));
       }
       break;
   }
@@ -125,11 +149,7 @@ void ReachController::handle_lost_target() {
 }
 
 void ReachController::track_target(int64_t now) {
-  const TaskTarget target{.position = filter_.position_at(now),
-                          .velocity = filter_.velocity() / steps_per_second(),
-                          .task = options_.task,
-                          .direction = options_.direction,
-                          .orientation = options_.orientation};
+  const TaskTarget target = task_target(filter_.position_at(now), filter_.velocity() / steps_per_second());
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
   const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
   jumped_ = false;

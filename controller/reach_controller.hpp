@@ -20,6 +20,12 @@ enum class OnTargetLost {
   kStop,            ///< stop where the arm is
 };
 
+/// The frame in which ReachOptions gives the tool's direction or orientation.
+enum class OrientationFrame {
+  kWorld,   ///< W: fixed
+  kTarget,  ///< the target's own, which its observations must then hold
+};
+
 /// How the controller uses measured joint positions after the start.
 enum class Feedback {
   kOpen,      ///< not at all: it integrates its own joint positions from the measured start, as in the paper
@@ -40,9 +46,10 @@ struct ReachOptions {
   Feedback feedback = Feedback::kOpen;
   /// rad (m): a joint measured within this distance of the commands of the last 0.3 s counts as undisturbed.
   double disturbance_threshold = 0.02;
-  TaskKind task = TaskKind::kPosition;                        ///< what the end effector must reach besides the position
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();       ///< kPointing: tool direction, unit vector in W
-  Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< kPose: R_WT
+  TaskKind task = TaskKind::kPosition;  ///< what the end effector must reach besides the position
+  OrientationFrame orientation_frame = OrientationFrame::kWorld;
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();       ///< kPointing: direction of the tool, unit vector
+  Eigen::Matrix3d orientation = Eigen::Matrix3d::Identity();  ///< kPose: rotation from the hand's frame
   IkOptions ik{};
 };
 
@@ -85,8 +92,9 @@ class ReachController {
   bool start(const JointVector& theta);
   bool started() const { return started_; }
 
-  /// Takes an observation of the target. Returns false, and ignores it, when it is marked as seen but not finite, when
-  /// it is older than the newest one, or when its time is further than kMaxTime from 0.
+  /// Takes an observation of the target. Returns false, and ignores it, when it is marked as seen but not finite or
+  /// without the orientation that OrientationFrame::kTarget needs, when it is older than the newest one, or when its
+  /// time is further than kMaxTime from 0.
   bool observe(const TargetObservation& observation);
   /// Takes the measured joint positions (Feedback::kMeasured). Returns false, and ignores them, when they are not
   /// finite, have another size, or are beyond 1e5 rad.
@@ -114,6 +122,7 @@ class ReachController {
   void update_goal(int64_t now);
   void track_target(int64_t now);
   void handle_lost_target();
+  TaskTarget task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const;
   void compensate_disturbance();
   void record_command();
   double steps_per_second() const { return 1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us); }
@@ -131,7 +140,9 @@ class ReachController {
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen
   Eigen::Vector3d last_position_ = Eigen::Vector3d::Zero();  // filtered target position at last_seen_
   TargetFilter filter_;
-  bool jumped_ = false;  // the target is new or has jumped since the last tick
+  Eigen::Vector3d direction_;    // kPointing: of the tool, in W
+  Eigen::Matrix3d orientation_;  // kPose: R_WT
+  bool jumped_ = false;          // the target is new or has jumped since the last tick
   ReachMode mode_ = ReachMode::kWaiting;
   bool lost_ = false, unreachable_ = false, dwelling_ = false;
   std::optional<JointVector> measured_;  // newest measurement since the last tick

@@ -14,6 +14,7 @@ struct TargetObservation {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, in W
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();    ///< m/s, in W; zero when unknown
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m^2, of the position; zero for an exact position
+  std::optional<Eigen::Matrix3d> orientation{};          ///< rotation from the target's frame to W, where it is known
 };
 
 /// Kalman filter of the position of a noisy target. It predicts with the observed velocity; a random walk is the

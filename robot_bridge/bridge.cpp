@@ -80,15 +80,20 @@ Bridge::Bridge(const Chain& chain, const BridgeOptions& options)
       monitor_(generator_.limits(), options.monitor, options.period_us) {}
 
 bool Bridge::measured(const Measurement& measurement) {
+  const int64_t known = monitor_.run();
   if (!monitor_.update(measurement, next_tick_.has_value())) return false;
   measured_since_gap_ = true;
-  if (state_ == BridgeState::kIdle && enabled_) state_ = BridgeState::kArmed;
+  if (measurement.real && measurement.run != known) enabled_ = false;
+  const bool ready = enabled_ && !measurement.faulted;
+  if (state_ == BridgeState::kIdle && ready) state_ = BridgeState::kArmed;
+  if (state_ == BridgeState::kArmed && !ready && !next_tick_) state_ = BridgeState::kIdle;
   return true;
 }
 
 void Bridge::enable() {
   enabled_ = true;
-  if (state_ == BridgeState::kIdle && monitor_.knows_robot()) state_ = BridgeState::kArmed;
+  if (state_ == BridgeState::kIdle && monitor_.knows_robot() && !monitor_.newest().faulted)
+    state_ = BridgeState::kArmed;
 }
 
 void Bridge::disable() {
@@ -103,7 +108,7 @@ bool Bridge::reset() {
   monitor_.reset();
   cause_ = "";
   run_ = 0;
-  state_ = enabled_ ? BridgeState::kArmed : BridgeState::kIdle;
+  state_ = enabled_ && !monitor_.newest().faulted ? BridgeState::kArmed : BridgeState::kIdle;
   return true;
 }
 
@@ -153,6 +158,7 @@ SetpointVerdict Bridge::judge(const Setpoint& setpoint) const {
 
 /// In the state armed: follows the sender of this set-point from now on, if the robot stands near it.
 SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarted) {
+  if (options_.shape == BridgeOptions::Shape::kLinear && monitor_.newest().real) return SetpointVerdict::kNotReady;
   if (!measured_since_gap_ || !monitor_.stands()) return SetpointVerdict::kFarFromRobot;
   const JointVector from = next_tick_ ? generator_.state().position : monitor_.newest().theta;
   const bool near = (setpoint.theta - from).cwiseAbs().maxCoeff() <= options_.max_start_distance;

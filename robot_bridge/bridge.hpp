@@ -15,12 +15,13 @@ struct BridgeOptions {
   /// How the commands go from one set-point to the next.
   enum class Shape {
     kSmooth,  ///< all limits are kept: position, velocity, acceleration and jerk
-    kLinear,  ///< as on the paper's second computer (Sect. 4): only position and velocity limits; for simulated robots
+    kLinear,  ///< as on the paper's second computer (Sect. 4): only position and velocity limits; real robots are
+              ///< refused
   };
   int64_t period_us = 1000;            ///< 1 kHz, Sect. 4
   int64_t setpoint_period_us = 50000;  ///< period of the controller
   int64_t robot_timeout_us = 20000;    ///< without a command for this long, the robot stops by itself
-  int64_t delay_us = 10000;            ///< how late a set-point may arrive without affecting the motion
+  int64_t delay_us = 5000;             ///< how late a set-point may arrive without affecting the motion
   double speed_where_unlimited = 3;    ///< rad/s or m/s, for joints whose URDF gives no speed limit
   JointVector acceleration{}, jerk{};  ///< limits of each joint; empty for the defaults of motion_limits()
   Shape shape = Shape::kSmooth;
@@ -63,7 +64,8 @@ class Bridge {
   /// longer than three periods of the set-points.
   Bridge(const Chain& chain, const BridgeOptions& options);
 
-  /// Takes what the robot measures. Returns false, and ignores it, when it is not finite, beyond 1e6, of another size,
+  /// Takes what the robot measures. A real robot is disabled until enable(), at first and after each of its restarts.
+  /// Returns false, and ignores it, when it is not finite, beyond 1e6, of another size,
   /// or from another run than that of a robot that is heard.
   [[nodiscard]] bool measured(const Measurement& measurement);
   /// There was a measurement, which is not known any more: a recorder lost it.
@@ -100,6 +102,8 @@ class Bridge {
   /// The run of the robot that the commands are for; 0 before the first motion. It stays the same while commands are
   /// sent: a robot that was restarted meanwhile must not obey the old motion.
   int64_t robot_run() const { return robot_run_; }
+  /// Whether the robot that was heard last reports a fault of its own.
+  bool robot_faulted() const { return monitor_.knows_robot() && monitor_.newest().faulted; }
   const MotionLimits& limits() const { return generator_.limits(); }
 
  private:

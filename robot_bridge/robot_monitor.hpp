@@ -14,6 +14,8 @@ struct Measurement {
   int64_t utime = 0;     ///< the robot's own time, microseconds
   JointVector theta;     ///< rad or m
   JointVector velocity;  ///< rad/s or m/s
+  bool real = false;     ///< not simulated
+  bool faulted = false;  ///< it does not follow commands
 };
 
 struct MonitorOptions {

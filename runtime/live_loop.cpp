@@ -16,6 +16,7 @@
 #include "runtime/build_id.hpp"
 #include "runtime/bus.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/datagram_guard.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/files.hpp"
 #include "runtime/input_journal.hpp"
@@ -120,9 +121,11 @@ class LiveLoop {
       wake = std::min(wake, start_us_ + static_cast<int64_t>(options_.seconds * 1e6) + 1);
     if (lockstep_) return std::min(wake, next_report_us_);
     const auto tick = node_->next_tick();
-    if (tick && clock_.anchored()) wake = std::min(wake, clock_.monotonic_at(*tick));
+    if (tick && clock_.anchored()) wake = std::min(wake, due_us(*tick));
     return wake;
   }
+
+  int64_t due_us(int64_t tick) const { return clock_.monotonic_at(tick) + node_->tick_delay_us(); }
 
   void poll_messages(int64_t timeout_us) {
     bus_.handle_messages(timeout_us, [this] {
@@ -205,8 +208,9 @@ class LiveLoop {
       const int64_t now = monotonic_us();
       if (now - begin > kMaxTickBurst) return;  // ticks slower than their period must not starve the messages
       if (!clock_.anchored()) clock_.anchor(*tick, now);
-      const int64_t behind = now - clock_.monotonic_at(*tick);
+      const int64_t behind = now - due_us(*tick);
       if (behind < 0 || (interrupted() && !shutdown_us_)) return;
+      node_->count_lateness(behind);
       const auto missed = static_cast<int64_t>(static_cast<double>(behind) * options_.speed /
                                                static_cast<double>(node_->tick_period_us()));
       if (missed > 0) {
@@ -237,6 +241,8 @@ class LiveLoop {
   }
 
   void publish_status() {
+    if (dropped_datagrams() > 0 && !std::exchange(dropped_datagram_, true))
+      spdlog::warn("malformed LCM datagrams arrive on this group and are dropped");
     const NodeCounters& counters = lockstep_ ? lockstep_->node().counters() : node_->counters();
     node_status_t status;
     status.utime = wall_us();
@@ -246,7 +252,8 @@ class LiveLoop {
     status.state = lockstep_ ? "in lockstep" : node_->state();
     status.received = counters.received;
     status.dropped = counters.dropped;
-    status.refused = counters.refused;
+    status.refused = counters.refused + dropped_datagrams();
+    std::ranges::copy(counters.lateness, status.lateness);
     status.late = counters.late;
     status.limited = counters.limited;
     status.sent = counters.sent;
@@ -270,8 +277,8 @@ class LiveLoop {
   std::optional<InputJournal> journal_;
   Outbox outbox_;
   int64_t start_us_ = 0, next_status_us_ = 0;
-  std::optional<int64_t> shutdown_us_;  // when the node was asked to end
-  bool refused_step_ = false;
+  std::optional<int64_t> shutdown_us_;                    // when the node was asked to end
+  bool refused_step_ = false, dropped_datagram_ = false;  // said once
 };
 
 }  // namespace

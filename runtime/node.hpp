@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -27,7 +29,16 @@ struct NodeCounters {
   int64_t late = 0;      ///< ticks computed more than one period after their nominal time
   int64_t limited = 0;   ///< outputs changed by a limit
   int64_t sent = 0;      ///< messages published
+  /// Ticks by how late they began, see bin_of_lateness().
+  static constexpr int kLatenessBins = 12;
+  std::array<int64_t, kLatenessBins> lateness{};
 };
+
+/// The bin of a tick that began `us` microseconds late: 0 for less than 16, 1 for less than 32, and so on.
+constexpr size_t bin_of_lateness(int64_t us) {
+  const auto bin = static_cast<size_t>(std::bit_width(static_cast<uint64_t>(us > 0 ? us : 0) / 16));
+  return bin < NodeCounters::kLatenessBins ? bin : NodeCounters::kLatenessBins - 1;
+}
 
 /// How a received message affected the node.
 struct Receipt {
@@ -63,6 +74,9 @@ class Node {
   /// The nominal time of the next tick, in message time; nothing while the node does not tick.
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
+  /// Live, a tick is computed this long after a message of its time arrives at the earliest, so that the messages of
+  /// that time are there.
+  virtual int64_t tick_delay_us() const { return 0; }
   virtual void tick(Outbox&) {}
   virtual LateTicks late_ticks() const { return LateTicks::kCompute; }
   /// LateTicks::kSkip: this many ticks are never computed. Part of the record from which outputs are computed again.
@@ -93,6 +107,7 @@ class Node {
 
   const NodeCounters& counters() const { return counters_; }
   void count_late(int64_t ticks = 1) { counters_.late += ticks; }
+  void count_lateness(int64_t us) { ++counters_.lateness[bin_of_lateness(us)]; }
 
  protected:
   /// Encodes and queues a message.

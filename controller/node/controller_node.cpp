@@ -9,6 +9,7 @@
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "runtime/channels.hpp"
 #include "runtime/config_keys.hpp"
@@ -32,6 +33,14 @@ struct ControllerKeys {
   std::optional<std::string> target_name{};
 };
 
+// One of the two keys must be given: the orientation or direction in W, or in the target's own frame.
+void read_frame(const Config& config, ControllerKeys& keys, const std::string& in_world, const std::string& in_target) {
+  if (config.has(in_world) == config.has(in_target))
+    config.fail(config.has(in_world) ? in_target : in_world, "one of " + in_world + " and " + in_target);
+  keys.options.orientation_frame =
+      config.has(in_target) ? controller::OrientationFrame::kTarget : controller::OrientationFrame::kWorld;
+}
+
 /// A vector of `size` numbers, scaled to unit length.
 Eigen::VectorXd unit_vector_from(const Config& config, const std::string& key, int size) {
   const std::vector<double> values = config.numbers(key, size);
@@ -41,8 +50,18 @@ Eigen::VectorXd unit_vector_from(const Config& config, const std::string& key, i
 }
 
 void read_orientation(const Config& config, ControllerKeys& keys) {
-  const Eigen::VectorXd wxyz = unit_vector_from(config, "orientation_wxyz", 4);
+  read_frame(config, keys, "orientation_wxyz", "orientation_in_target_wxyz");
+  const bool in_target = config.has("orientation_in_target_wxyz");
+  const Eigen::VectorXd wxyz =
+      unit_vector_from(config, in_target ? "orientation_in_target_wxyz" : "orientation_wxyz", 4);
   keys.options.orientation = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).toRotationMatrix();
+}
+
+void read_direction(const Config& config, ControllerKeys& keys) {
+  read_frame(config, keys, "pointing_direction", "pointing_direction_in_target");
+  const bool in_target = config.has("pointing_direction_in_target");
+  keys.options.direction =
+      unit_vector_from(config, in_target ? "pointing_direction_in_target" : "pointing_direction", 3);
 }
 
 ConfigKeys<ControllerKeys> controller_keys() {
@@ -126,7 +145,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .choice<TaskKind>(
           "task", {{"position", TaskKind::kPosition}, {"pointing", TaskKind::kPointing}, {"pose", TaskKind::kPose}},
           [](auto& k) -> auto& { return k.options.task; },
-          "What the hand reaches: the target's position; also a direction; also an orientation. Both are fixed in W.")
+          "What the hand reaches: the target's position; also a direction; also an orientation.")
       .only("with task: pointing or pose",
             [=](const Keys& k) { return is_guarded(k) && k.options.task != TaskKind::kPosition; })
       .number(
@@ -134,17 +153,21 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "Length that weighs an error of orientation (rad) against one of position (m).")
       .only("with task: pointing",
             [=](const Keys& k) { return is_guarded(k) && k.options.task == TaskKind::kPointing; })
-      .other("pointing_direction", "list of 3 numbers", "", "required", "Direction, in W, of the tool's axis.",
-             [](const Config& config, Keys& k) {
-               k.options.direction = unit_vector_from(config, "pointing_direction", 3);
-             })
+      .other("pointing_direction", "list of 3 numbers", "", "required without pointing_direction_in_target",
+             "Direction, in W, of the tool's axis.", read_direction)
+      .other("pointing_direction_in_target", "list of 3 numbers", "", "",
+             "Direction of the tool's axis in the frame of the target, whose TARGET has an orientation.",
+             [](const Config&, Keys&) {})
       .other("tool_axis", "list of 3 numbers", "", "0, 0, 1", "The tool's axis in the hand's frame.",
              [](const Config& config, Keys& k) {
                if (config.has("tool_axis")) k.guarded.tool.axis = unit_vector_from(config, "tool_axis", 3);
              })
       .only("with task: pose", [=](const Keys& k) { return is_guarded(k) && k.options.task == TaskKind::kPose; })
-      .other("orientation_wxyz", "list of 4 numbers", "", "required",
-             "Orientation of the hand's frame in W, a quaternion.", read_orientation);
+      .other("orientation_wxyz", "list of 4 numbers", "", "required without orientation_in_target_wxyz",
+             "Orientation of the hand's frame in W, a quaternion.", read_orientation)
+      .other("orientation_in_target_wxyz", "list of 4 numbers", "", "",
+             "Orientation of the hand's frame in the frame of the target, whose TARGET has an orientation.",
+             [](const Config&, Keys&) {});
   return keys;
 }
 
@@ -188,6 +211,14 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
 }
 
 namespace {
+
+/// Nothing for a target without an orientation, or whose quaternion is not of unit length.
+std::optional<Eigen::Matrix3d> orientation_of(const target_t& target) {
+  const double* wxyz = target.orientation_wxyz;
+  const Eigen::Quaterniond q(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  if (!target.has_orientation || !(std::abs(q.norm() - 1) < 1e-3)) return std::nullopt;
+  return q.normalized().toRotationMatrix();
+}
 
 controller::ReachController controller_from(const RobotConfig& robot) {
   const controller::ReachOptions options = reach_options_from(robot);
@@ -241,7 +272,8 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
                            .seen = seen,
                            .position = position,
                            .velocity = velocity,
-                           .covariance = Eigen::Map<const Eigen::Matrix3d>(&message->covariance_m2[0][0])});
+                           .covariance = Eigen::Map<const Eigen::Matrix3d>(&message->covariance_m2[0][0]),
+                           .orientation = orientation_of(*message)});
   if (!taken) {
     ++counters_.refused;
     return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};  // it may have restarted the ticks
@@ -284,7 +316,8 @@ Receipt ControllerNode::receive_bridge_state(std::span<const uint8_t> bytes) {
     return {};
   }
   controller_.set_rate(message->setpoint_rate);
-  return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+  start_again_ = message->far_run != 0 && message->far_run == run();
+  return {started_again_ ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
 }
 
 Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
@@ -292,13 +325,14 @@ Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
   if (!message) return {};
   counters_.dropped += robot_states_.missing_before(message->sequence);
   const bool running = controller_.next_tick().has_value();
-  if (running && controller_.options().feedback == controller::Feedback::kOpen) return {};
+  if (running && !start_again_ && controller_.options().feedback == controller::Feedback::kOpen) return {};
   const auto theta = from_fields(controller_.chain(), message->joint_name, message->joint_position);
   if (theta && robot_run_.accepts(message->run, controller_.next_tick()) &&
-      (running ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
+      (running && !start_again_ ? controller_.observe_robot(*theta) : controller_.start(*theta))) {
     robot_state_sequence_ = message->sequence;
+    if (running && std::exchange(start_again_, false)) started_again_ = true;
     // The first measurement during the run must not replace the robot state from which the arm started.
-    const bool first = running && !measured_;
+    const bool first = started_again_ || (running && !measured_);
     measured_ = running;
     return {first ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
   }
@@ -311,6 +345,7 @@ void ControllerNode::tick(Outbox& out) {
     counters_.refused += controller_.set_obstacles(*new_obstacles_);
     new_obstacles_.reset();
   }
+  started_again_ = false;
   last_ = controller_.tick();
   joint_setpoint_t setpoint;
   setpoint.utime = last_.utime;

@@ -13,9 +13,9 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot);
 std::string controller_config_reference();
 
 /// Receives TARGET, OBSTACLES, ROBOT_STATE and BRIDGE_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick.
-/// When the first target arrives, the controller starts from the joint positions of the newest ROBOT_STATE. From then
-/// on it integrates its own joint positions; with `feedback: measured` these follow the measured ones when the arm is
-/// pushed.
+/// When the first target arrives, or when the bridge says that the robot is elsewhere, the controller starts from the
+/// joint positions of the newest ROBOT_STATE. From then on it integrates its own joint positions; with `feedback:
+/// measured` these follow the measured ones when the arm is pushed.
 class ControllerNode : public Node {
  public:
   explicit ControllerNode(const RobotConfig& robot);
@@ -25,6 +25,9 @@ class ControllerNode : public Node {
   Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
   std::optional<int64_t> next_tick() const override { return controller_.next_tick(); }
   int64_t tick_period_us() const override { return controller_.options().tick_us; }
+  /// Most targets arrive within this time of the earliest; without it, about half of those of a tick's own time would
+  /// wait for the next tick.
+  int64_t tick_delay_us() const override { return 4000; }
   void tick(Outbox& out) override;
   std::optional<int64_t> config_digest() const override { return config_digest_; }
   std::string state() const override;
@@ -41,7 +44,9 @@ class ControllerNode : public Node {
   int64_t config_digest_;
   FollowedRun target_run_, robot_run_, bridge_run_;
   std::optional<std::vector<controller::Obstacle>> new_obstacles_;  // received since the last tick
-  bool measured_ = false;  // whether a robot state was taken since the first tick
+  bool start_again_ = false;    // from the next robot state, since the bridge refuses the set-points as too far from it
+  bool started_again_ = false;  // since the last tick
+  bool measured_ = false;       // whether a robot state was taken since the first tick
   SequenceGapCounter targets_, obstacles_, robot_states_;
   int64_t target_sequence_ = -1, robot_state_sequence_ = -1, obstacles_sequence_ = -1;
   int64_t sequence_ = 0;

@@ -14,6 +14,7 @@ namespace multireach {
 namespace {
 
 using robot_bridge::BridgeOptions;
+using robot_bridge::BridgeState;
 using robot_bridge::SetpointVerdict;
 
 constexpr int64_t kStatePeriod = 50;  // ticks from one BRIDGE_STATE to the next
@@ -91,7 +92,7 @@ std::vector<std::string_view> BridgeNode::inputs() const {
 
 Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   if (channel == channel::kRobotState) return receive_robot_state(bytes);
-  return channel == channel::kJointSetpoint ? receive_setpoint(bytes) : receive_request(bytes, out);
+  return channel == channel::kJointSetpoint ? receive_setpoint(bytes, out) : receive_request(bytes, out);
 }
 
 Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes) {
@@ -100,17 +101,23 @@ Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes) {
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
   const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
   if (!theta || !velocity || !plausible_utime(message->utime) ||
-      !bridge_.measured({message->run, message->utime, *theta, *velocity})) {
+      !bridge_.measured({.run = message->run,
+                         .utime = message->utime,
+                         .theta = *theta,
+                         .velocity = *velocity,
+                         .real = !message->simulated,
+                         .faulted = !message->fault.empty()})) {
     ++counters_.refused;
     return {};
   }
   counters_.dropped += robot_states_.missing_before(message->sequence);
   robot_state_sequence_ = message->sequence;
+  if (!message->fault.empty()) robot_fault_ = message->fault;
   const auto effect = bridge_.next_tick() ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces;
   return {effect, std::nullopt, message->sequence};
 }
 
-Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes) {
+Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out) {
   const auto message = decode_and_count<joint_setpoint_t>(bytes);
   if (!message) return {};
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
@@ -127,8 +134,12 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes) {
   ++verdicts_[static_cast<size_t>(verdict)];
   if (verdict != SetpointVerdict::kAccepted) {
     ++counters_.refused;
-    return {};
+    if (verdict != SetpointVerdict::kFarFromRobot) return {};
+    far_run_ = message->run;
+    send_state(out);
+    return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};
   }
+  far_run_ = 0;
   counters_.dropped += setpoints_.missing_before(message->sequence);
   return {Receipt::Effect::kConsumed, message->utime, message->sequence, restarted};
 }
@@ -215,22 +226,29 @@ void BridgeNode::send_state(Outbox& out) {
   state.run = run();
   state.robot_run = bridge_.robot_run();
   state.state = static_cast<int8_t>(bridge_.state());
-  state.cause = bridge_.cause();
+  state.cause = cause();
   state.path_rate = bridge_.path_rate();
   state.setpoint_rate = bridge_.setpoint_rate();
   state.speed = bridge_.speed();
+  state.far_run = far_run_;
   state.request = request_;
   state.request_accepted = request_accepted_;
   send(out, channel::kBridgeState, state);
 }
 
+/// The cause of the bridge's state; where the robot itself reports a fault, in its words.
+std::string BridgeNode::cause() const {
+  const bool stands_still = bridge_.state() == BridgeState::kIdle || bridge_.state() == BridgeState::kFault;
+  return stands_still && bridge_.robot_faulted() ? "the robot reports: " + robot_fault_ : bridge_.cause();
+}
+
 std::string BridgeNode::state() const {
   std::string text = name_of(bridge_.state());
-  if (*bridge_.cause()) {
-    text += std::string(": ") + bridge_.cause();
-  } else if (bridge_.state() == robot_bridge::BridgeState::kIdle) {
+  if (const std::string why = cause(); !why.empty()) {
+    text += ": " + why;
+  } else if (bridge_.state() == BridgeState::kIdle) {
     text += bridge_.enabled() ? ": waiting for the robot" : ": disabled";
-  } else if (bridge_.state() == robot_bridge::BridgeState::kArmed) {
+  } else if (bridge_.state() == BridgeState::kArmed) {
     text += ": waiting for a set-point";
   } else if (last_.holding) {
     text += ", holding";

@@ -35,9 +35,10 @@ class BridgeNode : public Node {
 
  private:
   Receipt receive_robot_state(std::span<const uint8_t> bytes);
-  Receipt receive_setpoint(std::span<const uint8_t> bytes);
+  Receipt receive_setpoint(std::span<const uint8_t> bytes, Outbox& out);
   Receipt receive_request(std::span<const uint8_t> bytes, Outbox& out);
   void send_state(Outbox& out);
+  std::string cause() const;
 
   robot_bridge::BridgeOptions options_;
   Chain chain_;
@@ -47,6 +48,8 @@ class BridgeNode : public Node {
   SequenceGapCounter setpoints_, robot_states_;
   int64_t robot_state_sequence_ = -1;
   int64_t sequence_ = 0;
+  int64_t far_run_ = 0;      // see bridge_state_t
+  std::string robot_fault_;  // the newest one that the robot reported
   int64_t request_ = 0;
   bool request_accepted_ = false;
   std::array<int64_t, robot_bridge::kNumVerdicts> verdicts_{};  // number of set-points by verdict

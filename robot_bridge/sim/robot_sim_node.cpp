@@ -66,6 +66,7 @@ void apply_command(const joint_command_t& command, MujocoArm& arm) {
 }
 
 void put_joints(const MujocoArm& arm, robot_state_t& state) {
+  state.simulated = true;
   state.num_joints = static_cast<int32_t>(arm.joint_names().size());
   state.joint_name = arm.joint_names();
   state.joint_position = arm.positions();

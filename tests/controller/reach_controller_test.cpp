@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/test_arms.hpp"
 
@@ -388,6 +389,36 @@ TEST_F(Reaching, TheTickAllocatesNothing) {
   EXPECT_EQ(testing::allocations().number, before);
   operator delete(operator new(8));
   EXPECT_EQ(testing::allocations().number, before + 1) << "the count can fail";
+}
+
+TEST_F(Reaching, FollowsTheOrientationOfATargetThatHasOne) {
+  const auto arms = testing::pose_arms();
+  const auto& [name, chain] = *arms.begin();
+  const CounterRandom random(3, 0);
+  const Eigen::Matrix3d turned = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  ReachOptions options;
+  options.task = TaskKind::kPose;
+  options.orientation_frame = OrientationFrame::kTarget;
+  options.orientation = turned;
+  ReachController c(chain, options);
+  ASSERT_TRUE(c.start(testing::random_posture(chain, random, 0, 0.2)));
+  c.restart_grid(now_);
+  EXPECT_FALSE(c.observe({.utime = now_, .seen = true, .position = front_})) << "it has no orientation";
+  JointVector theta;
+  for (uint64_t k = 1; k < 4; ++k) {
+    const Eigen::Isometry3d goal = chain.pose(testing::random_posture(chain, random, k, 0.2));
+    for (int64_t tick = 0; tick < 400; ++tick) {
+      ASSERT_TRUE(c.observe({.utime = now_,
+                             .seen = true,
+                             .position = goal.translation(),
+                             .orientation = goal.linear() * turned.transpose()}));
+      theta = c.tick().theta;
+      now_ = *c.next_tick();
+    }
+    const Eigen::Isometry3d hand = chain.pose(theta);
+    EXPECT_LT((hand.translation() - goal.translation()).norm(), 1e-3) << name << " " << k;
+    EXPECT_LT(Eigen::AngleAxisd(hand.linear().transpose() * goal.linear()).angle(), 0.01) << name << " " << k;
+  }
 }
 
 }  // namespace

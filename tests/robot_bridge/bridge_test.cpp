@@ -12,7 +12,7 @@
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr int64_t kPeriod = 50000, kDelay = 10000, kRobot = 11, kController = 12;
+constexpr int64_t kPeriod = 50000, kDelay = 5000, kRobot = 11, kController = 12;
 
 class Bridging : public ::testing::Test {
  protected:
@@ -339,6 +339,54 @@ TEST_F(Bridging, ARestartedRobotAndAJumpAreFaults) {
   EXPECT_TRUE(jumped.measured(at(command.theta + JointVector::Constant(4, 0.2), command.utime)));
   jumped.tick();
   EXPECT_STREQ(jumped.cause(), "the robot's measured position jumped");
+}
+
+TEST_F(Bridging, ARealRobotIsCommandedOnlyOnceEnabledAndAgainAfterItsRestart) {
+  Bridge bridge(chain_, {});
+  Measurement measurement = at(start_);
+  measurement.real = true;
+  bridge.enable();  // before the robot is known: not for this one
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
+  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady);
+  bridge.enable();
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kAccepted);
+  for (int ms = 0; ms < 150; ++ms) bridge.tick();
+  measurement.run = kRobot + 1;
+  EXPECT_TRUE(bridge.measured(measurement));
+  while (bridge.next_tick()) bridge.tick();
+  EXPECT_EQ(bridge.state(), BridgeState::kFault);
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_TRUE(bridge.reset());
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "the restarted robot was not enabled";
+}
+
+TEST_F(Bridging, ARealRobotIsNotCommandedInTheLinearShape) {
+  Bridge bridge(chain_, {.shape = BridgeOptions::Shape::kLinear});
+  Measurement measurement = at(start_);
+  measurement.real = true;
+  EXPECT_TRUE(bridge.measured(measurement));
+  bridge.enable();
+  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady);
+}
+
+TEST_F(Bridging, ARobotThatReportsAFaultIsNotCommandedUntilTheFaultIsOverAndReset) {
+  Bridge bridge = running(10);
+  const JointVector stopped = bridge.tick().theta;
+  Measurement measurement = at(stopped);
+  measurement.faulted = true;
+  EXPECT_TRUE(bridge.measured(measurement));
+  while (bridge.next_tick()) bridge.tick();
+  EXPECT_EQ(bridge.state(), BridgeState::kFault);
+  EXPECT_STREQ(bridge.cause(), "the robot reports a fault");
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_TRUE(bridge.reset());
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "its fault is not over";
+  measurement.faulted = false;
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
 }
 
 TEST_F(Bridging, DisablingDeceleratesThenEndsTheStream) {

@@ -39,6 +39,7 @@ std::vector<uint8_t> robot_state(int64_t sequence) {
   robot_state_t state{};
   state.sequence = sequence;
   state.command_sequence = -1;
+  state.simulated = true;
   state.num_joints = 5;
   state.joint_name = {"right_EB", "left_EB", "right_SFE", "right_SHR", "right_SAA"};
   state.joint_position = {-0.9, 0, 0.2, -0.2, -0.3};
@@ -179,6 +180,39 @@ TEST(BridgeNode, ObeysOnlyRequestsThatNameIt) {
   request.request = 2;
   (void)node.receive(channel::kBridgeRequest, *encode(request), out);
   EXPECT_FALSE(last_of<bridge_state_t>(out, channel::kBridgeState).request_accepted);
+}
+
+TEST(WholeLoopWithoutLcm, AControllerWhoseRobotIsElsewhereStartsAgainFromThere) {
+  ControllerNode controller(robot());
+  controller.set_run(21);
+  Outbox out;
+  controller.receive(channel::kRobotState, robot_state(0), out);
+  for (int64_t k = 0; k < 40; ++k) {
+    controller.receive(channel::kTarget, target(k, 2000 + 50000 * k, kFront), out);
+    controller.tick(out);
+  }
+  const auto reached = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
+  // A bridge that starts now hears a robot that is still where it began.
+  BridgeNode bridge(robot());
+  bridge.set_run(22);
+  const auto measured = robot_state(1);
+  (void)bridge.receive(channel::kRobotState, measured, out);
+  EXPECT_FALSE(bridge.receive(channel::kJointSetpoint, *encode(reached), out).utime);
+  const auto refusal = out.back();
+  EXPECT_EQ(decode<bridge_state_t>(refusal.bytes)->far_run, 21);
+  (void)controller.receive(channel::kBridgeState, refusal.bytes, out);
+  EXPECT_EQ(controller.receive(channel::kRobotState, measured, out).effect, Receipt::Effect::kConsumed);
+  controller.receive(channel::kTarget, target(40, 2000 + 50000 * 40, kFront), out);
+  controller.tick(out);
+  const auto again = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
+  EXPECT_EQ(bridge.receive(channel::kJointSetpoint, *encode(again), out).utime, again.utime) << "near the robot";
+
+  ControllerNode other(robot());  // another one's refusal
+  other.set_run(23);
+  other.receive(channel::kRobotState, robot_state(0), out);
+  other.receive(channel::kTarget, target(0, 2000, kFront), out);
+  (void)other.receive(channel::kBridgeState, refusal.bytes, out);
+  EXPECT_EQ(other.receive(channel::kRobotState, measured, out).effect, Receipt::Effect::kNone);
 }
 
 TEST(RobotSimNode, ObeysOnlyCommandsThatNameIt) {

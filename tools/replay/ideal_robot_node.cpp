@@ -51,6 +51,7 @@ void IdealRobotNode::tick(Outbox& out) {
   state.sequence = sequence_++;
   state.run = run();
   state.command_sequence = command_sequence_;
+  state.simulated = true;
   state.num_joints = chain_.size();
   state.joint_name = joint_names_;
   state.joint_position = to_field(theta_);
