@@ -15,6 +15,9 @@ void require(bool sensible, const char* sentence) {
 }
 
 constexpr double kRotationTolerance = 1e-9;  // of R Rᵀ from the identity
+constexpr int64_t kStillFor = 1000000;       // us: an arm that stands still for longer short of its target is blocked
+constexpr double kStill = 0.01;              // rad (m): a joint that moves less stands still
+constexpr double kArrived = 0.005;           // m: an end effector nearer than this to the target has arrived
 constexpr double kOffsetAfter = 1e7;         // us: time constant with which a lasting deviation is learnt as an offset
 constexpr double kMaxOffset = 0.5;           // rad (m): limits the effect of one wrong measurement on the offset
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
@@ -53,6 +56,8 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   require(options.steps_per_tick > 0, "steps_per_tick must be positive");
   require(options.target.jump_m > 0, "jump_m must be positive");
   require(options.target.wander_m_per_root_s >= 0, "wander_m_per_root_s must not be negative");
+  require(options.prediction_us >= 0 && options.prediction_us <= kMaxTickPeriod,
+          "prediction_us must not be negative, and at most 1e9");
   require(options.lost_after_us >= 0, "lost_after_us must not be negative");
   require(options.disturbance_threshold >= 0, "disturbance_threshold must not be negative");
   require(options.ik.samples >= 3 && options.ik.starts >= 0, "the posture search needs at least 3 samples");
@@ -149,7 +154,8 @@ void ReachController::handle_lost_target() {
 }
 
 void ReachController::track_target(int64_t now) {
-  const TaskTarget target = task_target(filter_.position_at(now), filter_.velocity() / steps_per_second());
+  const TaskTarget target =
+      task_target(filter_.position_at(now + options_.prediction_us), filter_.velocity() / steps_per_second());
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
   const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
   jumped_ = false;
@@ -199,6 +205,24 @@ void ReachController::compensate_disturbance() {
   law_->compensate(displacement);
 }
 
+/// Whether the arm has come to rest short of a target that no limit of its own keeps it from, and why. A robot that the
+/// bridge slows down is not blocked.
+Blocked ReachController::blocked(double distance_m) {
+  const JointVector theta = law_->theta();
+  if (rested_.size() != theta.size() || (theta - rested_).cwiseAbs().maxCoeff() > kStill || rate_ < 1) {
+    rested_ = theta;
+    still_ticks_ = 0;
+  } else {
+    ++still_ticks_;
+  }
+  if (mode_ != ReachMode::kReaching || distance_m < kArrived || still_ticks_ * options_.tick_us < kStillFor)
+    return Blocked::kNo;
+  const Obstruction obstruction = law_->obstruction();
+  if (obstruction == Obstruction::kTarget) return Blocked::kTargetInObstacle;
+  if (unreachable_) return Blocked::kNo;
+  return obstruction == Obstruction::kObstacle ? Blocked::kObstacle : Blocked::kUnknown;
+}
+
 void ReachController::set_rate(double rate) {
   if (rate >= 0 && rate <= 1) rate_ = rate;
 }
@@ -217,6 +241,8 @@ ReachOutput ReachController::tick() {
   }
   record_command();
   if (mode_ == ReachMode::kReaching) unreachable_ = law_->unreachable();
+  if (last_seen_) output.distance_m = (last_position_ - law_->x()).norm();
+  output.blocked = blocked(output.distance_m);
   output.mode = mode_;
   output.target_lost = lost_;
   output.target_unreachable = unreachable_;

@@ -39,6 +39,9 @@ struct ReachOptions {
   int64_t tick_us = 50000;  ///< period of the set-points: 20 Hz, Sect. 4
   int steps_per_tick = 7;   ///< integration steps per tick, each "roughly 7 milliseconds" (Fig. 10)
   TargetFilter::Options target{};
+  /// The hand aims at where the target will be this much later. A set-point holds for the end of its tick; what passes
+  /// besides, from the image to the controller and from the bridge to the robot's motion, belongs here.
+  int64_t prediction_us = 0;
   double drift_m = 0.01;  ///< law `paper`: search theta_T again when K(theta_T) is further than this from the target
   int64_t lost_after_us = 200000;  ///< a target not seen for longer than this is lost
   OnTargetLost on_target_lost = OnTargetLost::kHoldLastTarget;
@@ -53,6 +56,14 @@ struct ReachOptions {
   IkOptions ik{};
 };
 
+/// Why the arm stands still short of a target that would be within its reach.
+enum class Blocked {
+  kNo,
+  kTargetInObstacle,  ///< the target is inside an obstacle, or too near to it for the end effector
+  kObstacle,          ///< an obstacle, or the arm's own links, in the way
+  kUnknown,           ///< e.g. joint limits
+};
+
 enum class ReachMode { kWaiting, kReaching, kHolding, kResting };
 
 /// The output of one tick. Vectors have one element per joint of the chain.
@@ -62,8 +73,10 @@ struct ReachOutput {
   ReachMode mode = ReachMode::kWaiting;
   bool target_lost = false;
   bool target_unreachable = false;
-  JointVector theta;     ///< rad or m
-  JointVector velocity;  ///< rad/s or m/s
+  Blocked blocked = Blocked::kNo;
+  double distance_m = 0;  ///< from the end effector to the target that was asked for; 0 before the first
+  JointVector theta;      ///< rad or m
+  JointVector velocity;   ///< rad/s or m/s
   JointVector theta_target;
   JointVector weights;     ///< w_x / w_theta at theta, rad^2/m^2
   Eigen::Vector3d x, x_T;  ///< position of the end effector and the position it goes to, m, in W
@@ -125,6 +138,7 @@ class ReachController {
   TaskTarget task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const;
   void compensate_disturbance();
   void record_command();
+  Blocked blocked(double distance_m);
   double steps_per_second() const { return 1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us); }
 
   Chain chain_;
@@ -135,6 +149,8 @@ class ReachController {
   std::optional<int64_t> grid_origin_;
   int64_t tick_ = 0;
   double rate_ = 1, owed_steps_ = 0;  // integration steps not done yet, less than one
+  JointVector rested_;                // where the arm has been for still_ticks_
+  int64_t still_ticks_ = 0;
 
   std::optional<int64_t> newest_;                            // time of the newest observation, seen or not
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen

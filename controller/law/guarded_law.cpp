@@ -81,6 +81,12 @@ void GuardedLaw::begin_reach(bool posture_only) {
   restart_schedule(arm_, state_);
 }
 
+Obstruction GuardedLaw::obstruction() const {
+  const bool moved_out = target_ && !posture_only_ && target_->position != requested_target_.position;
+  if (moved_out) return Obstruction::kTarget;
+  return state_.obstructed || following_path() ? Obstruction::kObstacle : Obstruction::kNone;
+}
+
 int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
   if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
   const int refused = proximity_.set_obstacles(obstacles);

@@ -81,6 +81,7 @@ class GuardedLaw final : public ReachingLaw {
   /// The task error of theta_T in the last step, m; 0 before the first.
   double residual_m() const override { return std::isfinite(state_.progress.residual) ? state_.progress.residual : 0; }
   bool unreachable() const override { return state_.progress.unreachable > 0; }
+  Obstruction obstruction() const override;
   /// Number of IK searches for theta_T.
   int64_t ik_searches() const override { return ik_searches_; }
   /// Number of linear systems solved for the bounds, beyond one per step.

@@ -16,6 +16,13 @@ enum class TargetResult {
   kRefused,      ///< not finite, or an invalid direction or orientation; nothing has changed
 };
 
+/// What keeps the hand from its target.
+enum class Obstruction {
+  kNone,      ///< nothing that is known
+  kTarget,    ///< the target is inside an obstacle, or too near to it for the end effector
+  kObstacle,  ///< an obstacle, or the arm's own links, in the way
+};
+
 /// Interface of a control law, with the state of the arm that it moves: takes a target and computes joint positions,
 /// one integration step at a time. Vectors have one element per joint; velocities are per step.
 class ReachingLaw {
@@ -49,6 +56,7 @@ class ReachingLaw {
   virtual double gamma() const = 0;              ///< rad^2/m^2
   virtual double residual_m() const = 0;         ///< |target - K(theta_T)|
   virtual bool unreachable() const = 0;
+  virtual Obstruction obstruction() const { return Obstruction::kNone; }
   virtual int64_t ik_searches() const = 0;  ///< number of IK searches for theta_T
 };
 

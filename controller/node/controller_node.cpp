@@ -22,12 +22,22 @@ namespace {
 constexpr int64_t kOtherClock = 1000000;  // us: a target further than this from the next tick has another clock
 
 enum class Law { kGuarded, kPaper };
+enum class Motion { kReach, kTrack };
+
+/// Gains for a target that moves: a steady acceleration a leaves an error of a / (alpha beta) steps², a twentieth of
+/// that of the default gains. They keep alpha (1 - beta)² >= 4 beta (1 - alpha).
+constexpr controller::ViteGains kTrackGains{0.4, 0.08};
+/// us: from the time that an image was taken to the motion that shows it, beyond the tick itself: some 15 ms for camera
+/// and vision, 5 for the bridge's delay, 10 for a robot.
+constexpr int64_t kTrackPrediction = 30000;
 
 /// What the section `controller` says.
 struct ControllerKeys {
   const Chain* chain = nullptr;
   Law law = Law::kGuarded;
+  Motion motion = Motion::kReach;
   std::optional<double> gamma{}, alpha{}, beta{};
+  std::optional<int64_t> prediction_us{};
   controller::ReachOptions options{};
   controller::GuardedParameters guarded{};
   std::optional<std::string> target_name{};
@@ -71,12 +81,19 @@ ConfigKeys<ControllerKeys> controller_keys() {
   using Keys = ControllerKeys;
   const controller::ViteGains guarded = controller::GuardedParameters{}.gains,
                               paper = controller::PaperParameters{}.gains;
-  const auto either = [](double one, double other) { return fmt::format("{:g}; law `paper`: {:g}", one, other); };
+  const auto either = [](double reach, double track, double printed) {
+    return fmt::format("{:g}; motion: track: {:g}; law `paper`: {:g}", reach, track, printed);
+  };
   const auto is_guarded = [](const Keys& k) { return k.law == Law::kGuarded; };
   ConfigKeys<Keys> keys("robot.yaml, section controller", "The reaching controller.");
   keys.choice<Law>(
           "law", {{"guarded", Law::kGuarded}, {"paper", Law::kPaper}}, [](auto& k) -> auto& { return k.law; },
           "`guarded` keeps all limits (docs/guarantees.md); `paper` computes the equations as printed.")
+      .choice<Motion>(
+          "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}}, [](auto& k) -> auto& { return k.motion; },
+          "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction, for targets that "
+          "keep "
+          "moving. It sets the defaults of `alpha_per_step`, `beta_per_step` and `prediction_s`.")
       .number(
           "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
           "Weight of the hand's attractor, Eq. (28).")
@@ -84,11 +101,15 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .number(
           "alpha_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.alpha; },
           "Attractor gain per integration step, Eq. (3).")
-      .otherwise(either(guarded.alpha, paper.alpha))
+      .otherwise(either(guarded.alpha, kTrackGains.alpha, paper.alpha))
       .number(
           "beta_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.beta; },
           "Attractor gain per integration step, Eq. (3).")
-      .otherwise(either(guarded.beta, paper.beta))
+      .otherwise(either(guarded.beta, kTrackGains.beta, paper.beta))
+      .number(
+          "prediction_s", "s", 0, 10, [](auto& k) -> auto& { return k.prediction_us; },
+          "The hand aims at where the target will be this much later, by its velocity.", 1e6)
+      .otherwise(fmt::format("0; motion: track: {:g}", 1e-6 * kTrackPrediction))
       .integer(
           "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
           "Integration steps in each tick.")
@@ -173,6 +194,8 @@ ConfigKeys<ControllerKeys> controller_keys() {
 
 controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
   controller::ReachOptions options = keys.options;
+  const bool tracks = keys.motion == Motion::kTrack;
+  options.prediction_us = keys.prediction_us.value_or(tracks ? kTrackPrediction : 0);
   const auto put_gains = [&keys](controller::ViteGains& gains) {
     gains.alpha = keys.alpha.value_or(gains.alpha);
     gains.beta = keys.beta.value_or(gains.beta);
@@ -185,6 +208,7 @@ controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
   } else {
     controller::GuardedParameters law = keys.guarded;
     law.gamma = keys.gamma;
+    if (tracks) law.gains = kTrackGains;
     put_gains(law.gains);
     options.law = law;
   }
@@ -211,6 +235,20 @@ controller::ReachOptions reach_options_from(const RobotConfig& robot) {
 }
 
 namespace {
+
+const char* blocked_text(controller::Blocked blocked) {
+  switch (blocked) {
+    case controller::Blocked::kNo:
+      return "";
+    case controller::Blocked::kTargetInObstacle:
+      return "the target is inside an obstacle or too near to it";
+    case controller::Blocked::kObstacle:
+      return "an obstacle or the arm itself is in the way";
+    case controller::Blocked::kUnknown:
+      break;
+  }
+  return "no way found";
+}
 
 /// Nothing for a target without an orientation, or whose quaternion is not of unit length.
 std::optional<Eigen::Matrix3d> orientation_of(const target_t& target) {
@@ -368,6 +406,8 @@ void ControllerNode::tick(Outbox& out) {
   state.mode = static_cast<int8_t>(last_.mode);
   state.target_lost = last_.target_lost;
   state.target_unreachable = last_.target_unreachable;
+  state.blocked = static_cast<int8_t>(last_.blocked);
+  state.distance_m = last_.distance_m;
   Eigen::Map<Eigen::Vector3d>(state.hand_position_m) = last_.x;
   Eigen::Map<Eigen::Vector3d>(state.hand_target_m) = last_.x_T;
   state.gamma_rad2_m2 = last_.gamma;
@@ -402,6 +442,8 @@ std::string ControllerNode::state() const {
   }
   if (last_.target_lost) text += ", target lost";
   if (last_.target_unreachable) text += ", target unreachable";
+  if (const char* why = blocked_text(last_.blocked); *why)
+    text += fmt::format(", blocked {:.3f} m short: {}", last_.distance_m, why);
   return text;
 }
 

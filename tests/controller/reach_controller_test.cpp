@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <iostream>
+
 #include "numeric/random.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/test_arms.hpp"
@@ -389,6 +392,63 @@ TEST_F(Reaching, TheTickAllocatesNothing) {
   EXPECT_EQ(testing::allocations().number, before);
   operator delete(operator new(8));
   EXPECT_EQ(testing::allocations().number, before + 1) << "the count can fail";
+}
+
+/// A steady acceleration a of the target leaves the error a / (alpha beta) steps² of a second-order attractor with
+/// velocity feed-forward; the target is extrapolated by its velocity over at most a frame and a tick.
+TEST_F(Reaching, TheErrorBehindATargetOnACircleIsThatOfItsAcceleration) {
+  constexpr double kRadius = 0.03, kRate = M_PI, kSteps = 140;
+  constexpr double kAcceleration = kRate * kRate * kRadius, kAge = 0.033 + 0.050;
+  for (const ViteGains& gains : {ViteGains{0.08, 0.02}, ViteGains{0.4, 0.08}}) {
+    ReachController c = controller({.law = GuardedParameters{.gains = gains}});
+    c.restart_grid(now_);
+    const auto position = [&](double t) {
+      return (front_ + kRadius * Eigen::Vector3d(0, std::cos(kRate * t), std::sin(kRate * t))).eval();
+    };
+    const auto seconds = [begin = now_](int64_t utime) { return static_cast<double>(utime - begin) * 1e-6; };
+    double squares = 0;
+    int ticks = 0;
+    for (int64_t frame = now_; seconds(frame) < 8; frame += kFrame) {
+      const double t = seconds(frame);
+      const Eigen::Vector3d velocity = kRadius * kRate * Eigen::Vector3d(0, -std::sin(kRate * t), std::cos(kRate * t));
+      ASSERT_TRUE(c.observe({.utime = frame, .seen = true, .position = position(t), .velocity = velocity}));
+      while (*c.next_tick() <= frame) {
+        const ReachOutput out = c.tick();
+        if (seconds(out.utime) < 4) continue;  // after the first reach
+        squares += (out.x - position(seconds(out.utime) + 0.05)).squaredNorm();
+        ++ticks;
+      }
+    }
+    const double rms = std::sqrt(squares / ticks),
+                 steady = kAcceleration / (gains.alpha * gains.beta * kSteps * kSteps);
+    std::cout << "gains " << gains.alpha << "/" << gains.beta << ": " << 1000 * rms << " mm rms\n";
+    EXPECT_LT(rms, steady + 0.5 * kAcceleration * kAge * kAge + kRadius * kRate / kSteps);
+    now_ += 10000000;
+  }
+}
+
+TEST_F(Reaching, AnArmThatStandsShortOfItsTargetIsBlockedAndSaysWhy) {
+  ReachController c = controller({.law = GuardedParameters{.body = {.link_radius_m = 0.02}}});
+  const auto ball = [](const Eigen::Vector3d& at, double radius) {
+    Obstacle obstacle;
+    obstacle.X_WO.translation() = at;
+    obstacle.size.setConstant(radius);
+    return obstacle;
+  };
+  ReachOutput out = run(c, 5, [&](double) { return front_; });
+  EXPECT_EQ(out.blocked, Blocked::kNo);
+  EXPECT_LT(out.distance_m, 1e-3);
+  const Obstacle here = ball(front_, 0.04);
+  c.set_obstacles({&here, 1});
+  out = run(c, 10, [&](double) { return front_; });
+  EXPECT_EQ(out.blocked, Blocked::kTargetInObstacle);
+  EXPECT_NEAR(out.distance_m, 0.04 + 0.02 + 0.005, 3e-3) << "the ball, the link, the margin";
+  c.set_obstacles({});
+  out = run(c, 5, [&](double) { return front_; });
+  EXPECT_EQ(out.blocked, Blocked::kNo);
+  c.set_rate(0);
+  out = run(c, 3, [&](double) { return side_; });
+  EXPECT_EQ(out.blocked, Blocked::kNo) << "the bridge holds the robot";
 }
 
 TEST_F(Reaching, FollowsTheOrientationOfATargetThatHasOne) {
