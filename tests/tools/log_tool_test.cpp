@@ -11,6 +11,7 @@
 #include "runtime/message.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/log/log_summary.hpp"
+#include "tools/log/run_report.hpp"
 
 namespace multireach {
 namespace {
@@ -70,6 +71,42 @@ TEST_F(LogTool, APublisherThatWasRestartedLostNothing) {
   EXPECT_TRUE(summary.sound());
   EXPECT_EQ(summary.channels.at("TARGET").restarts, 1);
   EXPECT_EQ(summary.channels.at("TARGET").events, 100);
+}
+
+TEST_F(LogTool, MergesThePartsOfARecorderThatWasKilled) {
+  write("one", 50, 1'000'000);
+  write("two", 50, 9'000'000);
+  std::ofstream(path("empty")).flush();
+  const std::vector<uint8_t> whole = read_binary_file(path("two"));
+  std::ofstream(path("begin"), std::ios::binary).write(reinterpret_cast<const char*>(whole.data()), 20);
+  merge_logs({path("one"), path("empty"), path("two"), path("begin")}, path("all"));
+  EXPECT_EQ(summary_of(path("all")).channels.at("TARGET").events, 100);
+  EXPECT_THROW(merge_logs({path("empty")}, path("none")), InputError);
+  EXPECT_THROW(merge_logs({path("empty"), path("begin")}, path("none")), InputError);
+  std::ofstream(path("text")) << "not a log";
+  EXPECT_THROW(merge_logs({path("one"), path("text")}, path("none")), InputError);
+}
+
+TEST_F(LogTool, TheReportCountsRestartsAndKeepsTheCountersOfEarlierStarts) {
+  LogWriter log(path("run"));
+  const auto status = [&](int64_t second, int64_t uptime_s, int64_t late) {
+    node_status_t message{};
+    message.node = "bridge";
+    message.utime = second * 1'000'000;
+    message.uptime_us = uptime_s * 1'000'000;
+    message.late = late;
+    log.write(message.utime, "NODE_STATUS", *encode(message));
+  };
+  status(10, 1, 0);
+  status(11, 2, 5);
+  status(12, 0, 0);
+  status(13, 1, 2);
+  status(14, 0, 1);
+  log.close();
+  const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
+  EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 2);
+  EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
+  EXPECT_NE(table_of(report.json).find("restarts: bridge 2"), std::string::npos);
 }
 
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {

@@ -3,6 +3,7 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -54,6 +55,26 @@ int64_t begin_of(const std::string& input) {
       times, [&](int64_t time) { return static_cast<double>(middle) - static_cast<double>(time) < kMinute; });
 }
 
+/// Whether a file is what a recorder leaves that was killed before it had written its first event: nothing, or the
+/// begin of an event.
+bool holds_only_a_begin(const std::string& path) {
+  const std::vector<uint8_t> bytes = read_binary_file(path);
+  static constexpr std::array<uint8_t, 4> kMark{0xED, 0xA1, 0xDA, 0x01};
+  const size_t known = std::min(bytes.size(), kMark.size());
+  return std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(known), kMark.begin());
+}
+
+/// Nothing for a part of a recording that holds no event, which is said.
+std::unique_ptr<LogReader> part_of_recording(const std::string& path) {
+  try {
+    return std::make_unique<LogReader>(path);
+  } catch (const InputError&) {
+    if (!std::filesystem::is_regular_file(path) || !holds_only_a_begin(path)) throw;
+    std::cerr << "multireach-log: " << path << ": holds no whole event and is left out\n";
+    return nullptr;
+  }
+}
+
 }  // namespace
 
 void report_damage(const std::string& path, const LogReader& reader) {
@@ -68,12 +89,16 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
     std::optional<LogEvent> head;
   };
   std::vector<Source> sources;
+  std::vector<std::string> paths;
   for (const std::string& path : inputs) {
     refuse_to_overwrite(path, output);
-    auto log = std::make_unique<LogReader>(path);
+    auto log = inputs.size() > 1 ? part_of_recording(path) : std::make_unique<LogReader>(path);
+    if (!log) continue;
     auto head = log->next();
     sources.push_back({std::move(log), head});
+    paths.push_back(path);
   }
+  if (sources.empty()) throw InputError(inputs.front() + " and the other logs hold no event of an LCM log");
   LogWriter writer(output);
   while (true) {
     Source* earliest = nullptr;
@@ -85,7 +110,7 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
     earliest->head = earliest->log->next();
   }
   writer.close();
-  for (size_t i = 0; i < inputs.size(); ++i) report_damage(inputs[i], *sources[i].log);
+  for (size_t i = 0; i < paths.size(); ++i) report_damage(paths[i], *sources[i].log);
 }
 
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s) {

@@ -14,7 +14,8 @@ namespace multireach {
 /// Reports on standard error how much a reader at its end has skipped as damaged, if anything.
 void report_damage(const std::string& path, const LogReader& reader);
 
-/// Merges the events of several logs by time; for equal times, in the order of the logs.
+/// Merges the events of several logs by time; for equal times, in the order of the logs. Of several logs, those that a
+/// killed recorder left without a whole event are left out.
 void merge_logs(const std::vector<std::string>& inputs, const std::string& output);
 /// Keeps the events received from `from_s` until `until_s` after the first event, seconds. Returns their number.
 int64_t cut_log(const std::string& input, const std::string& output, double from_s, double until_s);

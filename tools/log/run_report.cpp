@@ -63,6 +63,36 @@ json vector(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
+/// What a node's NODE_STATUS said, over all its starts.
+struct NodeRecord {
+  node_status_t newest{};
+  NodeCounters before{};  ///< counters of the earlier starts
+  int64_t restarts = 0;
+
+  void add(const node_status_t& status) {
+    // Anybody may run several viewers.
+    if (status.uptime_us < newest.uptime_us && status.node != "view") {
+      ++restarts;
+      before = total();
+    }
+    newest = status;
+  }
+  NodeCounters total() const {
+    return {.received = before.received + newest.received,
+            .dropped = before.dropped + newest.dropped,
+            .refused = before.refused + newest.refused,
+            .late = before.late + newest.late,
+            .limited = before.limited + newest.limited,
+            .sent = before.sent + newest.sent};
+  }
+  json to_json() const {
+    const NodeCounters sum = total();
+    return {{"state", newest.state},  {"restarts", restarts},   {"received", sum.received},
+            {"dropped", sum.dropped}, {"refused", sum.refused}, {"late", sum.late},
+            {"limited", sum.limited}, {"sent", sum.sent},       {"build_id", newest.build_id}};
+  }
+};
+
 /// Collects all data for the report in one pass over the log.
 class RecordedData {
  public:
@@ -76,7 +106,7 @@ class RecordedData {
   std::map<int64_t, target_t> truths;
   std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
-  std::map<std::string, node_status_t> nodes;
+  std::map<std::string, NodeRecord> nodes;
   int64_t missing_in_log = 0;
   /// Runs of the publishers of a channel.
   std::map<std::string, std::set<int64_t>, std::less<>> publishers;
@@ -97,7 +127,7 @@ class RecordedData {
     } else if (event.channel == channel::kRobotState) {
       add_robot_state(event);
     } else if (event.channel == channel::kNodeStatus) {
-      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node] = *status;
+      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node].add(*status);
     }
   }
 
@@ -245,13 +275,12 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   }
   int64_t late = 0, dropped = 0, refused = 0;
   json nodes = json::object();
-  for (const auto& [name, status] : run.nodes) {
-    late += status.late;
-    dropped += status.dropped;
-    refused += status.refused;
-    nodes[name] = {{"state", status.state},     {"received", status.received}, {"dropped", status.dropped},
-                   {"refused", status.refused}, {"late", status.late},         {"limited", status.limited},
-                   {"sent", status.sent},       {"build_id", status.build_id}};
+  for (const auto& [name, record] : run.nodes) {
+    const NodeCounters counters = record.total();
+    late += counters.late;
+    dropped += counters.dropped;
+    refused += counters.refused;
+    nodes[name] = record.to_json();
   }
   out["images"] = count(channel::kStereoImages);
   out["targets"] = count(channel::kTarget);
@@ -333,6 +362,11 @@ std::string table_of(const json& report) {
       100 * report["max_command_speed_share"].get<double>(), 100 * report["max_measured_speed_share"].get<double>());
   table += fmt::format("late ticks {}; messages lost {}, not recorded {}; refused {}\n", report["late_ticks"].dump(),
                        report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  std::string restarts;
+  for (const auto& [name, node] : report["nodes"].items()) {
+    if (node["restarts"] > 0) restarts += (restarts.empty() ? "" : ", ") + name + " " + node["restarts"].dump();
+  }
+  if (!restarts.empty()) table += "restarts: " + restarts + "\n";
   for (const auto& [channel, runs] : report["publishers"].items()) {
     if (runs.get<int>() > 1)
       table += fmt::format("{}: {} publishers, or one that was restarted\n", channel, runs.dump());
