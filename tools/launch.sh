@@ -1,10 +1,16 @@
 #!/usr/bin/env bash
 # The whole loop as separate processes: vision, controller, bridge and the simulated robot, fed by a recorded camera session
-# or a camera; all traffic recorded; a live line while it runs and a table at the end.
+# or a camera; all traffic recorded; processes that die are started again; a live line while it runs and a table at the end.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin="$root/build/release/bin"
+export LC_NUMERIC=C
+# shellcheck source=tools/recorder.sh
 . "$root/tools/recorder.sh"
+# shellcheck source=tools/groups.sh
+. "$root/tools/groups.sh"
+# shellcheck source=tools/supervisor.sh
+. "$root/tools/supervisor.sh"
 
 usage() {
   cat <<'EOF'
@@ -17,6 +23,9 @@ Usage: tools/launch.sh [options]
   --seconds N       end after N seconds
   --record FILE     keep the log of all traffic
   --json FILE       write the report
+  --role ROLE       of two computers: eyes (camera, vision, controller) or robot (bridge, robot); default: all, on one computer
+  --group N         UDP groups and ports of their own, 0 to 255, for several stacks on one computer or network
+                    (default: LCM_DEFAULT_URL, else LCM's default group)
   --isolated        in a network namespace of its own, so that nothing leaves the machine
   --no-setup        do not install or build anything
   --help
@@ -25,148 +34,229 @@ EOF
 }
 fail() { echo "launch.sh: $1" >&2; exit "${2:-2}"; }
 
-session="$root/logs/reach.lcm" camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" isolated=no setup=yes
-arguments=("$@")
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --session|--camera|--robot|--vision|--speed|--seconds|--record|--json)
-      [ $# -ge 2 ] || fail "$1 needs a value; see --help"
-      declare "${1#--}=$2"; shift 2 ;;
-    --isolated) isolated=yes; shift ;;
-    --no-setup) setup=no; shift ;;
-    --help|-h) usage; exit 0 ;;
-    *) fail "unknown option '$1'; see --help" ;;
-  esac
-done
-number='^[0-9]*\.?[0-9]+$'
-[[ $speed =~ $number ]] || fail "--speed: '$speed' is not a positive number"
-[[ -z $seconds || $seconds =~ $number ]] || fail "--seconds: '$seconds' is not a positive number"
-[ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
-[ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
-if [ -z "$vision" ]; then
-  vision="$robot/vision.yaml"
-  [ -z "$camera" ] && [ -r "${session%.lcm}.vision.yaml" ] && vision="${session%.lcm}.vision.yaml"
-fi
-[ -r "$vision" ] || fail "--vision: '$vision' cannot be read"
+session="$root/logs/reach.lcm" camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
+isolated=no setup=yes
 
-for file in "$record" "$json"; do
-  [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder does not exist or is not writable"
-done
-[ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
+read_options() {
+  while [ $# -gt 0 ]; do
+    case "$1" in
+      --session|--camera|--robot|--vision|--speed|--seconds|--record|--json|--role|--group)
+        [ $# -ge 2 ] || fail "$1 needs a value; see --help"
+        printf -v "${1#--}" '%s' "$2"; shift 2 ;;
+      --isolated) isolated=yes; shift ;;
+      --no-setup) setup=no; shift ;;
+      --help|-h) usage; exit 0 ;;
+      *) fail "unknown option '$1'; see --help" ;;
+    esac
+  done
+}
 
-if [ $setup = yes ]; then "$root/tools/setup.sh" loop ${camera:+camera} || exit 1; fi
-if [ -z "$camera" ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
+check_options() {
+  local number='^[0-9]*\.?[0-9]+$' file
+  [[ $speed =~ $number ]] || fail "--speed: '$speed' is not a positive number"
+  [[ -z $seconds || $seconds =~ $number ]] || fail "--seconds: '$seconds' is not a positive number"
+  [[ "$role" =~ ^(all|eyes|robot)$ ]] || fail "--role: '$role' is not one of all, eyes, robot"
+  [[ -z $group || $group =~ ^(0|[1-9][0-9]{0,2})$ && $group -le 255 ]] || fail "--group: '$group' is not a number from 0 to 255"
+  [ $isolated = no ] || [ "$role" = all ] || fail "--role $role needs the network that --isolated takes away"
+  [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
+  [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
+  if [ -z "$vision" ]; then
+    vision="$robot/vision.yaml"
+    [ -z "$camera" ] && [ -r "${session%.lcm}.vision.yaml" ] && vision="${session%.lcm}.vision.yaml"
+  fi
+  [ -r "$vision" ] || fail "--vision: '$vision' cannot be read"
+  for file in "$record" "$json"; do
+    [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder does not exist or is not writable"
+  done
+  [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
+  choose_groups
+}
 
-if [ $isolated = yes ] && [ -z "${MULTIREACH_ISOLATED:-}" ]; then
-  user=()
+# Sets `control` and `images`. Between two computers only images stay on their own.
+choose_groups() {
+  local ttl=0
+  [ "$role" = all ] || ttl=1
+  groups_of "$group" $ttl || fail "$groups_error"
+  [ "$role" = all ] || [[ $control =~ [?\&]ttl=[1-9] ]] || fail "LCM_DEFAULT_URL: '$control' does not leave this computer; --role $role needs ttl=1"
+  [ "$role" = all ] || [[ $images != *ttl=* ]] || images=${images/ttl=*/ttl=0}
+  [ -z "$group" ] || echo "launch.sh: for other programs:  export LCM_DEFAULT_URL='$control'" >&2
+}
+
+# Continues in a network namespace, with the arguments of this script.
+isolate() {
+  local user=()
   [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
   export MULTIREACH_ISOLATED=1
   exec unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' \
-    "$0" --no-setup "${arguments[@]}"
-fi
-
-control=${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}
-images=udpm://239.255.76.68:7668?ttl=0
-if [ "$control" != 'udpm://239.255.76.67:7667?ttl=0' ]; then
-  # As the programs have it: the same group, one port above.
-  [[ $control =~ ^udpm://([0-9.]+):([0-9]+)(\?.*)?$ ]] || fail "LCM_DEFAULT_URL: '$control' is not udpm://ADDRESS:PORT?ttl=N"
-  images="udpm://${BASH_REMATCH[1]}:$((BASH_REMATCH[2] + 1))${BASH_REMATCH[3]}"
-fi
-buffer='&recv_buf_size=4194304'
-[[ $control == *\?* ]] || buffer="?${buffer#&}"
-work=$(mktemp -d)
-declare -A pids=()
-
-# Each process gets a signal when this script dies, however it dies.
-start() {
-  local name=$1; shift
-  setpriv --pdeathsig TERM -- "$@" >"$work/$name.out" 2>"$work/$name.err" &
-  pids[$name]=$!
+    "$0" --no-setup "$@"
 }
-stop() {
-  local name signal=${STOP_SIGNAL:-TERM}
-  for name in "$@"; do [ -n "${pids[$name]:-}" ] && kill -"$signal" "${pids[$name]}" 2>/dev/null; done
-  for name in "$@"; do
-    [ -n "${pids[$name]:-}" ] || continue
-    for _ in $(seq 100); do kill -0 "${pids[$name]}" 2>/dev/null || break; sleep 0.02; done
-    kill -KILL "${pids[$name]}" 2>/dev/null
-    wait "${pids[$name]}" 2>/dev/null
-    unset "pids[$name]"
+
+# Recordings are kept here until they are merged, so that they survive this script.
+runs=${XDG_STATE_HOME:-${HOME:-/tmp}/.local/state}/multireach/runs
+
+finish_commands() {
+  printf '  %s\n' "tools/multireach log merge $1/*.lcm -o run.lcm" "tools/multireach log report run.lcm --robot $(cat "$1/robot")" "rm -r $1"
+}
+
+# Says where runs are that nobody finished.
+tell_unfinished() {
+  local folder
+  for folder in "$runs"/*; do
+    if [ ! -e "$folder/lock" ] || ! flock --nonblock "$folder/lock" true 2>/dev/null; then continue; fi
+    if [ -z "$(find "$folder" -name '*.lcm' -size +0)" ]; then rm -r "$folder"; continue; fi
+    echo "launch.sh: an earlier run was killed; its recording is in $folder. To finish it:" >&2
+    finish_commands "$folder" >&2
   done
 }
-clean_up() { stop "${!pids[@]}"; rm -rf "$work"; }
-trap clean_up EXIT
-interrupted=no
-trap 'interrupted=yes' INT TERM
 
-nodes=(vision controller bridge robot_sim)
-live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
-check() {
+make_folder() {
+  tell_unfinished
+  work=$runs/$(date +%Y-%m-%d_%H-%M-%S).$$
+  mkdir -p "$work" 2>/dev/null || work=$(mktemp -d) || fail "no folder for the recording can be made" 1
+  exec {lock}>"$work/lock"
+  flock "$lock"
+  (cd "$robot" && pwd) >"$work/robot"
+  trap clean_up EXIT
+  trap 'interrupted=yes' INT TERM HUP
+}
+
+keep_folder=no  # while it holds a recording that is not merged
+clean_up() {
+  stop "${!pids[@]}"
+  if [ "$keep_folder" = no ]; then rm -rf "$work"; return; fi
+  echo "launch.sh: the recording is in $work. To finish it:" >&2
+  finish_commands "$work" >&2
+}
+
+# command_of NAME PART: sets `command` to what a process runs. Each part of a recording is a file.
+command_of() {
+  local part=${2/#0/}
+  case "$1" in
+    vision) command=("$bin/multireach-vision" --config "$vision" "${live[@]}") ;;
+    controller|bridge) command=("$bin/multireach-$1" --config "$robot/robot.yaml" "${live[@]}") ;;
+    robot_sim) command=("$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}") ;;
+    control_log) command=("${urgent[@]}" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
+    image_log) command=("${urgent[@]}" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
+    wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
+    view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
+    source)
+      if [ -n "$camera" ]; then
+        command=("$bin/multireach-camera" "${live[@]}" "${camera_arguments[@]}")
+      else
+        command=(lcm-logplayer --lcm-url="$images" --speed="$speed" --regexp='STEREO_IMAGES|TARGET_TRUTH' "$session")
+      fi ;;
+  esac
+}
+with_buffer() { [[ $1 == *\?* ]] && echo "$1&recv_buf_size=4194304" || echo "$1?recv_buf_size=4194304"; }
+
+choose_processes() {
+  nodes=(vision controller bridge robot_sim) loggers=(control_log image_log) others=()
+  [ "$role" != eyes ] || { nodes=(vision controller); others=(bridge robot_sim); }
+  [ "$role" != robot ] || { nodes=(bridge robot_sim); loggers=(control_log); }
+  live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
+  camera_arguments=()
+  [ -z "$camera" ] || eval "camera_arguments=($camera)"
+  # lcm-logger holds 30 messages of a channel, 30 ms of commands: where the system allows it, it goes before the others.
+  urgent=()
+  if chrt --fifo 10 true 2>/dev/null; then urgent=(chrt --fifo 10); fi
+  supervised=("${loggers[@]}" "${nodes[@]}")
+}
+
+start_nodes() {
   local name
-  [ $interrupted = no ] || return
-  for name in "${nodes[@]}" control_log image_log; do
-    kill -0 "${pids[$name]}" 2>/dev/null && continue
-    wait "${pids[$name]}"; local code=$?
-    cat "$work/$name.err" >&2
-    unset "pids[$name]"
-    [ $code -eq 2 ] && fail "$name did not start" 2
-    fail "$name ended with code $code" 1
-  done
+  for name in "${supervised[@]}"; do start "$name"; done
+  await 10 "the nodes did not start" "${nodes[@]}"
+  [ ${#others[@]} -eq 0 ] || echo "launch.sh: waiting for the robot's computer" >&2
+  [ ${#others[@]} -eq 0 ] || await 60 "the robot's computer is not heard" "${others[@]}"
 }
 
-# lcm-logger holds 30 messages of a channel, 30 ms of commands: where the system allows it, it goes before the others.
-urgent=()
-chrt --fifo 10 true 2>/dev/null && urgent=(chrt --fifo 10)
-start control_log "${urgent[@]}" lcm-logger --lcm-url="$control$buffer" --force --quiet "$work/control.lcm"
-start image_log "${urgent[@]}" lcm-logger --lcm-url="$images$buffer" --force --quiet "$work/images.lcm"
-start vision "$bin/multireach-vision" --config "$vision" "${live[@]}"
-start controller "$bin/multireach-controller" --config "$robot/robot.yaml" "${live[@]}"
-start bridge "$bin/multireach-bridge" --config "$robot/robot.yaml" "${live[@]}"
-start robot_sim "$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}"
-all=$(IFS=,; echo "${nodes[*]}")
-start wait "$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$all" --seconds 10
-wait "${pids[wait]}"
-waited=$?
-[ $interrupted = yes ] && exit 130
-[ $waited -eq 2 ] && { cat "$work/wait.err" >&2; exit 2; }
-check
-[ $waited -eq 0 ] || { cat "$work/wait.err" >&2; fail "the nodes did not start" 1; }
+# await SECONDS SENTENCE NODE...: until all of them have sent NODE_STATUS.
+await() {
+  local sentence=$2
+  patience=$1 awaited=$(IFS=,; echo "${*:3}")
+  start wait
+  until ended wait; do
+    keep "${supervised[@]}" || { stop wait; give_up_at_start; }
+    [ $interrupted = no ] || exit 130
+    pause
+  done
+  [ $interrupted = no ] || exit 130
+  [ "$code" -eq 0 ] && return
+  cat "$work/wait.err" >&2
+  [ "$code" -eq 2 ] && exit 2
+  fail "$sentence" 1
+}
 
-# The view writes to this terminal.
-setpriv --pdeathsig TERM -- "$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" 2> >(grep --line-buffered -v '\[info\]' >&2) &
-pids[view]=$!
-if [ -n "$camera" ]; then
-  eval "camera_arguments=($camera)"
-  start source "$bin/multireach-camera" "${live[@]}" "${camera_arguments[@]}"
-else
-  start source lcm-logplayer --lcm-url="$images" --speed="$speed" --regexp='STEREO_IMAGES|TARGET_TRUTH' "$session"
-fi
-begin=$SECONDS
-while kill -0 "${pids[source]}" 2>/dev/null && [ $interrupted = no ]; do
-  check
-  if [ -n "$seconds" ] && [ "$(printf '%.0f' "$seconds")" -le $((SECONDS - begin)) ]; then break; fi
-  sleep 0.1
-done
-if ! kill -0 "${pids[source]}" 2>/dev/null; then
-  wait "${pids[source]}"; code=$?
-  unset "pids[source]"
-  if [ $code -ne 0 ] && [ $interrupted = no ]; then cat "$work/source.err" >&2; fail "the source of images ended with code $code" $((code == 2 ? 2 : 1)); fi
-fi
-[ $interrupted = yes ] || sleep 0.5  # what is still on its way
-stop view source
-[ -t 2 ] && echo >&2
-stop "${nodes[@]}"
-await_written "$work"/{control,images}.lcm
-STOP_SIGNAL=INT stop control_log image_log
-grep -hE '\[(warning|error)\]' "$work"/*.err >&2
+give_up_at_start() {
+  cat "$work/${given_up%% *}.err" >&2
+  [ "$given_up_code" -ne 2 ] || fail "${given_up%% *} did not start" 2
+  fail "$given_up" 1
+}
 
-full="$work/run.lcm"
-logs=()
-for log in "$work/control.lcm" "$work/images.lcm"; do [ -s "$log" ] && logs+=("$log"); done
-[ ${#logs[@]} -gt 0 ] || fail "nothing was recorded" 1
-"$bin/multireach-log" merge "${logs[@]}" --output "$full" || exit 1
-if [ -n "$record" ]; then cp "$full" "$record" || fail "--record: '$record' cannot be written"; fi
-"$bin/multireach-log" report "$full" --robot "$robot/robot.yaml" ${json:+--json "$json"}
-code=$?
-[ $interrupted = yes ] && exit 130
-exit $code
+# Lets the source of images run; its end is the end of the run.
+feed() {
+  local end="" feeds=(source)
+  keep_folder=yes
+  supervised+=(view)
+  start view
+  if [ "$role" = robot ]; then feeds=(); else start source; fi
+  if [ -n "$seconds" ]; then read_clock; end=$((now + $(printf '%.0f' "${seconds}e2"))); fi
+  while [ $interrupted = no ] && keep "${supervised[@]}"; do
+    if [ -n "$end" ] && [ "$now" -ge "$end" ]; then break; fi
+    if [ ${#feeds[@]} -gt 0 ] && ended source; then
+      [ "$code" -ne 0 ] || break
+      source_failed "$code" || break
+    fi
+    [ -z "${due[source]:-}" ] || keep source
+    pause
+  done
+  [ $interrupted = yes ] || sleep 0.5  # what is still on its way
+}
+
+# A camera is started again; a session cannot be continued where it was.
+source_failed() {
+  [ $interrupted = no ] || return 1
+  if [ -n "$camera" ]; then mourn source "$1"; else given_up="the source of images $(cause_of source "$1")"; fi
+  [ "$1" -ne 2 ] || { given_up="the source of images $(cause_of source 2)" given_up_code=2; cat "$work/source.err" >&2; }
+  [ -z "$given_up" ]
+}
+
+stop_all() {
+  stop view source
+  [ -t 2 ] && echo >&2
+  stop "${nodes[@]}"
+  await_written "$work"/*.lcm
+  STOP_SIGNAL=INT stop "${loggers[@]}"
+  grep -hE '\[(warning|error)\]' "$work"/*.err >&2
+}
+
+# Merges the recording and prints the report; returns the run's exit code.
+report() {
+  local full="$work/run" logs=() log code
+  for log in "$work"/*.lcm; do [ -s "$log" ] && logs+=("$log"); done
+  [ ${#logs[@]} -gt 0 ] || { keep_folder=no; fail "nothing was recorded" 1; }
+  "$bin/multireach-log" merge "${logs[@]}" --output "$full" || return 1
+  if [ -n "$record" ]; then cp "$full" "$record" || fail "--record: '$record' cannot be written" 1; fi
+  "$bin/multireach-log" report "$full" --robot "$robot/robot.yaml" ${json:+--json "$json"}
+  code=$?
+  keep_folder=no
+  restarts "${loggers[@]}" >&2  # what sends NODE_STATUS is in the report
+  [ -z "$given_up" ] || fail "$given_up" "$given_up_code"
+  # The robot's computer does not know when the run is over: it is told by a signal.
+  if [ $interrupted = yes ] && [ "$role" != robot ]; then return 130; fi
+  return $code
+}
+
+read_options "$@"
+check_options
+if [ $setup = yes ]; then "$root/tools/setup.sh" loop ${camera:+camera} || exit 1; fi
+if [ -z "$camera" ] && [ "$role" != robot ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
+[ $isolated = no ] || [ -n "${MULTIREACH_ISOLATED:-}" ] || isolate "$@"
+interrupted=no
+make_folder
+choose_processes
+start_nodes
+feed
+stop_all
+report
+exit $?

@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034,SC2154  # variables are shared with the script that sources this
 # Sourced by scripts that record with lcm-logger.
 # await_written LOG...: waits until lcm-logger has written what it received (at most 20 s). It drops the rest when it is ended, and
 # a slow disk holds it up. To be called when nobody sends any more.

@@ -8,7 +8,7 @@ mkdir -p "$work/tree/build/release"
 ln -s "$bin" "$work/tree/build/release/bin"
 ln -s "$root/robots" "$root/logs" "$work/tree/"
 mkdir "$work/tree/tools"
-cp "$root/tools/launch.sh" "$work/tree/tools/"
+cp "$root"/tools/*.sh "$work/tree/tools/"
 
 for signal in INT TERM KILL; do
   # A shell lets what it puts in the background ignore Ctrl-C; a terminal does not.

@@ -12,6 +12,7 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
 fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 work=$(mktemp -d)
+export XDG_STATE_HOME="$work/state"  # unfinished recordings of launch.sh
 trap 'rm -rf "$work"' EXIT
 failures=0
 failed() { echo "FAILED: $1"; failures=$((failures + 1)); }
