@@ -23,7 +23,7 @@ declare -A packages=(
   [replay]="" [studies]="gnuplot-nox"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
-    opencv-doc"
+    opencv-doc shellcheck systemd"
 )
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"

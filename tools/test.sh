@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # All tests, from a clean clone: installs what is missing, builds, and runs
-#   - the format of the code,
+#   - the format of the code, and ShellCheck on the scripts,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
@@ -32,6 +32,7 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
+scripts() { shellcheck tools/*.sh tools/multireach tools/systemd/*.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor}.sh; }
 unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$1"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
@@ -43,6 +44,7 @@ tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tid
 stage "build" tools/setup.sh tests
 [ $failed -eq 0 ] || { echo "test.sh: the build failed" >&2; exit 1; }
 stage "format" format
+stage "scripts" scripts
 stage "unit tests" unit_tests release
 stage "whole processes" ctest --preset release --label-regex live
 stage "the stages alone" build_and_test core

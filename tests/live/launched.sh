@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034,SC2154  # variables are shared with the test that sources this
 # Sourced after namespace.sh by tests of launch.sh: runs it, kills what it started, and reads its report.
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# The systemd units are valid, name programs and options that exist, and leave the bridge its real-time priority.
+bin=$1
+. "$(dirname "$0")/namespace.sh"
+command -v systemd-analyze >/dev/null || { echo "skipped: systemd-analyze is not here (Debian package systemd)"; exit 77; }
+tree="$work/root"
+"$root/tools/systemd/install.sh" --root "$tree" vision bridge record || failed "install.sh: exit code $?"
+mkdir -p "$tree"/usr/{local/bin,bin,lib/systemd/system}
+nodes=(vision controller bridge robot-sim camera)
+for node in "${nodes[@]}"; do cp "$bin/multireach-$node" "$tree/usr/local/bin"; done
+cp "$(command -v lcm-logger)" "$tree/usr/bin"
+for kind in target slice mount; do cp /lib/systemd/system/*."$kind" "$tree/usr/lib/systemd/system"; done
+verify() { systemd-analyze verify --root="$tree" multireach.target "${nodes[@]/#/multireach@}" multireach-record@{control,images}.service 2>&1; }
+nodes=("${nodes[@]/%/.service}")
+said=$(verify) || failed "systemd-analyze fails: $said"
+[ -z "$said" ] || failed "systemd-analyze says: $said"
+conf="$tree/etc/systemd/system/multireach@bridge.service.d/real-time.conf"
+cp "$conf" "$work/sound"
+sed -i 's/^LimitRTPRIO/LimitRTPRI/' "$conf"
+verify | grep -q "Unknown key 'LimitRTPRI'" || failed "systemd-analyze does not see a wrong key"
+cp "$work/sound" "$conf"
+
+# A user's files stay.
+echo "OPTIONS=mine" >"$tree/etc/multireach/bridge.env"
+"$root/tools/systemd/install.sh" --root "$tree" bridge
+grep -qx "OPTIONS=mine" "$tree/etc/multireach/bridge.env" || failed "install.sh overwrites a configuration"
+"$root/tools/systemd/install.sh" --root "$tree" nose 2>"$work/err" && failed "a node that there is not"
+grep -q "'nose' is not one of" "$work/err" || failed "it says $(cat "$work/err")"
+
+# Without capabilities, with the unit's limits only, the bridge has its priority; without the limits it warns.
+limit() { sed -n "s/^$1=//p" "$conf" | sed 's/infinity/unlimited/'; }
+chmod 755 "$work"
+as_the_unit() {
+  timeout -s INT 4 prlimit --rtprio="$1" --memlock="$2" -- setpriv --reuid 65534 --regid 65534 --clear-groups --bounding-set=-all --no-new-privs -- \
+    "$bin/multireach-bridge" --config "$root/robots/hoap2/robot.yaml" --seconds 1 2>&1
+}
+said=$(as_the_unit 0 8388608)
+if [ "$(id -u)" -eq 0 ] && prlimit --rtprio=50 true 2>/dev/null && grep -q "is running" <<<"$said"; then
+  grep -q "no real-time priority" <<<"$said" || failed "the bridge does not say that it has no priority"
+  said=$(as_the_unit "$(limit LimitRTPRIO)" "$(limit LimitMEMLOCK)")
+  grep -q 'is running' <<<"$said" || failed "the bridge does not run: $said"
+  grep -qE 'no (real-time|locked)' <<<"$said" && failed "with the unit's limits: $said"
+else
+  echo "not checked: the limits of the bridge's unit cannot be set here"
+fi
+[ -z "${MULTIREACH_KEEP:-}" ] || echo "$said"
+grep -rq '^RestrictRealtime' "$tree/etc/systemd/system" && failed "RestrictRealtime forbids SCHED_FIFO"
+finish
