@@ -13,7 +13,7 @@ full=no
 case "${1:-}" in
   "") ;;
   --full) full=yes ;;
-  --help|-h) sed -n '2,9p' "$0" | cut -c3-; exit 0 ;;
+  --help|-h) sed -n '2,8p' "$0" | cut -c3-; exit 0 ;;
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
