@@ -135,8 +135,8 @@ command_of() {
     vision) command=("$bin/multireach-vision" --config "$vision" "${live[@]}") ;;
     controller|bridge) command=("$bin/multireach-$1" --config "$robot/robot.yaml" "${live[@]}") ;;
     robot_sim) command=("$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}") ;;
-    control_log) command=("${urgent[@]}" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
-    image_log) command=("${urgent[@]}" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
+    control_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
+    image_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
     view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
     source)
