@@ -87,95 +87,138 @@ std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraMo
   return polygon;
 }
 
-std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
-                                const RobustFit& options, const ContourCone* start) {
-  const int count = static_cast<int>(std::min<size_t>(points.size(), kMaxContourPoints));
-  if (count < 5) return std::nullopt;
-  std::array<Direction, kMaxContourPoints> directions;
-  for (int i = 0; i < count; ++i) directions[i] = Direction(points[i], d_ray_d_pixel);
+namespace {
 
-  Eigen::Vector3d n = start ? start->n : Eigen::Vector3d::Zero();
-  bool found = start && options.trials == 0;
+/// The points' directions, in the points' order.
+struct Directions {
+  int count = 0;
+  std::array<Direction, kMaxContourPoints> of;
+};
+
+/// RANSAC: the cone through three points that most of the others support, if enough do.
+std::optional<Eigen::Vector3d> best_of_trials(const Directions& directions, const RobustFit& options) {
+  const int count = directions.count;
   // A subset of the points scores each candidate cone, to save time.
   const int stride = 1 + (count - 1) / 64, voters = (count + stride - 1) / stride;
+  std::optional<Eigen::Vector3d> n;
   double best = voters * (1 - options.smallest_share);
   // Probability that no trial so far had three inliers, given the inlier share of the best cone.
   double missed = 1;
   const CounterRandom random(20081);
   for (int trial = 0; trial < options.trials && missed > kMissed; ++trial) {
-    const double good = found ? 1 - best / voters : 0;
+    const double good = n ? 1 - best / voters : 0;
     missed *= 1 - good * good * good;
     Eigen::Matrix3d E;
     const auto modulus = static_cast<uint64_t>(count);
     for (int k = 0; k < 3; ++k)
-      E.row(k) = directions[random.bits(static_cast<uint64_t>(3 * trial + k)) % modulus].e.transpose();
+      E.row(k) = directions.of[random.bits(static_cast<uint64_t>(3 * trial + k)) % modulus].e.transpose();
     const double det = E.determinant();
     if (!(std::abs(det) > 1e-12)) continue;
     const Eigen::Vector3d tried = E.inverse() * Eigen::Vector3d::Ones();
     if (!is_cone(tried)) continue;
     double cost = 0;
     for (int i = 0; i < count && cost < best; i += stride) {
-      const double z = directions[i].distance_px(tried) / options.gate_px;
+      const double z = directions.of[i].distance_px(tried) / options.gate_px;
       cost += std::min(z * z, 1.0);
     }
     if (cost >= best) continue;
     best = cost;
     n = tried;
-    found = true;
+  }
+  return n;
+}
+
+using Slopes = std::array<double, kMaxContourPoints>;
+
+/// Sets the points' residuals and their slopes at the cone `n`. Returns the robust standard deviation of residual /
+/// sigma of the points near the cone (the others are outliers); nothing when there are too few.
+std::optional<double> robust_scale(std::span<ContourPoint> points, const Directions& directions,
+                                   const Eigen::Vector3d& n, double largest_px, Slopes& slopes) {
+  std::array<double, kMaxContourPoints> sizes;
+  int near = 0;
+  for (int i = 0; i < directions.count; ++i) {
+    slopes[i] = directions.of[i].slope(n);
+    points[i].residual_px = (1 - directions.of[i].e.dot(n)) / slopes[i];
+    if (std::abs(points[i].residual_px) < largest_px)
+      sizes[near++] = std::abs(points[i].residual_px) / points[i].sigma_px;
+  }
+  if (near < 5) return std::nullopt;
+  std::nth_element(sizes.begin(), sizes.begin() + near / 2, sizes.begin() + near);
+  return sizes[near / 2] / 0.6745;
+}
+
+/// Sums of one step of iteratively reweighted least squares.
+struct WeightedSums {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), G = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double psi2 = 0, slope_of_psi = 0;  // of Tukey's biweight
+  double points = 0;                  // sum of the weights
+};
+
+/// Weights the points by their residuals with Tukey's biweight, zero beyond `reach` sigmas, and sums them up.
+WeightedSums weigh(std::span<ContourPoint> points, const Directions& directions, const Slopes& slopes, double reach,
+                   double largest_px) {
+  WeightedSums sums;
+  for (int i = 0; i < directions.count; ++i) {
+    ContourPoint& point = points[i];
+    const double z = point.residual_px / point.sigma_px, t = z / reach;
+    point.weight = std::abs(t) < 1 && std::abs(point.residual_px) < largest_px ? (1 - t * t) * (1 - t * t) : 0;
+    point.pull.setZero();
+    if (point.weight == 0) continue;
+    const Eigen::Vector3d& e = directions.of[i].e;
+    const double slope = slopes[i];
+    const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
+    point.pull = -w * slope * e;
+    const Eigen::Matrix3d square = e * e.transpose();
+    sums.A += w * square;
+    sums.G += point.weight / (slope * slope) * square;
+    sums.b += w * e;
+    sums.psi2 += point.weight * point.weight * z * z;
+    sums.slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
+    sums.points += point.weight;
+  }
+  return sums;
+}
+
+}  // namespace
+
+std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
+                                const RobustFit& options, const ContourCone* start) {
+  Directions directions;
+  directions.count = static_cast<int>(std::min<size_t>(points.size(), kMaxContourPoints));
+  if (directions.count < 5) return std::nullopt;
+  for (int i = 0; i < directions.count; ++i) directions.of[i] = Direction(points[i], d_ray_d_pixel);
+  std::optional<Eigen::Vector3d> found;
+  if (options.trials > 0) {
+    found = best_of_trials(directions, options);
+  } else if (start) {
+    found = start->n;
   }
   if (!found) return std::nullopt;
 
+  Eigen::Vector3d n = *found;
   ConeFit fit;
-  std::array<double, kMaxContourPoints> sizes, slopes;
+  Slopes slopes;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
-    // The robust scale comes from the points near the cone only: the others are outliers.
-    int near = 0;
-    for (int i = 0; i < count; ++i) {
-      slopes[i] = directions[i].slope(n);
-      points[i].residual_px = (1 - directions[i].e.dot(n)) / slopes[i];
-      if (std::abs(points[i].residual_px) < options.largest_px)
-        sizes[near++] = std::abs(points[i].residual_px) / points[i].sigma_px;
-    }
-    if (near < 5) return std::nullopt;
-    std::nth_element(sizes.begin(), sizes.begin() + near / 2, sizes.begin() + near);
-    fit.scale = sizes[near / 2] / 0.6745;
-    const double reach = options.tuning * std::max(1.0, fit.scale);
-
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), G = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    double psi2 = 0, slope_of_psi = 0;
-    fit.points = 0;
-    for (int i = 0; i < count; ++i) {
-      ContourPoint& point = points[i];
-      const double z = point.residual_px / point.sigma_px, t = z / reach;
-      point.weight =
-          std::abs(t) < 1 && std::abs(point.residual_px) < options.largest_px ? (1 - t * t) * (1 - t * t) : 0;
-      point.pull.setZero();
-      if (point.weight == 0) continue;
-      const double slope = slopes[i];
-      const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
-      point.pull = -w * slope * directions[i].e;
-      const Eigen::Matrix3d square = directions[i].e * directions[i].e.transpose();
-      A += w * square;
-      G += point.weight / (slope * slope) * square;
-      b += w * directions[i].e;
-      psi2 += point.weight * point.weight * z * z;
-      slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
-      fit.points += point.weight;
-    }
-    const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
+    const auto scale = robust_scale(points, directions, n, options.largest_px, slopes);
+    if (!scale) return std::nullopt;
+    fit.scale = *scale;
+    const WeightedSums sums =
+        weigh(points, directions, slopes, options.tuning * std::max(1.0, fit.scale), options.largest_px);
+    fit.points = sums.points;
+    const Eigen::LDLT<Eigen::Matrix3d> ldlt(sums.A);
     if (ldlt.info() != Eigen::Success || fit.points < 5) return std::nullopt;
     const Eigen::Vector3d before = n;
-    n = ldlt.solve(b);
+    n = ldlt.solve(sums.b);
     if (!is_cone(n)) return std::nullopt;
     // A slope converts the step to pixels; the slopes of one contour are nearly equal, so the first one serves.
     if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
-    fit.covariance = A.inverse();
-    fit.geometry = (G / fit.points).inverse();
+    fit.covariance = sums.A.inverse();
+    fit.geometry = (sums.G / fit.points).inverse();
     // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), relative to the sum of
     // the weights.
-    fit.spread = psi2 * fit.points / std::max(1.0, slope_of_psi * slope_of_psi);
+    fit.spread = sums.psi2 * fit.points / std::max(1.0, sums.slope_of_psi * sums.slope_of_psi);
     break;
   }
   fit.cone.n = n;

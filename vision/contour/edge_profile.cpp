@@ -199,31 +199,60 @@ struct Window {
   }
 };
 
-}  // namespace
+/// The colours of both sides of an edge, taken next to its window.
+struct Sides {
+  Eigen::Vector3d inside, outside;
+  Eigen::Vector3d slope;      // of the background's colour, per pixel
+  double belief = 0;          // in the measured slope
+  double slope_noise2 = 0;    // its variance
+  double outside_middle = 0;  // where `outside` holds, pixels outwards of the window's middle
 
-bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading,
-                  Edge& edge) {
-  const int half = model.half;
-  const double noise2 = model.noise * model.noise;
-  // A slope over three pixels has the noise variance noise^2 / 2: shrink it by the usual variance of slopes (Wiener).
-  const double slope_noise2 = noise2 / 2, belief = model.outside_slope2 / (model.outside_slope2 + slope_noise2);
-  const Eigen::Vector3d slope = belief * outside_slope(profile, model);
-  const Eigen::Vector3d inside = mean_inside(profile, model), outside = mean_outside(profile, model);
-  const double outside_middle = half + 0.5 * (kSide + 1);
-  // Shading of the object relative to the pixels next to the window, represented by the middle one of them.
-  const auto terms_at = [&](int k) { return Shading::terms_of(surface_normal(profile, edgel, model.radius_px, k)); };
-  Shading::Terms beside = Shading::Terms::Zero(), at_rim = Shading::Terms::Zero(), sum = Shading::Terms::Zero();
-  const double expected = (edgel.at - profile.middle) * edgel.outward;
-  const int last_inside = static_cast<int>(std::floor(expected + 0.5));  // pixel that contains the edge
-  if (shading.known()) {
-    beside = terms_at(-half - (kSide + 1) / 2);
-    at_rim = terms_at(last_inside) - beside;
+  Sides(const EdgeProfile& profile, const EdgeModel& model)
+      : slope_noise2(model.noise * model.noise / 2), outside_middle(model.half + 0.5 * (kSide + 1)) {
+    // A slope over three pixels has the noise variance noise^2 / 2: shrink it by the usual variance of slopes (Wiener).
+    belief = model.outside_slope2 / (model.outside_slope2 + slope_noise2);
+    slope = belief * outside_slope(profile, model);
+    inside = mean_inside(profile, model);
+    outside = mean_outside(profile, model);
   }
-  const Eigen::Vector3d rim = inside + shading.colour(at_rim);
+};
 
-  // Fisher's discriminant. The noise is equal in all channels, plus shading error along the object's own colour, plus,
-  // where the chroma is unreliable, chroma error perpendicular to the brightness direction.
-  const Eigen::Vector3d difference = rim - (outside - slope * outside_middle);
+/// Shading of the object across an edge, relative to the pixels next to the window, represented by the middle one of
+/// them.
+class RimShading {
+ public:
+  RimShading(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading)
+      : profile_(profile),
+        edgel_(edgel),
+        radius_px_(model.radius_px),
+        known_(shading.known()),
+        last_inside_(static_cast<int>(std::floor((edgel.at - profile.middle) * edgel.outward + 0.5))) {
+    if (!known_) return;
+    beside_ = terms_at(-model.half - (kSide + 1) / 2);
+    at_rim_ = terms_at(last_inside_) - beside_;
+  }
+  const Shading::Terms& at_rim() const { return at_rim_; }
+  /// At a pixel of the window; at the rim and beyond, that of the rim.
+  Shading::Terms at(int k) const {
+    return known_ && k < last_inside_ ? Shading::Terms(terms_at(k) - beside_) : at_rim_;
+  }
+
+ private:
+  Shading::Terms terms_at(int k) const { return Shading::terms_of(surface_normal(profile_, edgel_, radius_px_, k)); }
+
+  const EdgeProfile& profile_;
+  const Edgel& edgel_;
+  double radius_px_;
+  bool known_;
+  int last_inside_;  // pixel that contains the edge
+  Shading::Terms beside_ = Shading::Terms::Zero(), at_rim_ = Shading::Terms::Zero();
+};
+
+/// Fisher's discriminant between the rim's colour and the background's. The noise is equal in all channels, plus
+/// shading error along the object's own colour, plus, where the chroma is unreliable, chroma error perpendicular to the
+/// brightness direction.
+Eigen::Vector3d discriminant(const Eigen::Vector3d& rim, const Eigen::Vector3d& difference, const EdgeModel& model) {
+  const double noise2 = model.noise * model.noise;
   const double brightness2 = std::max(1.0, rim.squaredNorm());
   const double shading2 = model.shading_error * model.shading_error * brightness2;
   const Eigen::Vector3d y = luma_direction();
@@ -231,17 +260,63 @@ bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeMode
   const double colour2 = kColourError * kColourError;
   Eigen::Matrix3d disturbing = (noise2 + colour2 + chroma2) * Eigen::Matrix3d::Identity();
   disturbing += (shading2 / brightness2) * rim * rim.transpose() - chroma2 * y * y.transpose();
-  const Eigen::Vector3d w = disturbing.inverse() * difference;
-  const double span = w.dot(difference), length = w.norm();
-  if (!(span > kMinContrast * length)) return false;
+  return disturbing.inverse() * difference;
+}
+
+using ShadingOfWindow = std::array<Shading::Terms, Window::kMost>;
+
+/// Sets the edge's errors from the shares of the window's pixels and their influence. `w` is the discriminant, `span`
+/// its value for the difference of both sides.
+void propagate_errors(const EdgeProfile& profile, const EdgeModel& model, const Window& window, const Sides& sides,
+                      const ShadingOfWindow& shaded, const Eigen::Vector3d& rim, const Eigen::Vector3d& w, double span,
+                      Edge& edge) {
+  const int half = model.half;
+  const double noise2 = model.noise * model.noise, length = w.norm();
+  // d at / d inside = -covered, d at / d outside = -uncovered, each the mean of kSide pixels; d at / d slope = -lever.
+  double covered = 0, uncovered = 0, lever = 0, pixels = 0;
+  Shading::Terms sum = Shading::Terms::Zero();
+  for (int k = -half; k <= half; ++k) {
+    const auto i = static_cast<size_t>(half + k);
+    const double share = window.share[i], influence = window.influence[i];
+    covered += influence * share;
+    uncovered += influence * (1 - share);
+    lever += influence * (1 - share) * (k - sides.outside_middle);
+    pixels += influence * influence;
+    sum += influence * std::clamp(share, 0.0, 1.0) * shaded[i];
+  }
+  const double gain2 = length * length / (span * span), belief = sides.belief;
+  const double random =
+      noise2 * (pixels + (covered * covered + uncovered * uncovered) / kSide) +
+      lever * lever * (belief * belief * sides.slope_noise2 + (1 - belief) * (1 - belief) * model.outside_slope2);
+  // Background texture: curvature of the background beyond what the noise explains.
+  const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
+  const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
+  edge.sigma_px = std::sqrt(gain2 * random + texture);
+  // The shading model's error acts on about one pixel at most; the error of its fit acts on all covered pixels.
+  edge.shading_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
+  edge.shading_terms = sum;
+}
+
+}  // namespace
+
+bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model, const Shading& shading,
+                  Edge& edge) {
+  const int half = model.half;
+  const Sides sides(profile, model);
+  const RimShading rim_shading(profile, edgel, model, shading);
+  const Eigen::Vector3d rim = sides.inside + shading.colour(rim_shading.at_rim());
+  const Eigen::Vector3d difference = rim - (sides.outside - sides.slope * sides.outside_middle);
+  const Eigen::Vector3d w = discriminant(rim, difference, model);
+  const double span = w.dot(difference);
+  if (!(span > kMinContrast * w.norm())) return false;
 
   Window window{.half = half};
-  std::array<Shading::Terms, Window::kMost> shaded;
+  ShadingOfWindow shaded;
   for (int k = -half; k <= half; ++k) {
     Shading::Terms& here = shaded[static_cast<size_t>(half + k)];
-    here = shading.known() && k < last_inside ? Shading::Terms(terms_at(k) - beside) : at_rim;
-    const Eigen::Vector3d of_object = inside + shading.colour(here);
-    const Eigen::Vector3d of_background = outside + slope * (k - outside_middle);
+    here = rim_shading.at(k);
+    const Eigen::Vector3d of_object = sides.inside + shading.colour(here);
+    const Eigen::Vector3d of_background = sides.outside + sides.slope * (k - sides.outside_middle);
     const double whole = w.dot(of_object - of_background);
     if (!(whole > 0.2 * span)) return false;
     window.share_of(k) = w.dot(profile.at(k) - of_background) / whole;
@@ -251,30 +326,10 @@ bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeMode
     const double tilt2 = 1 / (edgel.cosine * edgel.cosine) - 1;
     from_middle = window.by_shape(from_middle, std::sqrt(tilt2 + 12 * model.blur2));
   }
+  const double expected = (edgel.at - profile.middle) * edgel.outward;
   if (!(std::abs(from_middle - expected) < half)) return false;
   edge.at = profile.middle + edgel.outward * from_middle;
-  // d at / d inside = -covered, d at / d outside = -uncovered, each the mean of kSide pixels; d at / d slope = -lever.
-  double covered = 0, uncovered = 0, lever = 0, pixels = 0;
-  for (int k = -half; k <= half; ++k) {
-    const auto i = static_cast<size_t>(half + k);
-    const double share = window.share[i], influence = window.influence[i];
-    covered += influence * share;
-    uncovered += influence * (1 - share);
-    lever += influence * (1 - share) * (k - outside_middle);
-    pixels += influence * influence;
-    sum += influence * std::clamp(share, 0.0, 1.0) * shaded[i];
-  }
-  const double gain2 = length * length / (span * span);
-  const double random =
-      noise2 * (pixels + (covered * covered + uncovered * uncovered) / kSide) +
-      lever * lever * (belief * belief * slope_noise2 + (1 - belief) * (1 - belief) * model.outside_slope2);
-  // Background texture: curvature of the background beyond what the noise explains.
-  const double second = w.dot(profile.at(half + 1) - 2 * profile.at(half + 2) + profile.at(half + 3)) / span;
-  const double texture = uncovered * uncovered * std::max(0.0, second * second / 6 - gain2 * noise2);
-  edge.sigma_px = std::sqrt(gain2 * random + texture);
-  // The shading model's error acts on about one pixel at most; the error of its fit acts on all covered pixels.
-  edge.shading_px = model.shading_error * w.dot(rim) / span * std::clamp(covered, 0.0, 1.0);
-  edge.shading_terms = sum;
+  propagate_errors(profile, model, window, sides, shaded, rim, w, span, edge);
   edge.shading_gain = -edgel.outward / span * w;
   return true;
 }
