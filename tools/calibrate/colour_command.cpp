@@ -11,6 +11,7 @@
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/camera_output.hpp"
+#include "tools/calibrate/colour_region.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "vision/colour/colour_table.hpp"
 #include "vision/colour/learn_colour.hpp"
@@ -49,20 +50,6 @@ std::vector<int> integers(const std::string& option, const std::string& text, si
   return values;
 }
 
-/// Bounding rectangle of the connected pixels around a click that have about its colour.
-cv::Rect patch_around(const cv::Mat& bgr, const cv::Point& click) {
-  constexpr int kApart = 30;    // grey levels; largest difference from the clicked colour, in each channel
-  constexpr int kSmallest = 4;  // pixels; smallest half size of the patch
-  const cv::Rect whole({0, 0}, bgr.size());
-  cv::Mat mask = cv::Mat::zeros(bgr.rows + 2, bgr.cols + 2, CV_8UC1);
-  cv::Mat smooth;
-  cv::GaussianBlur(bgr, smooth, {5, 5}, 0);
-  cv::Rect patch;
-  cv::floodFill(smooth, mask, click, {}, &patch, cv::Scalar::all(kApart), cv::Scalar::all(kApart),
-                4 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE);
-  return (patch | cv::Rect(click.x - kSmallest, click.y - kSmallest, 2 * kSmallest + 1, 2 * kSmallest + 1)) & whole;
-}
-
 cv::Rect rectangle_in_window(const Picture& picture, const cv::Mat& bgr) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) {
     throw InputError("--in-window: there is no display; give --rectangle-left and --rectangle-right instead");
@@ -97,7 +84,7 @@ cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window
       throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", picture.name, click,
                                    picture.file, bgr.cols, bgr.rows));
     }
-    all |= patch_around(bgr, {v[0], v[1]});
+    all |= region_around(bgr, {v[0], v[1]});
   }
   return all;
 }

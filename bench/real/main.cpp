@@ -1,0 +1,264 @@
+// multireach-bench-real: learns colours from clicks on real images and tracks the objects, beside the usual OpenCV
+// recipe on the same images.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <opencv2/imgproc.hpp>
+
+#include "bench/real/real_set.hpp"
+#include "bench/real/recipe.hpp"
+#include "runtime/image_file.hpp"
+#include "tools/calibrate/colour_region.hpp"
+#include "vision/colour/learn_colour.hpp"
+#include "vision/stereo_vision.hpp"
+
+namespace multireach::bench {
+namespace {
+
+using vision::TargetTrack;
+
+constexpr double kRight = 10, kWrong = 25;  // pixels from the label
+
+/// Answers of one method to the labelled images.
+struct Score {
+  int labelled = 0, right = 0, between = 0, wrong = 0, by_contour = 0, elsewhere = 0;
+  std::vector<double> errors_px;
+
+  void add(const std::optional<cv::Point2d>& answer, const std::vector<cv::Point2d>* labels) {
+    if (!labels) {
+      elsewhere += answer.has_value();
+      return;
+    }
+    ++labelled;
+    if (!answer) return;
+    double nearest = 1e9;
+    for (const cv::Point2d& label : *labels) nearest = std::min(nearest, cv::norm(*answer - label));
+    right += nearest <= kRight;
+    between += nearest > kRight && nearest <= kWrong;
+    wrong += nearest > kWrong;
+    if (nearest <= kWrong) errors_px.push_back(nearest);
+  }
+  double median_px() {
+    if (errors_px.empty()) return 0;
+    std::ranges::sort(errors_px);
+    return errors_px[errors_px.size() / 2];
+  }
+};
+
+/// One object, learned from one click, through a whole video.
+struct Run {
+  size_t object = 0, click_image = 0;
+  std::string fault;  // why the colour was not learned
+  std::unique_ptr<vision::StereoVision> ours;
+  std::unique_ptr<Recipe> recipe;
+  Score ours_score, recipe_score;
+  std::map<std::string, int> reasons;
+};
+
+vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourModel& left,
+                                  const vision::ColourModel& right) {
+  vision::TrackerOptions options;
+  options.rig = rig;
+  options.colour = {left, right};
+  return options;
+}
+
+void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, Run& run) {
+  run.recipe = std::make_unique<Recipe>(image, click);
+  const vision::LearnedColour learned = vision::learn_colour(image, region_around(image, click));
+  if (learned.status != vision::LearnedColour::Status::kLearned) {
+    run.fault = description(learned.status);
+    return;
+  }
+  run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, learned.model, learned.model)});
+}
+
+/// The images to learn an object's colour from: those that the set names, or `clicks` spread evenly over its labels.
+std::vector<size_t> click_images(const LabelledObject& object, int clicks) {
+  if (!object.clicks.empty()) return object.clicks;
+  std::vector<size_t> images;
+  for (int click = 0; click < clicks; ++click) {
+    const auto at = static_cast<ptrdiff_t>(object.centres.size()) * (2 * click + 1) / (2 * clicks);
+    images.push_back(std::next(object.centres.begin(), at)->first);
+  }
+  return images;
+}
+
+/// The runs of a video: each object, learned from each of its clicks.
+std::vector<Run> runs_of(const RealSet& set, int clicks) {
+  std::vector<Run> runs;
+  for (size_t k = 0; k < set.labelled.size(); ++k) {
+    for (const size_t number : click_images(set.labelled[k], clicks)) {
+      const cv::Mat image = read_image(set.images[number]);
+      const cv::Point2d centre = set.labelled[k].centres.at(number).front();
+      const cv::Point point(cvRound(centre.x), cvRound(centre.y));
+      if (!cv::Rect({0, 0}, image.size()).contains(point)) continue;
+      Run& run = runs.emplace_back();
+      run.object = k;
+      run.click_image = number;
+      learn(set, image, point, run);
+    }
+  }
+  return runs;
+}
+
+void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& right, Run& run, bool verbose) {
+  const LabelledObject& object = set.labelled[run.object];
+  const auto found = object.centres.find(k);
+  const std::vector<cv::Point2d>* labels = found == object.centres.end() ? nullptr : &found->second;
+  std::optional<cv::Point2d> answer;
+  if (run.ours) {
+    const auto utime = static_cast<int64_t>(1e6 + 1e6 * static_cast<double>(k) / set.frames_per_s);
+    vision::DecodedImages images({utime, utime, utime}, left, right);
+    run.ours->update(images);
+    const vision::StereoVision::Target& target = run.ours->targets().front();
+    const bool tracked = target.report.status == TargetTrack::Status::kTracked;
+    if (tracked) answer = cv::Point2d(target.match.left_px.x(), target.match.left_px.y());
+    if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
+    if (labels) ++run.reasons[target.report.reason];
+    if (verbose && labels) {
+      std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
+                  tracked ? "tracked" : "-", target.match.left_px.x(), target.match.left_px.y(), (*labels)[0].x,
+                  (*labels)[0].y, target.match.both_by_contour ? " contour" : "", target.report.reason);
+    }
+  }
+  run.ours_score.add(answer, labels);
+  run.recipe_score.add(run.recipe->find(left), labels);
+}
+
+double percent(int part, int all) {
+  return all > 0 ? 100.0 * part / all : 0;
+}
+
+void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
+  for (size_t k = 0; k < set.labelled.size(); ++k) {
+    Score ours, recipe;
+    double least = 100, most_wrong = 0, recipe_least = 100;
+    for (const Run& run : runs) {
+      if (run.object != k) continue;
+      for (auto [sum, one] : {std::pair(&ours, &run.ours_score), {&recipe, &run.recipe_score}}) {
+        sum->labelled += one->labelled;
+        sum->right += one->right;
+        sum->between += one->between;
+        sum->wrong += one->wrong;
+        sum->by_contour += one->by_contour;
+        sum->elsewhere += one->elsewhere;
+        sum->errors_px.insert(sum->errors_px.end(), one->errors_px.begin(), one->errors_px.end());
+      }
+      least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
+      most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
+      recipe_least = std::min(recipe_least, percent(run.recipe_score.right, run.recipe_score.labelled));
+      if (!verbose) continue;
+      std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; recipe %d, %d. %s\n",
+                  set.labelled[k].name.c_str(), run.click_image, run.ours_score.right, run.ours_score.wrong,
+                  run.ours_score.labelled, run.recipe_score.right, run.recipe_score.wrong, run.fault.c_str());
+      for (const auto& [reason, count] : run.reasons) std::printf("      %d %s\n", count, reason.c_str());
+    }
+    const int all = ours.labelled;
+    std::printf("| %s | %s | %s | %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f (%.1f) | %.1f | %.2f |\n",
+                set.name.c_str(), set.for_judging ? "judging" : "setting", set.labelled[k].name.c_str(), all,
+                percent(ours.right, all), least, percent(ours.wrong, all), most_wrong,
+                percent(all - ours.right - ours.between - ours.wrong, all), percent(ours.by_contour, all),
+                ours.median_px(), percent(recipe.right, all), recipe_least, percent(recipe.wrong, all),
+                recipe.median_px());
+  }
+  std::fflush(stdout);
+}
+
+void run_video(const RealSet& set, int clicks, bool verbose) {
+  std::vector<Run> runs = runs_of(set, clicks);
+  for (size_t k = 0; k < set.images.size(); ++k) {
+    const cv::Mat left = read_image(set.images[k]);
+    cv::Mat right(left.size(), left.type());
+    cv::copyMakeBorder(left.colRange(set.disparity_px, left.cols), right, 0, 0, 0, set.disparity_px,
+                       cv::BORDER_REPLICATE);
+    for (Run& run : runs) take(set, k, left, right, run, verbose);
+  }
+  print_video(set, runs, verbose);
+}
+
+/// Distance of a depth from the range of true depths, m, positive when it is beyond.
+double outside_range(const StillObject& object, double depth_m) {
+  return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
+}
+
+void run_still(const RealSet& set) {
+  for (const StillObject& object : set.still) {
+    const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
+    const Recipe left_recipe(set.left, object.click), right_recipe(set.right, in_right);
+    const auto a = left_recipe.find(set.left), b = right_recipe.find(set.right);
+    const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
+    const double recipe_mm = a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x)) : NAN;
+    const auto left = vision::learn_colour(set.left, region_around(set.left, object.click));
+    const auto right = vision::learn_colour(set.right, region_around(set.right, in_right));
+    const char* answer = "not learned";
+    double error_mm = NAN, sigmas = NAN;
+    using Status = vision::LearnedColour::Status;
+    if (left.status == Status::kLearned && right.status == Status::kLearned) {
+      vision::StereoTracker tracker(options_of(set.rig, left.model, right.model));
+      const vision::StereoMatch match = tracker.find(set.left, set.right);
+      answer = description(match.status);
+      if (match.status == vision::StereoMatch::Status::kSeen) {
+        const double off = outside_range(object, match.point.depth_left_m);
+        error_mm = 1000 * off;
+        sigmas = off / std::sqrt(match.point.covariance(2, 2));
+        const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
+        if (!object.region.contains(at)) answer = "seen elsewhere";
+      }
+    }
+    std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
+                set.for_judging ? "judging" : "setting", object.name.c_str(), object.whole ? "whole" : "a part",
+                object.least_m, object.most_m, answer, error_mm, sigmas, recipe_mm);
+  }
+  std::fflush(stdout);
+}
+
+int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
+  std::vector<RealSet> videos, pairs;
+  for (const std::string& folder : folders) {
+    RealSet set = RealSet::load(folder);
+    (set.images.empty() ? pairs : videos).push_back(std::move(set));
+  }
+  if (!videos.empty()) {
+    std::printf(
+        "Per cent of labelled images, over all clicks (%d for an object, or those that the set names); in brackets the "
+        "worst click. Right: TRACKED within %.0f px of the "
+        "label. Wrong: beyond %.0f px.\n\n"
+        "| video | use | object | images x clicks | right | wrong | no answer | by contour | median px | recipe: right "
+        "| "
+        "wrong | median px |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        clicks, kRight, kWrong);
+  }
+  for (const RealSet& set : videos) run_video(set, clicks, verbose);
+  if (!pairs.empty()) {
+    std::printf(
+        "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | recipe outside by, "
+        "mm |\n|---|---|---|---|---|---|---|---|---|\n");
+  }
+  for (const RealSet& set : pairs) run_still(set);
+  return 0;
+}
+
+}  // namespace
+}  // namespace multireach::bench
+
+int main(int argc, char** argv) {
+  CLI::App app("Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV recipe.");
+  std::vector<std::string> folders;
+  int clicks = 5;
+  bool verbose = false;
+  app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
+  app.add_option("--clicks", clicks, "images of each object that the colour is learned from, one after the other")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_flag("--verbose", verbose, "a line for each run and image as well");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    return multireach::bench::measure(folders, clicks, verbose);
+  } catch (const std::exception& fault) {
+    std::fprintf(stderr, "multireach-bench-real: %s\n", fault.what());
+    return 2;
+  }
+}

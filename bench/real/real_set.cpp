@@ -1,0 +1,173 @@
+#include "bench/real/real_set.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "runtime/config.hpp"
+#include "runtime/image_file.hpp"
+
+namespace multireach::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> images_in(const Config& config, const fs::path& folder) {
+  std::vector<std::string> images;
+  if (!fs::is_directory(folder)) config.fail("images", "a folder of images");
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string ending = entry.path().extension().string();
+    if (ending == ".jpg" || ending == ".png") images.push_back(entry.path().string());
+  }
+  std::ranges::sort(images);
+  const auto keep = config.numbers("range", 2, std::vector<double>{0, 1e9});
+  const auto count = static_cast<double>(images.size());
+  const auto first = static_cast<ptrdiff_t>(std::clamp(keep[0], 0.0, count));
+  const auto end = static_cast<ptrdiff_t>(std::clamp(keep[1], 0.0, count));
+  if (first >= end) config.fail("range", "numbers of the first image and of the one after the last");
+  return {images.begin() + first, images.begin() + end};
+}
+
+/// Reads lines `image,object,x,y`; the first line names the columns.
+std::vector<LabelledObject> labels_from(const std::string& path, const std::vector<std::string>& images) {
+  std::map<std::string, size_t> number;
+  for (size_t k = 0; k < images.size(); ++k) number[fs::path(images[k]).filename().string()] = k;
+  std::map<std::string, LabelledObject> objects;
+  std::ifstream file(path);
+  if (!file) throw InputError(path + ": cannot be read");
+  std::string line;
+  for (int row = 1; std::getline(file, line); ++row) {
+    if (row == 1 || line.empty()) continue;
+    std::istringstream cells(line);
+    std::string image, object;
+    double x = 0, y = 0;
+    char comma = 0;
+    std::getline(cells, image, ',');
+    std::getline(cells, object, ',');
+    if (!(cells >> x >> comma >> y)) {
+      throw InputError(fmt::format("{}, line {}: '{}' is not image,object,x_px,y_px", path, row, line));
+    }
+    const auto found = number.find(image);
+    if (found == number.end()) continue;  // outside `range`
+    objects[object].name = object;
+    objects[object].centres[found->second].push_back({x, y});
+  }
+  std::vector<LabelledObject> list;
+  for (auto& [name, object] : objects) list.push_back(std::move(object));
+  if (list.empty()) throw InputError(path + ": has no label of an image that is there");
+  return list;
+}
+
+/// Reads which images the colours are learned from: a map from objects to images, where the set names them.
+void read_clicks(const Config& config, RealSet& set) {
+  if (!config.has("clicks")) return;
+  const Config clicks = config.section("clicks");
+  for (LabelledObject& object : set.labelled) {
+    if (!clicks.has(object.name)) continue;
+    for (const std::string& image : clicks.texts(object.name)) {
+      const auto at = std::ranges::find_if(
+          set.images, [&](const std::string& path) { return fs::path(path).filename().string() == image; });
+      const auto number = static_cast<size_t>(at - set.images.begin());
+      if (!object.centres.contains(number)) clicks.fail(object.name, "names of images with a label of this object");
+      object.clicks.push_back(number);
+    }
+  }
+  clicks.finish();
+}
+
+StereoRig rig_of(const Config& config, const cv::Size& size, double fx, double baseline_m) {
+  if (size.empty()) config.fail("images", "images that can be read");
+  StereoRig rig;
+  rig.left = {.width = size.width,
+              .height = size.height,
+              .fx = fx,
+              .fy = fx,
+              .cx = 0.5 * (size.width - 1),
+              .cy = 0.5 * (size.height - 1),
+              .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -baseline_m;
+  return rig;
+}
+
+void load_video(const Config& config, const fs::path& folder, RealSet& set) {
+  set.images = images_in(config, folder / config.text("images"));
+  set.labelled = labels_from((folder / config.text("labels")).string(), set.images);
+  read_clicks(config, set);
+  set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
+  set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
+  const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);
+  set.rig = rig_of(config, read_image(set.images.front()).size(), fx, baseline);
+}
+
+/// Depths of the region's pixels whose disparity is within a few pixels of that at the click.
+void set_true_depths(const Config& config, const cv::Mat& disparity_px, double fx_baseline, StillObject& object) {
+  constexpr double kSameObject = 4;  // px of disparity
+  object.disparity_px = disparity_px.at<double>(object.click);
+  if (!(object.disparity_px > 0)) config.fail("click", "a point whose true disparity is known");
+  std::vector<double> depths;
+  for (int row = object.region.y; row < object.region.br().y; ++row) {
+    for (int column = object.region.x; column < object.region.br().x; ++column) {
+      const double d = disparity_px.at<double>(row, column);
+      if (d > 0 && std::abs(d - object.disparity_px) < kSameObject) depths.push_back(fx_baseline / d);
+    }
+  }
+  std::ranges::sort(depths);
+  object.least_m = depths[depths.size() / 20];
+  object.most_m = depths[depths.size() * 19 / 20];
+}
+
+void load_still(const Config& config, const fs::path& folder, RealSet& set) {
+  set.left = read_image((folder / config.text("left")).string());
+  set.right = read_image((folder / config.text("right")).string());
+  const std::string path = (folder / config.text("disparity")).string();
+  const cv::Mat coded = cv::imread(path, cv::IMREAD_GRAYSCALE);
+  if (coded.size() != set.left.size()) config.fail("disparity", "an image of the left image's size");
+  const double scale = config.number("disparity_scale", 1e-3, 1e6, 1);
+  const double offset = config.number("disparity_offset_px", -1e6, 1e6, 0);
+  const double fx = config.number("fx_px", 1, 1e6), baseline = config.number("baseline_m", 1e-3, 10);
+  cv::Mat disparity_px(coded.size(), CV_64F);
+  for (int row = 0; row < coded.rows; ++row) {
+    for (int column = 0; column < coded.cols; ++column) {
+      const int value = coded.at<uint8_t>(row, column);
+      disparity_px.at<double>(row, column) = value > 0 ? value / scale + offset : -1;
+    }
+  }
+  set.rig = rig_of(config, set.left.size(), fx, baseline);
+  const cv::Rect image({0, 0}, set.left.size());
+  for (const Config& section : config.sections("objects")) {
+    StillObject object;
+    object.name = section.text("name");
+    const auto click = section.numbers("click", 2), region = section.numbers("region", 4);
+    object.click = {cvRound(click[0]), cvRound(click[1])};
+    object.region = cv::Rect(cvRound(region[0]), cvRound(region[1]), cvRound(region[2]), cvRound(region[3])) & image;
+    object.whole = section.flag("whole", true);
+    if (!object.region.contains(object.click)) section.fail("click", "a point inside `region` and the image");
+    section.finish();
+    set_true_depths(section, disparity_px, fx * baseline, object);
+    set.still.push_back(object);
+  }
+}
+
+}  // namespace
+
+RealSet RealSet::load(const std::string& folder) {
+  const Config config = Config::load((fs::path(folder) / "set.yaml").string());
+  RealSet set;
+  set.name = config.text("name");
+  set.for_judging = config.choice("use", {"setting", "judging"}) == "judging";
+  if (config.has("images")) {
+    load_video(config, folder, set);
+  } else {
+    load_still(config, folder, set);
+  }
+  config.finish();
+  return set;
+}
+
+}  // namespace multireach::bench

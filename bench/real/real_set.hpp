@@ -1,0 +1,49 @@
+#pragma once
+
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "imaging/stereo_rig.hpp"
+
+namespace multireach::bench {
+
+/// A labelled object in a real video: where its centre is in each labelled image. Several objects of one colour share
+/// a name; an image then has several points.
+struct LabelledObject {
+  std::string name;
+  std::map<size_t, std::vector<cv::Point2d>> centres;  ///< by the image's number
+  std::vector<size_t> clicks;                          ///< numbers of the images to learn the colour from; may be empty
+};
+
+/// An object in a real stereo pair with true disparities.
+struct StillObject {
+  std::string name;
+  cv::Point click;                 ///< a point on it in the left image
+  cv::Rect region;                 ///< encloses it in the left image
+  bool whole = true;               ///< both images show all of it
+  double least_m = 0, most_m = 0;  ///< 5 % and 95 % of the true depths of its visible surface
+  double disparity_px = 0;         ///< at the click
+};
+
+/// Real data in one folder, as set.yaml in it describes (docs/vision.md).
+struct RealSet {
+  std::string name;
+  bool for_judging = false;  ///< no constant was chosen on it
+  StereoRig rig;
+  // A video with labelled centres. The second camera's image is the first's, shifted by `disparity_px`.
+  std::vector<std::string> images;
+  std::vector<LabelledObject> labelled;
+  double frames_per_s = 30;
+  int disparity_px = 0;
+  // A stereo pair.
+  cv::Mat left, right;
+  std::vector<StillObject> still;
+
+  /// Throws InputError.
+  static RealSet load(const std::string& folder);
+};
+
+}  // namespace multireach::bench

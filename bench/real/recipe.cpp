@@ -1,0 +1,54 @@
+#include "bench/real/recipe.hpp"
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace multireach::bench {
+
+Recipe::Recipe(const cv::Mat& bgr, const cv::Point& click) {
+  cv::Mat hsv;
+  cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
+  clicked_hue_ = hsv.at<cv::Vec3b>(click)[0];
+  turn(hsv);
+  constexpr int kHalf = 2;
+  const cv::Rect patch =
+      cv::Rect(click.x - kHalf, click.y - kHalf, 2 * kHalf + 1, 2 * kHalf + 1) & cv::Rect({0, 0}, bgr.size());
+  cv::Vec3d median;
+  for (int k = 0; k < 3; ++k) {
+    cv::Mat channel;
+    cv::extractChannel(hsv(patch), channel, k);
+    std::vector<uint8_t> values(channel.begin<uint8_t>(), channel.end<uint8_t>());
+    std::ranges::nth_element(values, values.begin() + static_cast<ptrdiff_t>(values.size() / 2));
+    median[k] = values[values.size() / 2];
+  }
+  constexpr double kHue = 10;
+  low_ = {median[0] - kHue, median[1] / 2, median[2] / 2};
+  high_ = {median[0] + kHue, 255, 255};
+}
+
+void Recipe::turn(cv::Mat& hsv) const {
+  for (int row = 0; row < hsv.rows; ++row) {
+    auto* pixels = hsv.ptr<cv::Vec3b>(row);
+    for (int column = 0; column < hsv.cols; ++column)
+      pixels[column][0] = static_cast<uint8_t>((pixels[column][0] - clicked_hue_ + 270) % 180);
+  }
+}
+
+std::optional<cv::Point2d> Recipe::find(const cv::Mat& bgr) const {
+  cv::Mat hsv, mask;
+  cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
+  turn(hsv);
+  cv::inRange(hsv, low_, high_, mask);
+  cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  if (contours.empty()) return std::nullopt;
+  const auto largest =
+      std::ranges::max_element(contours, {}, [](const auto& contour) { return cv::contourArea(contour); });
+  const cv::Moments m = cv::moments(*largest);
+  if (!(m.m00 > 0)) return std::nullopt;
+  return cv::Point2d(m.m10 / m.m00, m.m01 / m.m00);
+}
+
+}  // namespace multireach::bench

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace multireach::bench {
+
+/// The usual OpenCV recipe for a coloured object: HSV, inRange (the clicked hue within 10 of 180, at least half the
+/// clicked saturation and value), opening by 5 x 5, largest contour, its moments.
+class Recipe {
+ public:
+  Recipe(const cv::Mat& bgr, const cv::Point& click);
+  std::optional<cv::Point2d> find(const cv::Mat& bgr) const;
+
+ private:
+  /// Turns the hues so that the clicked one is in the middle: red is at both ends.
+  void turn(cv::Mat& hsv) const;
+
+  int clicked_hue_ = 0;
+  cv::Scalar low_, high_;
+};
+
+}  // namespace multireach::bench
