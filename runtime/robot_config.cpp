@@ -33,7 +33,7 @@ ConfigKeys<SharedValues> shared_keys() {
              });
   for (const auto& [name, meaning] :
        {std::pair("controller", "The reaching controller."), std::pair("bridge", "The bridge."),
-        std::pair("robot_sim", "The simulated robot.")}) {
+        std::pair("robot_sim", "The simulated robot."), std::pair("driver", "The driver of a real robot.")}) {
     keys.other(name, "section", "", "all defaults", meaning,
                [name = std::string(name)](const Config& config, SharedValues&) { config.has(name); });
   }
@@ -42,7 +42,7 @@ ConfigKeys<SharedValues> shared_keys() {
 
 struct Arm {
   std::string urdf{}, base{}, tip{};
-  std::vector<double> acceleration{}, jerk{};
+  std::vector<double> velocity{}, acceleration{}, jerk{};
 };
 
 ConfigKeys<Arm> arm_keys() {
@@ -57,6 +57,11 @@ ConfigKeys<Arm> arm_keys() {
   keys.text(
           "tip", [](auto& arm) -> auto& { return arm.tip; }, "Link at the end of the chain, the hand.")
       .required();
+  keys.other("joint_velocity_limits", list, "rad/s or m/s", "those of the URDF",
+             "Largest speed of each joint, where it shall be lower than that of the URDF.",
+             [](const Config& config, Arm& arm) {
+               arm.velocity = config.numbers("joint_velocity_limits", -1, std::vector<double>{});
+             });
   keys.other("joint_acceleration_limits", list, "rad/s² or m/s²", "controller: none; bridge: speed limit / 0.1 s",
              "Largest acceleration of each joint, which the controller plans with and the bridge enforces.",
              [](const Config& config, Arm& arm) {
@@ -79,6 +84,22 @@ JointVector limits_from(const Config& section, const std::string& key, const std
   return Eigen::Map<const Eigen::VectorXd>(values.data(), chain.size());
 }
 
+/// The chain with the lower speed limits of the robot.yaml.
+Chain with_velocity_limits(const Chain& chain, const Config& section, const std::vector<double>& values) {
+  const JointVector limits = limits_from(section, "joint_velocity_limits", values, chain);
+  if (limits.size() == 0) return chain;
+  std::vector<Joint> joints = chain.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= chain.size(); ++i) fixed.push_back(chain.fixed(i));
+  for (int i = 0; i < chain.size(); ++i) {
+    if (limits[i] > joints[static_cast<size_t>(i)].velocity)
+      section.fail("joint_velocity_limits", "no speed above that of the URDF; joint '" + chain.joint(i).name +
+                                                "' has " + config_number(chain.joint(i).velocity));
+    joints[static_cast<size_t>(i)].velocity = limits[i];
+  }
+  return {std::move(joints), std::move(fixed), chain.base(), chain.tip()};
+}
+
 }  // namespace
 
 RobotConfig RobotConfig::load(const std::string& file_or_folder) {
@@ -90,7 +111,7 @@ RobotConfig RobotConfig::load(const std::string& file_or_folder) {
   Arm arm;
   arm_keys().read(section, arm);
   const std::string urdf_path = resolve_relative(path, arm.urdf);
-  Chain chain = load_chain(urdf_path, arm.base, arm.tip);
+  Chain chain = with_velocity_limits(load_chain(urdf_path, arm.base, arm.tip), section, arm.velocity);
   SharedValues shared;
   shared_keys().read(file, shared);
   RobotConfig robot{std::move(file), urdf_path, std::move(chain)};

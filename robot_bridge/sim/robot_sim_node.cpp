@@ -108,15 +108,9 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
 void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   const auto command = decode_and_count<joint_command_t>(bytes);
   if (!command) return;
-  // Only the bridge that is followed commands, and only a command that names this robot.
-  const bool other_robot = command->robot_run != run();
-  if (other_robot || !command_run_.accepts(command->run, utime_)) {
-    ++counters_.refused;
-    refusal_ = other_robot ? ", refused commands for another robot" : ", refused commands of another bridge";
-    return;
-  }
-  counters_.dropped += commands_.missing_before(command->sequence);
-  if (!is_valid_command(*command, arm_)) {
+  const bool accepted = commands_.accepts(*command, run(), utime_);
+  counters_.dropped = commands_.missing();
+  if (!accepted || !is_valid_command(*command, arm_)) {
     ++counters_.refused;
     return;
   }
@@ -124,6 +118,11 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   command_sequence_ = command->sequence;
   command_digest_ = digest_of(bytes);
   commanded_utime_ = utime_;
+}
+
+std::string RobotSimNode::state() const {
+  const std::string doing = command_sequence_ < 0 ? "waiting for a command" : "running";
+  return *commands_.refusal() ? doing + ", " + commands_.refusal() : doing;
 }
 
 void RobotSimNode::update_push() {

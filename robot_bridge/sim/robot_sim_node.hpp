@@ -4,7 +4,7 @@
 #include <multireach/robot_state_t.hpp>
 
 #include "robot_bridge/sim/mujoco_arm.hpp"
-#include "runtime/followed_run.hpp"
+#include "runtime/command_filter.hpp"
 #include "runtime/node.hpp"
 #include "runtime/robot_config.hpp"
 
@@ -24,9 +24,7 @@ class RobotSimNode : public Node {
   int64_t tick_period_us() const override { return kStepUs; }
   void tick(Outbox& out) override;
   LateTicks late_ticks() const override { return LateTicks::kPause; }
-  std::string state() const override {
-    return std::string(command_sequence_ < 0 ? "waiting for a command" : "running") + refusal_;
-  }
+  std::string state() const override;
 
   static constexpr int64_t kStepUs = 1000;
 
@@ -51,9 +49,7 @@ class RobotSimNode : public Node {
   std::vector<int64_t> steps_;  // digests of the commands followed in each step since the last state
   std::optional<Push> next_push_, push_;
   int64_t push_until_ = 0;
-  FollowedRun command_run_;
-  const char* refusal_ = "";  // of commands, the newest
-  SequenceGapCounter commands_;
+  CommandFilter commands_;
 };
 
 /// Whether the arm has every joint of the command and all numbers are plausible. Other commands are refused.

@@ -4,6 +4,7 @@
 #include "camera/devices/device_options.hpp"
 #include "camera/node/render_source.hpp"
 #include "controller/node/controller_node.hpp"
+#include "robot_bridge/drivers/node/driver_config.hpp"
 #include "robot_bridge/node/bridge_node.hpp"
 #include "robot_bridge/sim/robot_sim_node.hpp"
 #include "vision/node/vision_config.hpp"
@@ -14,6 +15,7 @@ namespace {
 TEST(ConfigReference, IsThePageInTheDocs) {
   const std::string printed = robot_config_reference() + "\n" + controller_config_reference() + "\n" +
                               bridge_config_reference() + "\n" + robot_sim_config_reference() + "\n" +
+                              drivers::driver_config_reference() + "\n" +
                               vision_config_reference() + "\n" + RenderSource::config_reference() + "\n" +
                               device_config_reference();
   const std::string page = read_text_file(MULTIREACH_SOURCE_DIR "/docs/configuration.md");

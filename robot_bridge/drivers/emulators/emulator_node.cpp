@@ -1,0 +1,55 @@
+#include "robot_bridge/drivers/emulators/emulator_node.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <Eigen/Core>
+#include <multireach/perturbation_t.hpp>
+
+#include "robot_bridge/drivers/emulators/iiwa_emulator.hpp"
+#include "runtime/channels.hpp"
+
+namespace multireach::drivers {
+namespace {
+
+constexpr double kCollisionForce = 20;  // N
+
+}  // namespace
+
+std::vector<std::string_view> EmulatorNode::inputs() const {
+  std::vector<std::string_view> channels{channel::kPerturbation};
+  port_.append_inputs(channels);
+  return channels;
+}
+
+Receipt EmulatorNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
+  if (channel != channel::kPerturbation) {
+    ++counters_.received;
+    port_.receive(channel, bytes, now(), out);
+  } else if (const auto push = decode_and_count<perturbation_t>(bytes)) {
+    if (Eigen::Map<const Eigen::Vector3d>(push->force_n).norm() >= kCollisionForce) emulator_->collide();
+  }
+  return {Receipt::Effect::kConsumed};
+}
+
+void EmulatorNode::tick(Outbox& out) {
+  port_.tick(now(), out);
+  utime_ += kTickUs;
+  if (emulator_->fault() == reported_) return;
+  reported_ = emulator_->fault();
+  spdlog::info("the emulated robot {}", reported_.empty() ? "runs" : "has stopped: " + reported_);
+}
+
+std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverConfig& config) {
+  // The maker's limits, not the gentler ones of the robot.yaml.
+  const Chain chain = load_chain(robot.urdf_path, robot.chain.base(), robot.chain.tip());
+  JointVector start(chain.size());
+  for (int i = 0; i < chain.size(); ++i) {
+    const auto given = robot.start.find(chain.joint(i).name);
+    start[i] = given == robot.start.end() ? 0 : given->second;
+  }
+  start = chain.clamped(start);
+  if (config.name == "iiwa") return std::make_unique<IiwaEmulator>(chain, start);
+  throw InputError("the driver '" + config.name + "' has no emulator");
+}
+
+}  // namespace multireach::drivers

@@ -1,0 +1,21 @@
+// multireach-robot-emulator: stands in for a robot's controller on its wire.
+#include "robot_bridge/drivers/emulators/emulator_node.hpp"
+#include "runtime/message_clock.hpp"
+#include "runtime/program.hpp"
+
+int main(int argc, char** argv) {
+  using namespace multireach;
+  Program program("multireach-robot-emulator", "Emulates a robot's controller, for its driver to talk to.");
+  std::string config, name;
+  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/ur5e")->required();
+  program.cli().add_option("--driver", name, "the driver it is for; default: driver.name of the robot.yaml");
+  LiveOptions& live = program.add_live_options();
+  live.real_time = true;
+  return program.run(argc, argv, [&] {
+    const auto robot = RobotConfig::load(config);
+    auto emulator = drivers::make_emulator(robot, drivers::driver_config_from(robot, name));
+    auto transports = drivers::emulator_transports(emulator->links());
+    drivers::EmulatorNode node(std::move(emulator), std::move(transports), wall_us);
+    return run_live(node, live);
+  });
+}

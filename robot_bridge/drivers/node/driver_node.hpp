@@ -1,0 +1,73 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <multireach/joint_command_t.hpp>
+#include <multireach/robot_state_t.hpp>
+#include <optional>
+
+#include "robot_bridge/drivers/driver.hpp"
+#include "robot_bridge/drivers/node/wire_port.hpp"
+#include "robot_bridge/drivers/stop_ramp.hpp"
+#include "runtime/command_filter.hpp"
+#include "runtime/robot_config.hpp"
+
+namespace multireach::drivers {
+
+struct DriverNodeOptions {
+  int64_t command_timeout_us = 20000;  ///< without a command for this long, the driver decelerates the arm
+  double max_start_distance = 0.02;    ///< rad or m: largest distance of the first command from the measured position
+  bool simulated = false;              ///< the robot is emulated
+};
+
+/// A robot's driver with its messages: receives JOINT_COMMAND and BRIDGE_REQUEST, sends ROBOT_STATE while the robot
+/// obeys commands. It passes the commands of one bridge on, and adds nothing but the deceleration after they ended.
+class DriverNode : public Node {
+ public:
+  /// `wall_clock`: microseconds since 1970.
+  DriverNode(const RobotConfig& robot, std::unique_ptr<Driver> driver, Transports transports,
+             const DriverNodeOptions& options, std::function<int64_t()> wall_clock);
+
+  std::string name() const override { return "robot_driver"; }
+  std::vector<std::string_view> inputs() const override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> next_tick() const override { return utime_; }
+  int64_t tick_period_us() const override { return kTickUs; }
+  void tick(Outbox& out) override;
+  LateTicks late_ticks() const override { return LateTicks::kSkip; }
+  void skip_ticks(int64_t ticks) override { utime_ += ticks * kTickUs; }
+  std::string state() const override;
+
+  static constexpr int64_t kTickUs = 1000;
+
+ private:
+  Time now() const { return {utime_, wall_clock_()}; }
+  void receive_command(std::span<const uint8_t> bytes, Outbox& out);
+  void receive_request(std::span<const uint8_t> bytes, Outbox& out);
+  const char* fault_of(const joint_command_t& command, JointVector& position, JointVector& velocity) const;
+  void watch_commands(Outbox& out);
+  void publish_reading(Outbox& out);
+  void report_status();
+
+  Chain chain_;
+  robot_bridge::MotionLimits limits_;
+  std::unique_ptr<Driver> driver_;
+  WirePort port_;
+  DriverNodeOptions options_;
+  std::function<int64_t()> wall_clock_;
+  int64_t state_period_us_;
+  std::vector<std::string> joint_names_;
+
+  int64_t utime_ = 0;
+  CommandFilter commands_;
+  std::string refusal_;  // of the newest refused command
+  int64_t request_ = 0;
+  std::optional<robot_bridge::MotionState> commanded_;  // the last command, while the arm follows commands
+  int64_t commanded_us_ = 0, commanded_utime_ = 0, command_sequence_ = -1;
+  std::optional<StopRamp> ramp_;
+  std::optional<Reading> reading_;
+  int64_t sequence_ = 0, published_us_ = INT64_MIN / 2;
+  std::string reported_;
+};
+
+}  // namespace multireach::drivers

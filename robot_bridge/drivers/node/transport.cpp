@@ -1,0 +1,258 @@
+#include "robot_bridge/drivers/node/transport.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "runtime/files.hpp"
+
+namespace multireach::drivers {
+namespace {
+
+constexpr int64_t kRetryPeriod = 500000;         // us
+constexpr size_t kMaxPending = size_t{1} << 16;  // bytes that the other side has not taken yet
+
+/// A file descriptor that never blocks.
+class DescriptorTransport : public Transport {
+ public:
+  ~DescriptorTransport() override { close_descriptor(); }
+
+  bool receive(std::vector<uint8_t>& bytes) override {
+    std::array<uint8_t, 4096> buffer;
+    while (descriptor_ >= 0) {
+      const ssize_t count = ::read(descriptor_, buffer.data(), buffer.size());
+      if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
+      if (count == 0) return false;
+      bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
+    }
+    return false;
+  }
+
+  bool send(std::span<const uint8_t> bytes) override {
+    pending_.insert(pending_.end(), bytes.begin(), bytes.end());
+    while (!pending_.empty()) {
+      const ssize_t count = ::write(descriptor_, pending_.data(), pending_.size());
+      if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) break;
+      if (count <= 0) return false;
+      pending_.erase(pending_.begin(), pending_.begin() + count);
+    }
+    return pending_.size() < kMaxPending;
+  }
+
+  void close() override { close_descriptor(); }
+
+ protected:
+  void close_descriptor() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    descriptor_ = -1;
+    pending_.clear();
+  }
+
+  int descriptor_ = -1;
+  std::vector<uint8_t> pending_;
+};
+
+void set_no_delay(int socket) {
+  const int on = 1;
+  ::setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+}
+
+class TcpClient : public DescriptorTransport {
+ public:
+  TcpClient(const std::string& host, int port) {
+    addrinfo hints{};
+    hints.ai_family = AF_INET;
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0 || !found)
+      throw InputError("driver: the host '" + host + "' has no address");
+    std::memcpy(&address_, found->ai_addr, sizeof address_);
+    ::freeaddrinfo(found);
+  }
+
+  bool open(int64_t now_us) override {
+    if (connected_ && descriptor_ >= 0) return true;
+    connected_ = false;
+    if (descriptor_ >= 0) {
+      pollfd state{descriptor_, POLLOUT, 0};
+      if (::poll(&state, 1, 0) == 0) return false;
+      int error = 0;
+      socklen_t size = sizeof error;
+      ::getsockopt(descriptor_, SOL_SOCKET, SO_ERROR, &error, &size);
+      if (error == 0) return connected_ = true;
+      close_descriptor();
+      return false;
+    }
+    if (now_us < next_attempt_us_) return false;
+    next_attempt_us_ = now_us + kRetryPeriod;
+    descriptor_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    if (descriptor_ < 0) return false;
+    set_no_delay(descriptor_);
+    if (::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address_), sizeof address_) == 0)
+      return connected_ = true;
+    if (errno != EINPROGRESS) close_descriptor();
+    return false;
+  }
+
+ private:
+  sockaddr_in address_{};
+  int64_t next_attempt_us_ = 0;
+  bool connected_ = false;
+};
+
+/// Accepts one connection at a time.
+class TcpListener : public DescriptorTransport {
+ public:
+  explicit TcpListener(int port) {
+    listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    const int on = 1;
+    ::setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    if (::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(listener_, 1) != 0)
+      throw InputError("port " + std::to_string(port) + " cannot be listened on: " + strerror(errno));
+  }
+  ~TcpListener() override { ::close(listener_); }
+  TcpListener(const TcpListener&) = delete;
+  TcpListener& operator=(const TcpListener&) = delete;
+
+  bool open(int64_t) override {
+    if (descriptor_ >= 0) return true;
+    descriptor_ = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (descriptor_ >= 0) set_no_delay(descriptor_);
+    return descriptor_ >= 0;
+  }
+
+ private:
+  int listener_ = -1;
+};
+
+speed_t baud_constant(int baud) {
+  static constexpr std::array<std::pair<int, speed_t>, 9> kRates{{{9600, B9600},
+                                                                  {57600, B57600},
+                                                                  {115200, B115200},
+                                                                  {500000, B500000},
+                                                                  {1000000, B1000000},
+                                                                  {2000000, B2000000},
+                                                                  {3000000, B3000000},
+                                                                  {4000000, B4000000},
+                                                                  {230400, B230400}}};
+  for (const auto& [rate, constant] : kRates) {
+    if (rate == baud) return constant;
+  }
+  throw InputError("driver: " + std::to_string(baud) + " baud is not a rate of serial ports");
+}
+
+/// Eight data bits, no parity, nothing changed on the way.
+void set_raw(int descriptor, speed_t baud) {
+  termios settings{};
+  if (::tcgetattr(descriptor, &settings) != 0) return;
+  ::cfmakeraw(&settings);
+  settings.c_cflag |= CLOCAL | CREAD;
+  settings.c_cc[VMIN] = 0;
+  settings.c_cc[VTIME] = 0;
+  ::cfsetspeed(&settings, baud);
+  ::tcsetattr(descriptor, TCSANOW, &settings);
+}
+
+class SerialPort : public DescriptorTransport {
+ public:
+  SerialPort(std::string device, int baud) : device_(std::move(device)), baud_(baud_constant(baud)) {}
+
+  bool open(int64_t now_us) override {
+    if (descriptor_ >= 0) return true;
+    if (now_us < next_attempt_us_) return false;
+    next_attempt_us_ = now_us + kRetryPeriod;
+    descriptor_ = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ >= 0) {
+      set_raw(descriptor_, baud_);
+      ::tcflush(descriptor_, TCIOFLUSH);
+    }
+    return descriptor_ >= 0;
+  }
+  /// A serial port at rest reads as its end.
+  bool receive(std::vector<uint8_t>& bytes) override {
+    errno = 0;
+    return DescriptorTransport::receive(bytes) || (descriptor_ >= 0 && errno == 0);
+  }
+
+ private:
+  std::string device_;
+  speed_t baud_;
+  int64_t next_attempt_us_ = 0;
+};
+
+class PseudoTerminal : public DescriptorTransport {
+ public:
+  explicit PseudoTerminal(std::string path) : path_(std::move(path)) {
+    descriptor_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ < 0 || ::grantpt(descriptor_) != 0 || ::unlockpt(descriptor_) != 0)
+      throw InputError(std::string("no pseudo-terminal can be made: ") + strerror(errno));
+    const char* device = ::ptsname(descriptor_);
+    // Held open, so that the terminal lives on while no driver has opened it.
+    slave_ = ::open(device, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    set_raw(slave_, B1000000);
+    ::unlink(path_.c_str());
+    if (::symlink(device, path_.c_str()) != 0)
+      throw InputError("'" + path_ + "' cannot be made a link to the pseudo-terminal: " + strerror(errno));
+  }
+  ~PseudoTerminal() override {
+    ::close(slave_);
+    ::unlink(path_.c_str());
+  }
+  PseudoTerminal(const PseudoTerminal&) = delete;
+  PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+  bool open(int64_t) override { return true; }
+  void close() override {}
+
+ private:
+  std::string path_;
+  int slave_ = -1;
+};
+
+}  // namespace
+
+Transports client_transports(const std::vector<Link>& links) {
+  Transports transports;
+  for (const Link& link : links) {
+    if (link.kind == Link::Kind::kTcp) {
+      transports.push_back(std::make_unique<TcpClient>(link.address, link.number));
+    } else if (link.kind == Link::Kind::kSerial) {
+      transports.push_back(std::make_unique<SerialPort>(link.address, link.number));
+    } else {
+      transports.push_back(nullptr);
+    }
+  }
+  return transports;
+}
+
+Transports emulator_transports(const std::vector<Link>& links) {
+  Transports transports;
+  for (const Link& link : links) {
+    if (link.kind == Link::Kind::kTcp) {
+      transports.push_back(std::make_unique<TcpListener>(link.number));
+    } else if (link.kind == Link::Kind::kSerial) {
+      transports.push_back(std::make_unique<PseudoTerminal>(link.address));
+    } else {
+      transports.push_back(nullptr);
+    }
+  }
+  return transports;
+}
+
+}  // namespace multireach::drivers

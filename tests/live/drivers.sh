@@ -1,0 +1,47 @@
+#!/usr/bin/env bash
+# Each driver with its emulator as processes: the arm reaches what the rendered cameras see, and the emulated robot refuses nothing.
+# After a collision the robot stops by itself, the bridge is in a fault, and the documented commands lead back.
+bin=$1
+. "$(dirname "$0")/namespace.sh"
+declare -A pids
+run() { local name=$1; shift; "$@" 2>"$work/$name.err" & pids[$name]=$!; }
+end() { for name in "$@"; do kill "${pids[$name]}" 2>/dev/null; wait "${pids[$name]}" 2>/dev/null; done; }
+status() { "$bin/multireach-robot" status 2>&1; }
+# ask WORD: until the bridge accepts, for 15 s.
+ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
+
+for arm in ${MULTIREACH_DRIVERS:-iiwa14}; do
+  folder=$work/$arm
+  cp -r "$root/robots/$arm" "$folder"
+  sed -i "s#device: .*#device: $work/serial#" "$folder/robot.yaml"
+  run vision "$bin/multireach-vision" --config "$folder/vision.yaml"
+  run controller "$bin/multireach-controller" --config "$folder"
+  run bridge "$bin/multireach-bridge" --config "$folder"
+  run emulator "$bin/multireach-robot-emulator" --config "$folder"
+  run driver "$bin/multireach-robot-driver" --config "$folder" --simulated
+  "$bin/multireach-view" --robot "$folder" --wait-for vision,controller,bridge,robot_emulator,robot_driver --seconds 8 2>/dev/null || failed "$arm: the nodes did not start"
+  for _ in $(seq 150); do grep -q 'the robot: ready' "$work/driver.err" && break; sleep 0.1; done
+  grep -q 'the robot: ready' "$work/driver.err" || failed "$arm: not ready: $(cat "$work/driver.err")"
+  lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & logger=$!
+  "$bin/multireach-camera" render --config "$folder/scene.yaml" --seconds 8 2>/dev/null
+  kill -INT $logger; wait $logger 2>/dev/null
+  status | grep -q running || failed "$arm: $(status); $(cat "$work/driver.err")"
+  grep -q 'has stopped' "$work/emulator.err" && failed "$arm: the emulated robot: $(cat "$work/emulator.err")"
+  "$bin/multireach-log" report "$work/control.lcm" --robot "$folder" --json "$work/report.json" >"$work/table" 2>"$work/report.err" || failed "$arm: $(cat "$work/table" "$work/report.err")"
+  [ "$(tr -d ' \n' <"$work/report.json" | grep -o '"settle_s":[0-9]' | wc -l)" -ge 2 ] || failed "$arm: less than two places reached: $(cat "$work/table")"
+
+  "$bin/multireach-camera" render --config "$folder/scene.yaml" --seconds 16 2>/dev/null & pids[camera]=$!
+  sleep 5
+  link=$(awk '/tip:/ { print $2 }' "$folder/robot.yaml")
+  "$bin/multireach-publish" perturbation "$link" 30 0 0 --duration 0.1 >"$work/out" 2>&1 || failed "$arm: $(cat "$work/out")"
+  for _ in $(seq 40); do status | grep -q 'fault: ' && break; sleep 0.1; done
+  status | grep -q 'fault: ' || failed "$arm: a robot that stopped is no fault: $(status)"
+  grep -q 'has stopped' "$work/emulator.err" || failed "$arm: the emulated robot did not stop"
+  case $(awk '/^driver:/ { found = 1 } found && /name:/ { print $2; exit }' "$folder/robot.yaml") in
+    iiwa|panda) end emulator; run emulator "$bin/multireach-robot-emulator" --config "$folder" ;;
+  esac
+  ask reset || failed "$arm: reset: $(cat "$work/reset.out"); $(cat "$work/driver.err")"
+  status | grep -qE 'armed|running' || failed "$arm: after the reset: $(status)"
+  end camera driver emulator bridge controller vision
+done
+finish

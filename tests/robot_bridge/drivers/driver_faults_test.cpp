@@ -1,0 +1,102 @@
+// Each driver against its emulator, in virtual time: long motions, and seeded faults of the wire and the robot.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tests/robot_bridge/drivers/driver_loop.hpp"
+
+namespace multireach::testing {
+namespace {
+
+int64_t from_environment(const char* name, int64_t otherwise) {
+  const char* text = std::getenv(name);
+  return text ? std::atoll(text) : otherwise;
+}
+
+class Drivers : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Drivers, MoveForLongWithoutARefusal) {
+  DriverLoop loop(robot_named(GetParam()));
+  const int64_t seconds = from_environment("MULTIREACH_DRIVER_SECONDS", 20);
+  loop.run(15000);  // the slowest start of a controller, and the first set-points
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state() << "; " << loop.bridge().state();
+  loop.fastest_share = 0;
+  const int64_t refused_before = loop.driver().counters().refused;
+  loop.run(1000 * seconds);
+  EXPECT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state() << "; " << loop.bridge().state();
+  EXPECT_EQ(loop.emulator().fault(), "");
+  EXPECT_EQ(loop.driver().counters().refused, refused_before) << loop.driver().state();
+  EXPECT_EQ(loop.driver().counters().dropped, 0);
+  EXPECT_GT(loop.fastest_share, 0.15) << "the arm moves";
+  EXPECT_LT(loop.fastest_share, 1.1);
+}
+
+/// One seeded fault, for a random time, in the middle of a motion. Returns its name.
+std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts_ms) {
+  lasts_ms = static_cast<int64_t>(random.uniform(1, 5, 3000));
+  switch (static_cast<int>(random.uniform(2, 0, 7))) {
+    case 0:
+      loop.faults.cut = true;
+      return "the wire is cut";
+    case 1:
+      loop.faults.delay_ms = static_cast<int64_t>(random.uniform(3, 2, 40));
+      return "delay of " + std::to_string(loop.faults.delay_ms) + " ms";
+    case 2:
+      loop.faults.loss = random.uniform(3, 0.01, 0.5);
+      loop.faults.corruption = loop.faults.loss;
+      return "loss";
+    case 3:
+      loop.emulator().collide();
+      return "a collision";
+    case 4:
+      loop.bridge_stalls = true;
+      return "the bridge stalls";
+    case 5:
+      loop.sends_setpoints = false;
+      return "no set-points";
+    default:
+      loop.emulator().restart();
+      return "the robot's controller is restarted";
+  }
+}
+
+TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
+  const int64_t schedules = from_environment("MULTIREACH_DRIVER_FAULTS", 8);
+  for (int64_t seed = 1; seed <= schedules; ++seed) {
+    DriverLoop loop(robot_named(GetParam()));
+    loop.run(15000);
+    ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+    const CounterRandom random(static_cast<uint64_t>(seed));
+    loop.run(static_cast<int64_t>(random.uniform(0, 0, 4000)));
+    int64_t lasts_ms = 0;
+    loop.faults.random = CounterRandom(static_cast<uint64_t>(seed) + 1000);
+    const std::string fault = inject(loop, random, lasts_ms);
+    SCOPED_TRACE("seed " + std::to_string(seed) + ": " + fault + " for " + std::to_string(lasts_ms) + " ms");
+    loop.run(lasts_ms);
+    // Whatever happened, every state has its sentence, and no joint was faster than the maker allows.
+    EXPECT_FALSE(loop.driver().state().empty());
+    EXPECT_LT(loop.fastest_share, 3.05) << "three times the gentle limit is the maker's";
+    EXPECT_TRUE(loop.recover()) << "driver: " << loop.driver().state() << "; bridge: " << loop.bridge().state()
+                                << "; emulator: " << loop.emulator().fault();
+    EXPECT_LT(loop.fastest_share, 3.05) << "also while it recovers";
+  }
+}
+
+TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
+  DriverLoop loop(robot_named(GetParam()));
+  loop.run(15000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
+  loop.run(900);  // in motion
+  loop.bridge_stalls = true;
+  loop.run(1000);
+  const JointVector there = loop.emulator().position();
+  loop.run(500);
+  EXPECT_LT((loop.emulator().position() - there).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LT(loop.fastest_share, 1.1) << "no faster while it stops";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Drivers, ::testing::Values("iiwa14"),
+                         [](const auto& each) { return std::string(each.param); });
+
+}  // namespace
+}  // namespace multireach::testing

@@ -1,0 +1,281 @@
+#pragma once
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <deque>
+#include <multireach/bridge_request_t.hpp>
+#include <multireach/bridge_state_t.hpp>
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/robot_state_t.hpp>
+#include <numbers>
+
+#include "numeric/random.hpp"
+#include "robot_bridge/drivers/emulators/emulator_node.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
+
+namespace multireach::testing {
+
+/// What is wrong with the wire between driver and emulator.
+struct WireFaults {
+  bool cut = false;       ///< nothing passes; a stream is closed
+  int64_t delay_ms = 0;   ///< of everything
+  double loss = 0;        ///< share of the LCM messages that are lost
+  double corruption = 0;  ///< share of the chunks of a serial line in which one byte is changed
+  int64_t lost = 0;       ///< messages lost so far
+  CounterRandom random{1};
+  uint64_t counter = 0;
+
+  bool happens(double share) { return share > 0 && random.uniform(counter++, 0, 1) < share; }
+};
+
+/// One direction of a stream in memory.
+struct Stream {
+  std::deque<std::pair<int64_t, std::vector<uint8_t>>> chunks;  // due times, milliseconds
+};
+
+/// A stream in memory, in virtual time.
+class MemoryTransport : public drivers::Transport {
+ public:
+  MemoryTransport(std::shared_ptr<Stream> in, std::shared_ptr<Stream> out, const int64_t& now_ms, WireFaults& faults,
+                  bool serial)
+      : in_(std::move(in)), out_(std::move(out)), now_ms_(&now_ms), faults_(&faults), serial_(serial) {}
+
+  bool open(int64_t) override {
+    if (!faults_->cut && !open_) in_->chunks.clear();
+    if (!faults_->cut) open_ = true;
+    return open_;
+  }
+  bool receive(std::vector<uint8_t>& bytes) override {
+    if (faults_->cut && !serial_) return false;
+    for (; !in_->chunks.empty() && in_->chunks.front().first <= *now_ms_; in_->chunks.pop_front()) {
+      const auto& chunk = in_->chunks.front().second;
+      bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+    }
+    return true;
+  }
+  bool send(std::span<const uint8_t> bytes) override {
+    if (faults_->cut) return serial_;
+    out_->chunks.emplace_back(*now_ms_ + faults_->delay_ms, std::vector<uint8_t>(bytes.begin(), bytes.end()));
+    auto& chunk = out_->chunks.back().second;
+    if (serial_ && !chunk.empty() && faults_->happens(faults_->corruption)) {
+      chunk[faults_->counter % chunk.size()] ^= 0x10;
+      ++faults_->lost;
+    }
+    return true;
+  }
+  void close() override { open_ = false; }
+
+ private:
+  std::shared_ptr<Stream> in_, out_;
+  const int64_t* now_ms_;
+  WireFaults* faults_;
+  bool serial_, open_ = false;
+};
+
+/// Bridge, driver and emulator in one thread and in virtual time, with a sender of set-points that moves all joints to
+/// and fro.
+class DriverLoop {
+ public:
+  explicit DriverLoop(const RobotConfig& robot, const std::string& name = "",
+                      const drivers::DriverNodeOptions& options = {})
+      : robot_(robot), bridge_(robot) {
+    spdlog::set_level(spdlog::level::err);
+    auto config = drivers::driver_config_from(robot, name);
+    auto driver = drivers::make_driver(robot, config);
+    auto emulated = drivers::make_emulator(robot, config);
+    drivers::Transports driver_side, emulator_side;
+    for (const drivers::Link& link : driver->links()) {
+      if (link.kind == drivers::Link::Kind::kLcm) {
+        lcm_.push_back(link.send);
+        lcm_.push_back(link.receive);
+        driver_side.push_back(nullptr);
+        emulator_side.push_back(nullptr);
+        continue;
+      }
+      const bool serial = link.kind == drivers::Link::Kind::kSerial;
+      auto to_robot = std::make_shared<Stream>(), from_robot = std::make_shared<Stream>();
+      driver_side.push_back(std::make_unique<MemoryTransport>(from_robot, to_robot, now_ms_, faults, serial));
+      emulator_side.push_back(std::make_unique<MemoryTransport>(to_robot, from_robot, now_ms_, faults, serial));
+    }
+    const auto wall = [this] { return kWallOrigin + now_ms_ * 1000; };
+    auto node_options = options;
+    node_options.simulated = true;
+    node_options.command_timeout_us = config.node.command_timeout_us;
+    node_options.max_start_distance = config.node.max_start_distance;
+    driver_ =
+        std::make_unique<drivers::DriverNode>(robot, std::move(driver), std::move(driver_side), node_options, wall);
+    emulator_ = std::make_unique<drivers::EmulatorNode>(std::move(emulated), std::move(emulator_side), wall);
+    previous_ = emulator().position();
+  }
+
+  /// Lets `ms` milliseconds pass.
+  void run(int64_t ms) {
+    for (const int64_t end = now_ms_ + ms; now_ms_ < end; ++now_ms_) {
+      deliver_due();
+      if (sends_setpoints && now_ms_ % 50 == 0) send_setpoint();
+      while (bridge_.next_tick() && *bridge_.next_tick() <= now_ms_ * 1000) {
+        if (bridge_stalls) {
+          bridge_.skip_ticks(1);
+          continue;
+        }
+        Outbox out;
+        bridge_.tick(out);
+        route(out);
+      }
+      Outbox out;
+      driver_->tick(out);
+      emulator_->tick(out);
+      route(out);
+      const JointVector& q = emulator().position();
+      const JointVector speed = (q - previous_) * 1e3;
+      fastest_share = std::max(fastest_share, (speed.array().abs() / robot_.chain.velocity().array()).maxCoeff());
+      previous_ = q;
+    }
+  }
+
+  /// The user runs `multireach-robot KIND`. Returns whether the bridge accepted.
+  bool ask(int8_t kind) {
+    bridge_request_t request{};
+    request.kind = kind;
+    request.run = Node::kVirtualRun;
+    request.request = ++requests_;
+    Outbox out{{channel::kBridgeRequest, *encode(request)}};
+    route(out);
+    return bridge_state.request == requests_ && bridge_state.request_accepted;
+  }
+
+  /// The controller is restarted: its set-points begin where the arm is.
+  void restart_controller() {
+    ++setpoint_run_;
+    setpoint_origin_.reset();
+  }
+
+  /// What a person does after a fault, as docs/robots.md says: the robot is restarted at its pendant where it must be,
+  /// `multireach-robot reset` until the bridge accepts, and the controller is restarted.
+  bool recover() {
+    faults = WireFaults{};
+    sends_setpoints = bridge_stalls = false;
+    emulator().restart();
+    bool accepted = false;
+    for (int attempt = 0; attempt < 10 && !accepted; ++attempt) {
+      run(3000);
+      ask(bridge_request_t::STATUS);
+      accepted = bridge_state.state != bridge_state_t::FAULT || ask(bridge_request_t::RESET);
+      if (!accepted && attempt % 2 == 0) ask(bridge_request_t::RESET);
+    }
+    run(7000);  // a driver that could only now recover the robot
+    restart_controller();
+    sends_setpoints = true;
+    run(2000);
+    ask(bridge_request_t::STATUS);
+    return bridge_state.state == bridge_state_t::RUNNING;
+  }
+
+  drivers::Emulator& emulator() { return emulator_->emulator(); }
+  drivers::DriverNode& driver() { return *driver_; }
+  BridgeNode& bridge() { return bridge_; }
+  int64_t now_ms() const { return now_ms_; }
+  const RobotConfig& robot() const { return robot_; }
+
+  WireFaults faults;
+  bool sends_setpoints = true, bridge_stalls = false;
+  double fastest_share = 0;  ///< largest measured joint speed, as a share of the robot.yaml's limits
+  bridge_state_t bridge_state{};
+  std::vector<robot_state_t> robot_states;  ///< all
+  std::vector<std::pair<int64_t, std::vector<uint8_t>>>
+      commands_sent;  ///< LCM messages of the driver, with times in ms
+  bool keep_messages = false;
+
+ private:
+  static constexpr int64_t kWallOrigin = 1700000000000000;
+
+  void send_setpoint() {
+    if (!measured_) return;
+    if (!setpoint_origin_) {
+      setpoint_origin_ = measured_;
+      setpoint_start_ms_ = now_ms_;
+      setpoint_sequence_ = 0;
+    }
+    // A cosine whose speed stays below half of each joint's limit, towards the middle of the joint's range.
+    constexpr double kPeriod = 4;  // s
+    const double w = 2 * std::numbers::pi / kPeriod;
+    const double t = static_cast<double>(now_ms_ - setpoint_start_ms_) * 1e-3;
+    joint_setpoint_t setpoint{};
+    setpoint.utime = now_ms_ * 1000;
+    setpoint.sequence = setpoint_sequence_++;
+    setpoint.run = setpoint_run_;
+    setpoint.num_joints = robot_.chain.size();
+    setpoint.joint_name = joint_names(robot_.chain);
+    for (int i = 0; i < robot_.chain.size(); ++i) {
+      const double middle = 0.5 * (robot_.chain.sample_lower(i) + robot_.chain.sample_upper(i));
+      const double amplitude = std::min(0.4 * robot_.chain.velocity()[i] / w, 0.3) * 0.5;
+      const double side = (*setpoint_origin_)[i] > middle ? -1 : 1;
+      setpoint.joint_position.push_back((*setpoint_origin_)[i] + side * amplitude * (1 - std::cos(w * t)));
+      setpoint.joint_velocity.push_back(side * amplitude * w * std::sin(w * t));
+    }
+    Outbox out{{channel::kJointSetpoint, *encode(setpoint)}};
+    route(out);
+  }
+
+  void deliver_due() {
+    Outbox due;
+    while (!delayed_.empty() && delayed_.front().first <= now_ms_) {
+      due.push_back(std::move(delayed_.front().second));
+      delayed_.pop_front();
+    }
+    for (const OutMessage& message : due) pass(message);
+  }
+
+  void route(Outbox& out) {
+    for (OutMessage& message : std::exchange(out, {})) {
+      const bool wire = std::ranges::find(lcm_, message.channel) != lcm_.end();
+      if (wire && (faults.cut || faults.happens(faults.loss))) {
+        ++faults.lost;
+      } else if (wire && faults.delay_ms > 0) {
+        delayed_.emplace_back(now_ms_ + faults.delay_ms, std::move(message));
+      } else {
+        pass(message);
+      }
+    }
+  }
+
+  void pass(const OutMessage& message) {
+    if (message.channel == channel::kBridgeState) bridge_state = *decode<bridge_state_t>(message.bytes);
+    if (message.channel == channel::kRobotState) {
+      robot_states.push_back(*decode<robot_state_t>(message.bytes));
+      measured_ = from_fields(robot_.chain, robot_states.back().joint_name, robot_states.back().joint_position);
+      if (!keep_messages && robot_states.size() > 1000)
+        robot_states.erase(robot_states.begin(), robot_states.begin() + 500);
+    }
+    if (keep_messages && !lcm_.empty() && message.channel == lcm_.front())
+      commands_sent.emplace_back(now_ms_, message.bytes);
+    for (Node* node : std::initializer_list<Node*>{&bridge_, driver_.get(), emulator_.get()}) {
+      const auto inputs = node->inputs();
+      if (std::ranges::find(inputs, message.channel) == inputs.end()) continue;
+      Outbox answers;
+      node->receive(message.channel, message.bytes, answers);
+      route(answers);
+    }
+  }
+
+  RobotConfig robot_;
+  BridgeNode bridge_;
+  std::unique_ptr<drivers::DriverNode> driver_;
+  std::unique_ptr<drivers::EmulatorNode> emulator_;
+  std::vector<std::string> lcm_;
+  std::deque<std::pair<int64_t, OutMessage>> delayed_;
+  int64_t now_ms_ = 1;
+  int64_t requests_ = 0;
+  int64_t setpoint_run_ = 100, setpoint_sequence_ = 0, setpoint_start_ms_ = 0;
+  std::optional<JointVector> setpoint_origin_, measured_;
+  JointVector previous_;
+};
+
+inline RobotConfig robot_named(const std::string& name) {
+  return RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/" + name);
+}
+
+}  // namespace multireach::testing

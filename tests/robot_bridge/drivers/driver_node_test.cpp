@@ -1,0 +1,199 @@
+// What every driver has in common: which commands it obeys, when it is silent, and the template.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "robot_bridge/drivers/node/driver_node.hpp"
+#include "robot_bridge/drivers/template_driver.hpp"
+#include "runtime/channels.hpp"
+#include "runtime/joint_fields.hpp"
+#include "tests/robot_bridge/drivers/driver_loop.hpp"
+
+namespace multireach::testing {
+namespace {
+
+using drivers::DriverStatus;
+
+/// A robot for the template driver: it is where it was commanded to be, and says so every 2 ms.
+class EchoRobot {
+ public:
+  EchoRobot() {
+    auto to_robot = std::make_shared<Stream>(), from_robot = std::make_shared<Stream>();
+    driver_side = std::make_unique<MemoryTransport>(from_robot, to_robot, now_ms, faults, false);
+    robot_side = std::make_unique<MemoryTransport>(to_robot, from_robot, now_ms, faults, false);
+    robot_side->open(0);
+  }
+  void step() {
+    std::vector<uint8_t> bytes;
+    if (!robot_side->receive(bytes)) robot_side->close();
+    if (!robot_side->open(0)) return;
+    received += bytes.size();
+    if (bytes.size() >= sizeof q) std::memcpy(&q, bytes.data() + bytes.size() - sizeof q, sizeof q);
+    const auto* raw = reinterpret_cast<const uint8_t*>(&q);
+    if (now_ms % 2 == 0) (void)robot_side->send({raw, sizeof q});
+  }
+
+  int64_t now_ms = 0;
+  WireFaults faults;
+  std::unique_ptr<drivers::Transport> driver_side, robot_side;
+  std::array<double, 4> q{0.2, -0.3, -0.2, -0.9};  // the Hoap2 at its start
+  size_t received = 0;
+};
+
+class TemplateDriverTest : public ::testing::Test {
+ protected:
+  TemplateDriverTest() {
+    drivers::Transports transports;
+    transports.push_back(std::move(echo.driver_side));
+    node = std::make_unique<drivers::DriverNode>(robot, std::make_unique<drivers::TemplateDriver>(4, "the robot", 5000),
+                                                 std::move(transports), drivers::DriverNodeOptions{}, [] { return 0; });
+    node->set_run(77);
+  }
+  void run(int64_t ms) {
+    for (int64_t k = 0; k < ms; ++k, ++echo.now_ms) {
+      echo.step();
+      node->tick(out);
+    }
+  }
+  joint_command_t command(const JointVector& q, const JointVector& v) {
+    joint_command_t message{};
+    message.utime = echo.now_ms * 1000;
+    message.run = 5;
+    message.robot_run = 77;
+    message.sequence = sequence++;
+    message.num_joints = 4;
+    message.joint_name = joint_names(robot.chain);
+    message.joint_position = to_field(q);
+    message.joint_velocity = to_field(v);
+    return message;
+  }
+  void send(const joint_command_t& message) { node->receive(channel::kJointCommand, *encode(message), out); }
+  std::optional<robot_state_t> newest_state() const {
+    for (auto message = out.rbegin(); message != out.rend(); ++message) {
+      if (message->channel == channel::kRobotState) return decode<robot_state_t>(message->bytes);
+    }
+    return std::nullopt;
+  }
+
+  const RobotConfig robot = robot_named("hoap2");
+  EchoRobot echo;
+  std::unique_ptr<drivers::DriverNode> node;
+  Outbox out;
+  int64_t sequence = 0;
+  JointVector start = (JointVector(4) << 0.2, -0.3, -0.2, -0.9).finished();
+  JointVector zero = JointVector::Zero(4);
+};
+
+TEST_F(TemplateDriverTest, MeasuresAndCommands) {
+  run(20);
+  ASSERT_TRUE(newest_state());
+  EXPECT_EQ(newest_state()->run, 77);
+  EXPECT_EQ(newest_state()->command_sequence, -1);
+  EXPECT_EQ(newest_state()->joint_position, to_field(start));
+  EXPECT_EQ(node->state(), "ready");
+  JointVector q = start;
+  for (int k = 0; k < 50; ++k) {
+    q[0] += 1e-3;
+    send(command(q, JointVector::Unit(4, 0)));
+    run(1);
+  }
+  EXPECT_EQ(node->counters().refused, 0);
+  EXPECT_NEAR(newest_state()->joint_position[0], q[0], 5e-3);
+  EXPECT_EQ(node->state(), "ready, following");
+}
+
+TEST_F(TemplateDriverTest, RefusesByName) {
+  const auto refused = [&](const joint_command_t& message, const std::string& why) {
+    const auto before = node->counters().refused;
+    const size_t received = echo.received;
+    send(message);
+    run(2);
+    EXPECT_EQ(node->counters().refused, before + 1) << why;
+    EXPECT_EQ(echo.received, received) << why;
+    EXPECT_NE(node->state().find(why), std::string::npos) << node->state();
+  };
+  refused(command(start, zero), "while the robot is not ready");
+  run(20);
+  auto other = command(start, zero);
+  other.robot_run = 78;
+  refused(other, "for another robot");
+  refused(command(start + JointVector::Constant(4, -0.11), zero), "far from the arm");
+  auto nan = command(start, zero);
+  nan.joint_position[2] = NAN;
+  refused(nan, "without a valid position");
+  auto missing = command(start, zero);
+  missing.joint_name[1] = "nobody";
+  refused(missing, "without a valid position");
+  JointVector beyond = start;
+  beyond[3] = 0.5;  // the elbow's upper limit is 0
+  refused(command(beyond, zero), "beyond the joints' limits");
+  send(command(start, zero));
+  run(2);
+  other = command(start, zero);
+  other.run = 6;
+  refused(other, "of another bridge");
+}
+
+TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
+  run(20);
+  JointVector q = start;
+  const double speed = 1.0;
+  for (int k = 0; k < 100; ++k) {
+    q[0] += speed * 1e-3;
+    send(command(q, speed * JointVector::Unit(4, 0)));
+    run(1);
+  }
+  std::vector<double> position{echo.q[0]};
+  for (int k = 0; k < 300; ++k) {
+    run(1);
+    position.push_back(echo.q[0]);
+  }
+  // Held for the time-out, then a ramp: 60 rad/s^2 stop 1 rad/s within 17 ms and the jerk limit's share.
+  EXPECT_EQ(position[15], position[1]);
+  EXPECT_GT(position.back(), position[15] + 0.005);
+  EXPECT_LT(position.back(), position[15] + 0.05);
+  EXPECT_EQ(position.back(), position[200]);
+  for (size_t k = 24; k < position.size(); ++k) {
+    const double acceleration = (position[k] - 2 * position[k - 1] + position[k - 2]) * 1e6;
+    EXPECT_LT(std::abs(acceleration), 60 * 1.01) << k;
+  }
+  EXPECT_EQ(node->state(), "ready");
+}
+
+TEST_F(TemplateDriverTest, IsSilentWhileTheRobotIsGone) {
+  run(20);
+  ASSERT_TRUE(newest_state());
+  echo.faults.cut = true;
+  run(2);
+  out.clear();
+  run(200);
+  EXPECT_FALSE(newest_state());
+  EXPECT_EQ(node->state(), "not connected to the robot");
+  echo.faults.cut = false;
+  run(20);
+  EXPECT_TRUE(newest_state());
+}
+
+TEST(DriverConfig, NamesWhatIsWrong) {
+  const auto message = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const RobotConfig hoap2 = robot_named("hoap2"), iiwa = robot_named("iiwa14");
+  EXPECT_NE(message([&] { (void)drivers::driver_config_from(hoap2, ""); }).find("no driver is named"),
+            std::string::npos);
+  EXPECT_NE(message([&] { (void)drivers::driver_config_from(iiwa, "ur"); }).find("is that of the driver 'iiwa'"),
+            std::string::npos);
+  drivers::DriverConfig unknown;
+  unknown.name = "nonesuch";
+  EXPECT_NE(message([&] { (void)drivers::make_driver(iiwa, unknown); }).find("'nonesuch' is no driver"),
+            std::string::npos);
+  EXPECT_EQ(drivers::driver_config_from(iiwa, "").name, "iiwa");
+}
+
+}  // namespace
+}  // namespace multireach::testing
