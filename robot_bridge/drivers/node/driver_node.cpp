@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdlib>
 #include <multireach/bridge_request_t.hpp>
 
 #include "runtime/channels.hpp"
@@ -13,6 +14,7 @@ namespace {
 constexpr double kSpeedWhereUnlimited = 3;  // rad/s or m/s, as the bridge's default
 constexpr double kImpossible = 1e6;         // rad or m, rad/s or m/s
 constexpr double kLimitTolerance = 1e-6;    // rad or m
+constexpr int64_t kMaxAge = 1000000;        // us, from images whose time is the wall clock's to their commands
 
 bool is_valid(const std::optional<JointVector>& values) {
   return values && values->allFinite() && values->cwiseAbs().maxCoeff() < kImpossible;
@@ -66,6 +68,9 @@ const char* DriverNode::fault_of(const joint_command_t& command, JointVector& po
   if (driver_->status().phase != DriverStatus::Phase::kReady || !reading_)
     return "refused commands while the robot is not ready";
   if (ramp_) return "refused commands while the arm decelerates";
+  if (!options_.simulated && !options_.accept_recorded && std::abs(command.utime - now().wall_us) > kMaxAge)
+    return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
+           "from a computer whose clock is wrong";
   if (!commanded_ && (position - reading_->position).cwiseAbs().maxCoeff() > options_.max_start_distance)
     return "refused commands that begin far from the arm";
   return nullptr;
@@ -142,6 +147,9 @@ void DriverNode::publish_reading(Outbox& out) {
   state.sequence = sequence_++;
   state.run = run();
   state.command_sequence = command_sequence_;
+  state.simulated = options_.simulated;
+  const DriverStatus status = driver_->status();
+  if (status.phase == DriverStatus::Phase::kFault) state.fault = status.text;
   state.num_joints = chain_.size();
   state.joint_name = joint_names_;
   state.joint_position = to_field(reading_->position);
@@ -159,8 +167,8 @@ void DriverNode::tick(Outbox& out) {
     reading_ = std::move(reading);
     fresh = true;
   }
-  // Without ROBOT_STATE the bridge decelerates, and then waits: a robot that does not obey must be silent.
-  const bool ready = driver_->status().phase == DriverStatus::Phase::kReady;
+  // Without ROBOT_STATE the bridge decelerates, and then waits: a robot that does not obey must be silent, or say why.
+  const bool ready = driver_->status().phase != DriverStatus::Phase::kWaiting;
   const bool due = utime_ - published_us_ + kTickUs >= state_period_us_;  // a reading may be a tick early
   if (ready && fresh && due) publish_reading(out);
   report_status();

@@ -18,6 +18,7 @@ struct DriverNodeOptions {
   int64_t command_timeout_us = 20000;  ///< without a command for this long, the driver decelerates the arm
   double max_start_distance = 0.02;    ///< rad or m: largest distance of the first command from the measured position
   bool simulated = false;              ///< the robot is emulated
+  bool accept_recorded = false;        ///< also obey commands that follow from recorded images, whose time is not now
 };
 
 /// A robot's driver with its messages: receives JOINT_COMMAND and BRIDGE_REQUEST, sends ROBOT_STATE while the robot

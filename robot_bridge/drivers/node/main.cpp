@@ -8,10 +8,11 @@ int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-robot-driver", "A real robot's driver: JOINT_COMMAND in, ROBOT_STATE out.");
   std::string config, name;
-  bool simulated = false;
+  bool simulated = false, accept_recorded = false;
   program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/ur5e")->required();
   program.cli().add_option("--driver", name, "the driver; default: driver.name of the robot.yaml");
   program.cli().add_flag("--simulated", simulated, "the robot is emulated: it is enabled at once");
+  program.cli().add_flag("--accept-recorded", accept_recorded, "let a real robot follow recorded images");
   LiveOptions& live = program.add_live_options();
   live.real_time = true;
   program.add_config_reference([] { return drivers::driver_config_reference(); });
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
     const auto robot = RobotConfig::load(config);
     auto options = drivers::driver_config_from(robot, name);
     options.node.simulated = simulated;
+    options.node.accept_recorded = accept_recorded;
     auto driver = drivers::make_driver(robot, options);
     auto transports = drivers::client_transports(driver->links());
     drivers::DriverNode node(robot, std::move(driver), std::move(transports), options.node, wall_us);

@@ -46,7 +46,8 @@ class TemplateDriverTest : public ::testing::Test {
     drivers::Transports transports;
     transports.push_back(std::move(echo.driver_side));
     node = std::make_unique<drivers::DriverNode>(robot, std::make_unique<drivers::TemplateDriver>(4, "the robot", 5000),
-                                                 std::move(transports), drivers::DriverNodeOptions{}, [] { return 0; });
+                                                 std::move(transports), drivers::DriverNodeOptions{},
+                                                 [this] { return 1000 * echo.now_ms; });
     node->set_run(77);
   }
   void run(int64_t ms) {
@@ -132,6 +133,18 @@ TEST_F(TemplateDriverTest, RefusesByName) {
   other = command(start, zero);
   other.run = 6;
   refused(other, "of another bridge");
+}
+
+TEST_F(TemplateDriverTest, RefusesCommandsThatFollowFromRecordedImages) {
+  run(20);
+  const JointVector here = Eigen::Map<const Eigen::Vector4d>(echo.q.data());
+  joint_command_t old = command(here, JointVector::Zero(4));
+  old.utime += 86400000000;
+  send(old);
+  EXPECT_EQ(node->counters().refused, 1);
+  EXPECT_NE(node->state().find("--accept-recorded"), std::string::npos) << node->state();
+  send(command(here, JointVector::Zero(4)));
+  EXPECT_EQ(node->counters().refused, 1);
 }
 
 TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
