@@ -6,30 +6,32 @@ bin=$1
 . "$root/tests/live/launched.sh"
 if ! ip link add dev switch type bridge mcast_snooping 0 2>/dev/null; then echo "skipped: a network bridge cannot be made here"; exit 77; fi
 ip link set switch up
+unshare --time true 2>/dev/null || { echo "skipped: a time namespace cannot be made here"; exit 77; }
 declare -A hosts
-trap 'kill "${hosts[@]}" 2>/dev/null; rm -rf "$work"' EXIT
-# host NAME ADDRESS: a network namespace, with a cable to the switch.
+parents=()
+trap 'kill "${hosts[@]}" 2>/dev/null; wait "${parents[@]}" 2>/dev/null; rm -rf "$work"' EXIT
+# host NAME ADDRESS SECONDS: a network namespace, with a cable to the switch and a monotonic clock that is ahead.
 host() {
-  unshare --net sleep 1000 & hosts[$1]=$!
-  for _ in $(seq 50); do [ "$(readlink "/proc/${hosts[$1]}/ns/net")" = "$(readlink /proc/self/ns/net)" ] || break; sleep 0.02; done
+  unshare --net --time --monotonic "$3" --fork --kill-child sleep 1000 & parents+=($!)
+  for _ in $(seq 50); do hosts[$1]=$(pgrep -P $!) && break; sleep 0.02; done
   ip link add dev "to_$1" type veth peer name eth0 netns "${hosts[$1]}"
   ip link set "to_$1" master switch up
   on "$1" sh -c "ip link set lo up && ip address add $2/24 dev eth0 && ip link set eth0 up && ip route add 224.0.0.0/4 dev eth0"
 }
-on() { local name=$1; shift; nsenter --target "${hosts[$name]}" --net -- "$@"; }
+on() { local name=$1; shift; nsenter --target "${hosts[$name]}" --net --time -- "$@"; }
 # both OPTION...: a run on both hosts; returns when images are sent. The processes are $eyes and $robot.
 both() {
-  nsenter --target "${hosts[robot]}" --net env XDG_STATE_HOME="$work/robot" "$root/tools/launch.sh" --no-setup --role robot --json "$work/robot.json" 2>"$work/robot.err" & robot=$!
+  nsenter --target "${hosts[robot]}" --net --time env XDG_STATE_HOME="$work/robot" "$root/tools/launch.sh" --no-setup --role robot --json "$work/robot.json" 2>"$work/robot.err" & robot=$!
   rm -rf "$work/eyes"
-  nsenter --target "${hosts[eyes]}" --net env XDG_STATE_HOME="$work/eyes" "$root/tools/launch.sh" --no-setup --role eyes --json "$work/eyes.json" "$@" 2>"$work/eyes.err" & eyes=$!
+  nsenter --target "${hosts[eyes]}" --net --time env XDG_STATE_HOME="$work/eyes" "$root/tools/launch.sh" --no-setup --role eyes --json "$work/eyes.json" "$@" 2>"$work/eyes.err" & eyes=$!
   until compgen -G "$work/eyes/multireach/runs/*/source.err" >/dev/null || ! kill -0 $eyes 2>/dev/null; do sleep 0.05; done
 }
 both_ended() {
   name=eyes; wait $eyes; eyes_code=$?
   kill $robot; wait $robot; robot_code=$?
 }
-host eyes 10.0.0.1
-host robot 10.0.0.2
+host eyes 10.0.0.1 0
+host robot 10.0.0.2 86400
 
 both
 both_ended

@@ -87,15 +87,15 @@ TEST_F(LogTool, MergesThePartsOfARecorderThatWasKilled) {
   EXPECT_THROW(merge_logs({path("one"), path("text")}, path("none")), InputError);
 }
 
-TEST_F(LogTool, TheReportCountsRestartsAndKeepsTheCountersOfEarlierStarts) {
+TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   LogWriter log(path("run"));
   const auto status = [&](int64_t second, int64_t uptime_s, int64_t late) {
     node_status_t message{};
     message.node = "bridge";
-    message.utime = second * 1'000'000;
+    message.utime = second * 1'000'000 - 3'200'000;  // its clock is behind
     message.uptime_us = uptime_s * 1'000'000;
     message.late = late;
-    log.write(message.utime, "NODE_STATUS", *encode(message));
+    log.write(second * 1'000'000, "NODE_STATUS", *encode(message));
   };
   status(10, 1, 0);
   status(11, 2, 5);
@@ -106,7 +106,10 @@ TEST_F(LogTool, TheReportCountsRestartsAndKeepsTheCountersOfEarlierStarts) {
   const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
   EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 2);
   EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
-  EXPECT_NE(table_of(report.json).find("restarts: bridge 2"), std::string::npos);
+  EXPECT_NEAR(report.json["nodes"]["bridge"]["clock_lead_ms"].get<double>(), -3200, 1e-9);
+  const std::string table = table_of(report.json);
+  EXPECT_NE(table.find("restarts: bridge 2"), std::string::npos) << table;
+  EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }
 
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {

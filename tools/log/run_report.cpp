@@ -55,6 +55,9 @@ double quantile(std::vector<double> values, double part) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+/// A clock that differs by more is reported: far more than a message takes on a busy machine.
+constexpr double kSameClock = 20;  // ms
+
 /// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, and the recorder's own
 /// is about as large.
 constexpr double kFasterThanTheLimit = 1.5;
@@ -68,8 +71,11 @@ struct NodeRecord {
   node_status_t newest{};
   NodeCounters before{};  ///< counters of the earlier starts
   int64_t restarts = 0;
+  std::vector<double> clock_lead_ms;  ///< the node's clock minus the recorder's, and the delay of the message
 
-  void add(const node_status_t& status) {
+  void add(const node_status_t& status, int64_t received_utime) {
+    if (plausible_utime(status.utime) && plausible_utime(received_utime))
+      clock_lead_ms.push_back(1e-3 * static_cast<double>(status.utime - received_utime));
     // Anybody may run several viewers.
     if (status.uptime_us < newest.uptime_us && status.node != "view") {
       ++restarts;
@@ -87,9 +93,10 @@ struct NodeRecord {
   }
   json to_json() const {
     const NodeCounters sum = total();
-    return {{"state", newest.state},  {"restarts", restarts},   {"received", sum.received},
-            {"dropped", sum.dropped}, {"refused", sum.refused}, {"late", sum.late},
-            {"limited", sum.limited}, {"sent", sum.sent},       {"build_id", newest.build_id}};
+    return {{"state", newest.state},      {"restarts", restarts},   {"clock_lead_ms", quantile(clock_lead_ms, 0.5)},
+            {"received", sum.received},   {"dropped", sum.dropped}, {"refused", sum.refused},
+            {"late", sum.late},           {"limited", sum.limited}, {"sent", sum.sent},
+            {"build_id", newest.build_id}};
   }
 };
 
@@ -127,7 +134,7 @@ class RecordedData {
     } else if (event.channel == channel::kRobotState) {
       add_robot_state(event);
     } else if (event.channel == channel::kNodeStatus) {
-      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node].add(*status);
+      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node].add(*status, event.utime);
     }
   }
 
@@ -365,6 +372,12 @@ std::string table_of(const json& report) {
   std::string restarts;
   for (const auto& [name, node] : report["nodes"].items()) {
     if (node["restarts"] > 0) restarts += (restarts.empty() ? "" : ", ") + name + " " + node["restarts"].dump();
+  }
+  for (const auto& [name, node] : report["nodes"].items()) {
+    const double lead = node["clock_lead_ms"].is_number() ? node["clock_lead_ms"].get<double>() : 0;
+    if (!(std::abs(lead) > kSameClock)) continue;  // NaN: no clock was told
+    table += fmt::format("clock of {}: {:.0f} ms {} the recorder's\n", name, std::abs(lead),
+                         lead > 0 ? "ahead of" : "behind");
   }
   if (!restarts.empty()) table += "restarts: " + restarts + "\n";
   for (const auto& [channel, runs] : report["publishers"].items()) {
