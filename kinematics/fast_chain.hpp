@@ -78,7 +78,7 @@ FastLinks<N, Element>::FastLinks(const Chain& chain, const Eigen::Matrix3d& tool
   const int n = chain.size();
   std::array<Eigen::Matrix3d, kCapacity> to_z;
   for (int i = 0; i < n; ++i) {
-    to_z[i] = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), chain.joint(i).axis).toRotationMatrix();
+    to_z[i] = rotation_from_z(chain.joint(i).axis);
   }
   Eigen::Isometry3d first = chain.fixed(0);
   first.linear() = first.linear() * to_z[0];

@@ -45,6 +45,9 @@ inline Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle)
   return R;
 }
 
+/// The rotation by the smallest angle that turns z to `direction`, which need not be a unit vector.
+Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction);
+
 /// Rotation matrix from URDF's roll, pitch and yaw: about the fixed axes x, then y, then z.
 inline Eigen::Matrix3d rotation_from_rpy(const Eigen::Vector3d& rpy) {
   return rotation_about(Eigen::Vector3d::UnitZ(), rpy.z()) * rotation_about(Eigen::Vector3d::UnitY(), rpy.y()) *

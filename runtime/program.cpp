@@ -1,11 +1,10 @@
 #include "runtime/program.hpp"
 
-#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 
@@ -15,53 +14,36 @@
 
 namespace multireach {
 
-Program::Program(const std::string& name, const std::string& description) : name_(name), app_(description, name) {
-  app_.set_version_flag("--version", name + " " + kVersion + " (build " + kBuildId + ")");
-  app_.get_formatter()->column_width(34);
-}
+Program::Program(const std::string& name, const std::string& description)
+    : name_(name), cli_(name, description, name + " " + kVersion + " (build " + kBuildId + ")") {}
 
-void add_url_options(CLI::App& app, LiveOptions& urls) {
+void add_url_options(CommandLine& cli, LiveOptions& urls) {
   urls.control_url = channel::kControlUrl;
-  app.add_option("--lcm-url", urls.control_url, "LCM group of everything but images")
-      ->envname("LCM_DEFAULT_URL")
-      ->capture_default_str();
-  app.add_option("--image-url", urls.image_url,
-                 "LCM group of the images (default: " + std::string(channel::kImageUrl) +
-                     ", or one port above another --lcm-url)");
+  cli.option("--lcm-url", urls.control_url, "LCM group of everything but images")
+      .environment("LCM_DEFAULT_URL")
+      .show_default();
+  cli.option("--image-url", urls.image_url,
+             "LCM group of the images (default: " + std::string(channel::kImageUrl) +
+                 ", or one port above another --lcm-url)");
 }
 
 LiveOptions& Program::add_live_options() {
-  add_url_options(app_, live_);
-  app_.add_option("--speed", live_.speed, "seconds of message time per second")
-      ->check(finite_range(0.01, 100))
-      ->capture_default_str();
-  app_.add_option("--seconds", live_.seconds, "end after this many seconds; 0 for never")
-      ->check(finite_range(0, 1e9))
-      ->capture_default_str();
-  app_.add_flag("--lockstep", live_.lockstep, "let multireach-replay play --lockstep drive this process");
+  add_url_options(cli_, live_);
+  cli_.option("--speed", live_.speed, "seconds of message time per second").finite(0.01, 100).show_default();
+  cli_.option("--seconds", live_.seconds, "end after this many seconds; 0 for never").finite(0, 1e9).show_default();
+  cli_.flag("--lockstep", live_.lockstep, "let multireach-replay play --lockstep drive this process");
   return live_;
 }
 
 void Program::add_config_reference(const std::function<std::string()>& page) {
-  const auto print = [page] {
-    std::cout << page();
-    throw CLI::Success();
-  };
-  app_.add_flag_callback("--config-reference", print, "print the reference of the configuration files' keys, and stop");
+  cli_.information("--config-reference", page, "print the reference of the configuration files' keys, and stop");
 }
 
 int Program::run(int argc, char** argv, const std::function<int()>& body) {
   auto logger = spdlog::stderr_color_mt(name_);
   logger->set_pattern("[%H:%M:%S.%e] [%n] [%^%l%$] %v");
   spdlog::set_default_logger(logger);
-  try {
-    app_.parse(argc, argv);
-  } catch (const CLI::Success& asked) {
-    return app_.exit(asked);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << name_ << ": " << error.what() << "; see " << name_ << " --help\n";
-    return 2;
-  }
+  if (const auto code = cli_.parse(argc, argv)) return *code;
   try {
     return body();
   } catch (const InputError& error) {
@@ -88,18 +70,6 @@ std::string default_robot_file() {
     if (std::filesystem::exists(file, error)) return file.string();
   }
   throw InputError("the default robot.yaml (Hoap2) was not found; give --robot");
-}
-
-CLI::Validator finite_range(double min, double max) {
-  const std::string range = fmt::format("finite number from {} to {}", min, max);
-  return CLI::Validator(
-      [=](std::string& text) {
-        double value = 0;
-        const bool number = CLI::detail::lexical_cast(text, value);
-        if (number && std::isfinite(value) && value >= min && value <= max) return std::string();
-        return "'" + text + "' is not a " + range;
-      },
-      "FROM " + fmt::format("{} TO {}", min, max));
 }
 
 std::vector<double> parse_numbers(const std::string& option, const std::string& text) {

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "runtime/command_line.hpp"
 #include "runtime/live_loop.hpp"
 
 namespace multireach {
@@ -14,7 +15,7 @@ class Program {
  public:
   Program(const std::string& name, const std::string& description);
 
-  CLI::App& cli() { return app_; }
+  CommandLine& cli() { return cli_; }
   /// Adds --lcm-url, --image-url, --speed, --seconds and --lockstep.
   LiveOptions& add_live_options();
   /// Adds --config-reference, which prints the reference page of the configuration files that the program reads.
@@ -25,7 +26,7 @@ class Program {
 
  private:
   std::string name_;
-  CLI::App app_;
+  CommandLine cli_;
   LiveOptions live_;
 };
 
@@ -33,14 +34,11 @@ class Program {
 std::string this_build();
 
 /// Adds --lcm-url (else LCM_DEFAULT_URL of the environment, as in every LCM program) and --image-url.
-void add_url_options(CLI::App& app, LiveOptions& urls);
+void add_url_options(CommandLine& cli, LiveOptions& urls);
 
 /// The robot.yaml of the Hoap2 that comes with the project, in the source tree or in the installation that this program
 /// belongs to. Throws InputError when it is in neither.
 std::string default_robot_file();
-
-/// Refuses values that are not finite numbers from `min` to `max` (CLI::Range accepts NaN).
-CLI::Validator finite_range(double min, double max);
 
 /// "0.1,-0.2,0.3" as numbers. Throws InputError that names the option.
 std::vector<double> parse_numbers(const std::string& option, const std::string& text);

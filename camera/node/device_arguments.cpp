@@ -1,7 +1,5 @@
 #include "camera/node/device_arguments.hpp"
 
-#include "runtime/program.hpp"
-
 namespace multireach {
 
 DeviceOptions DeviceArguments::options() const {
@@ -21,27 +19,26 @@ DeviceOptions DeviceArguments::options() const {
   return options;
 }
 
-CLI::App* add_device_command(CLI::App& cli, DeviceArguments& arguments) {
-  CLI::App* device = cli.add_subcommand("device", "two cameras, or one that gives both images side by side");
-  device->add_option("--config", arguments.file, "camera file with these and more settings; see docs/cameras.md");
+void add_device_command(CommandLine& cli, DeviceArguments& arguments) {
+  CommandLine device = cli.subcommand("device", "two cameras, or one that gives both images side by side");
+  device.option("--config", arguments.file, "camera file with these and more settings; see docs/cameras.md");
   const char* what = "number or path of a V4L2 device, FIFO with JPEG images, or video file";
-  auto* left = device->add_option("--left", arguments.left, what);
-  auto* right = device->add_option("--right", arguments.right, what);
-  auto* both = device->add_option("--side-by-side", arguments.side_by_side, what);
-  left->needs(right)->excludes(both);
-  right->needs(left)->excludes(both);
-  device->add_option("--width", arguments.width, "width of one image, pixels [640 from a device, any from a file]")
-      ->check(CLI::Range(2, 16384));
-  device->add_option("--height", arguments.height, "height of one image, pixels [480 from a device, any from a file]")
-      ->check(CLI::Range(2, 16384));
-  device->add_option("--rate", arguments.rate_hz, "pairs per second [30]")->check(CLI::Range(1, 1000));
-  device->add_option("--jpeg-quality", arguments.jpeg_quality, "JPEG quality of encoded images; 0 sends them raw [90]")
-      ->check(CLI::Range(0, 100));
+  CommandOption left = device.option("--left", arguments.left, what);
+  CommandOption right = device.option("--right", arguments.right, what);
+  const CommandOption both = device.option("--side-by-side", arguments.side_by_side, what);
+  left.needs(right).excludes(both);
+  right.needs(left).excludes(both);
+  device.option("--width", arguments.width, "width of one image, pixels [640 from a device, any from a file]")
+      .whole(2, 16384);
+  device.option("--height", arguments.height, "height of one image, pixels [480 from a device, any from a file]")
+      .whole(2, 16384);
+  device.option("--rate", arguments.rate_hz, "pairs per second [30]").whole(1, 1000);
+  device.option("--jpeg-quality", arguments.jpeg_quality, "JPEG quality of encoded images; 0 sends them raw [90]")
+      .whole(0, 100);
   device
-      ->add_option("--max-skew", arguments.max_skew_s,
-                   "largest difference of the two images' times in a pair, s [half a period]")
-      ->check(finite_range(0, 1));
-  return device;
+      .option("--max-skew", arguments.max_skew_s,
+              "largest difference of the two images' times in a pair, s [half a period]")
+      .finite(0, 1);
 }
 
 }  // namespace multireach

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include "camera/devices/device_options.hpp"
+#include "runtime/command_line.hpp"
 
 namespace multireach {
 
@@ -19,6 +18,6 @@ struct DeviceArguments {
 };
 
 /// Adds the subcommand `device`, whose options fill `arguments`.
-CLI::App* add_device_command(CLI::App& cli, DeviceArguments& arguments);
+void add_device_command(CommandLine& cli, DeviceArguments& arguments);
 
 }  // namespace multireach

@@ -8,29 +8,26 @@
 int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-camera", "Stereo images on STEREO_IMAGES: rendered, from files, or from devices.");
-  CLI::App& cli = program.cli();
+  CommandLine& cli = program.cli();
   cli.fallthrough();
-  cli.require_subcommand(1);
+  cli.require_subcommand();
   const LiveOptions& live = program.add_live_options();
   program.add_config_reference([] { return RenderSource::config_reference() + "\n" + device_config_reference(); });
 
   std::string scene;
-  CLI::App* render = cli.add_subcommand("render", "a ball on a scripted path, with the truth on TARGET_TRUTH");
-  render->add_option("--config", scene, "scene file, as logs/reach.yaml")->required();
+  CommandLine render = cli.subcommand("render", "a ball on a scripted path, with the truth on TARGET_TRUTH");
+  render.option("--config", scene, "scene file, as logs/reach.yaml").required();
 
   ImagesOptions images;
-  CLI::App* files = cli.add_subcommand("images", "pairs of image files");
-  files->add_option("--left", images.left, "file, folder or pattern")->required();
-  files->add_option("--right", images.right, "file, folder or pattern")->required();
-  files->add_option("--rate", images.rate_hz, "pairs per second")->check(CLI::Range(1, 1000))->capture_default_str();
-  files->add_option("--repeat", images.repeat, "number of times to send the whole list")
-      ->check(CLI::Range(1, 1000000000))
-      ->capture_default_str();
-  files->add_option("--origin-utime", images.origin_utime, "time of the first pair, microseconds")
-      ->capture_default_str();
-  files->add_option("--jpeg-quality", images.jpeg_quality, "JPEG quality of encoded images; 0 sends raw BGR")
-      ->check(CLI::Range(0, 100))
-      ->capture_default_str();
+  CommandLine files = cli.subcommand("images", "pairs of image files");
+  files.option("--left", images.left, "file, folder or pattern").required();
+  files.option("--right", images.right, "file, folder or pattern").required();
+  files.option("--rate", images.rate_hz, "pairs per second").whole(1, 1000).show_default();
+  files.option("--repeat", images.repeat, "number of times to send the whole list").whole(1, 1000000000).show_default();
+  files.option("--origin-utime", images.origin_utime, "time of the first pair, microseconds").show_default();
+  files.option("--jpeg-quality", images.jpeg_quality, "JPEG quality of encoded images; 0 sends raw BGR")
+      .whole(0, 100)
+      .show_default();
 
   DeviceArguments devices;
   add_device_command(cli, devices);
@@ -38,9 +35,9 @@ int main(int argc, char** argv) {
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);
     std::unique_ptr<CameraSource> source;
-    if (*render) {
+    if (render.given()) {
       source = std::make_unique<RenderSource>(scene);
-    } else if (*files) {
+    } else if (files.given()) {
       source = make_images_source(images);
     } else {
       if (live.speed != 1) throw InputError("device: --speed must be 1: cameras cannot be made slower or faster");

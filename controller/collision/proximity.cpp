@@ -146,7 +146,7 @@ Proximity::Proximity(const Chain& chain, const Body& body)
     if (!link.exists) continue;
     link.half_length = 0.5 * length;
     link.X_LK = Eigen::Isometry3d::Identity();
-    link.X_LK.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along).toRotationMatrix();
+    link.X_LK.linear() = rotation_from_z(along);
     link.X_LK.translation() = 0.5 * along;
     link.bound = link.half_length + body.link_radius_m;
   }

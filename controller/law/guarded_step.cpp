@@ -1,5 +1,6 @@
 #include "controller/law/guarded_step.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -150,15 +151,18 @@ class OneArm {
   }
   int avoid(const Rows& J, double gamma, const std::array<std::array<Double2, kCapacity>, 1>& wanted, const Task& hand,
             const Joints& lower, const Joints& upper, Joints& velocity) const {
-    const SoftCollisionQp<M, kCapacity> program{.n = size(),
-                                                .gamma = gamma,
-                                                .jacobian = now_rows(J, size()),
-                                                .wanted = now_joints(wanted, size()),
-                                                .hand = hand,
-                                                .lower = lower,
-                                                .upper = upper,
-                                                .pairs = pairs_,
-                                                .rate = settings().barrier_rate.slope};
+    SoftCollisionQp<kCapacity> program{.n = size(),
+                                       .rows = M,
+                                       .gamma = gamma,
+                                       .jacobian = {},
+                                       .wanted = now_joints(wanted, size()),
+                                       .hand = {},
+                                       .lower = lower,
+                                       .upper = upper,
+                                       .pairs = pairs_,
+                                       .rate = settings().barrier_rate.slope};
+    std::ranges::copy(now_rows(J, size()), program.jacobian.begin());
+    std::ranges::copy(hand, program.hand.begin());
     return program.solve(velocity);
   }
 

@@ -6,7 +6,7 @@ int main(int argc, char** argv) {
   multireach::Program program("multireach-controller",
                               "The reaching controller: TARGET in, JOINT_SETPOINT out at 20 Hz.");
   std::string config;
-  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/hoap2")->required();
+  program.cli().option("--config", config, "robot.yaml or its folder, as robots/hoap2").required();
   const multireach::LiveOptions& live = program.add_live_options();
   program.add_config_reference(
       [] { return multireach::robot_config_reference() + "\n" + multireach::controller_config_reference(); });

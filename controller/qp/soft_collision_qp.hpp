@@ -19,21 +19,22 @@ namespace multireach::controller {
 /// hard and take precedence over clearances. The cost is convex and piecewise quadratic. The solver is Newton's method
 /// projected on the bounds (Bertsekas, SIAM J. Control and Optimization 20, 1982). Where the projected step does not
 /// reduce the cost enough, it takes an active-set step instead: along the same direction to the first bound.
-template <int M, int kCapacity>
+template <int kCapacity>
 struct SoftCollisionQp {
   using Joints = std::array<double, kCapacity>;
 
   int n;
+  int rows;  ///< of the task: 3 to 6
   double gamma;
-  std::array<Joints, M> jacobian;
+  std::array<Joints, 6> jacobian;
   Joints wanted;
-  std::array<double, M> hand;
+  std::array<double, 6> hand;
   Joints lower, upper;
   std::span<const ProximityPair> pairs;
   double rate;  ///< largest relative decrease of a clearance per step
 
   /// `v`: the start value; the solution on return. Returns the number of linear systems solved.
-  int solve(Joints& v) const {
+  [[gnu::noinline]] int solve(Joints& v) const {
     for (int i = 0; i < n; ++i) v[i] = std::clamp(v[i], lower[i], upper[i]);
     int iterations = 0;
     while (iterations < kMost) {
@@ -125,7 +126,7 @@ struct SoftCollisionQp {
     };
     double slope = 0;
     for (int i = 0; i < n; ++i) slope += (v[i] - wanted[i]) * stride[i];
-    for (int m = 0; m < M; ++m) slope += gamma * hand_error(m, v) * product(jacobian[m]);
+    for (int m = 0; m < rows; ++m) slope += gamma * hand_error(m, v) * product(jacobian[m]);
     for (const ProximityPair& pair : pairs) slope -= kWeight * shortfall(pair, v) * product(pair.gradient);
     return slope;
   }
@@ -145,7 +146,7 @@ struct SoftCollisionQp {
   double cost_of(const Joints& v) const {
     double cost = 0;
     for (int i = 0; i < n; ++i) cost += (v[i] - wanted[i]) * (v[i] - wanted[i]);
-    for (int m = 0; m < M; ++m) {
+    for (int m = 0; m < rows; ++m) {
       const double error = hand_error(m, v);
       cost += gamma * error * error;
     }
@@ -168,7 +169,7 @@ struct SoftCollisionQp {
         for (int k = 0; k <= i; ++k) H[i][k] += weight * row[i] * row[k];
       }
     };
-    for (int m = 0; m < M; ++m) add(jacobian[m], gamma, hand_error(m, v));
+    for (int m = 0; m < rows; ++m) add(jacobian[m], gamma, hand_error(m, v));
     for (const ProximityPair& pair : pairs) {
       const double missing = shortfall(pair, v);
       if (missing > 0) add(pair.gradient, kWeight, -missing);

@@ -5,7 +5,7 @@
 int main(int argc, char** argv) {
   multireach::Program program("multireach-bridge", "The robot bridge: JOINT_SETPOINT in, JOINT_COMMAND out at 1 kHz.");
   std::string config;
-  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/hoap2")->required();
+  program.cli().option("--config", config, "robot.yaml or its folder, as robots/hoap2").required();
   multireach::LiveOptions& live = program.add_live_options();
   live.real_time = true;
   program.add_config_reference(

@@ -6,7 +6,7 @@ int main(int argc, char** argv) {
   multireach::Program program("multireach-robot-sim",
                               "The robot, simulated: JOINT_COMMAND and PERTURBATION in, ROBOT_STATE out.");
   std::string config;
-  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/hoap2")->required();
+  program.cli().option("--config", config, "robot.yaml or its folder, as robots/hoap2").required();
   multireach::LiveOptions& live = program.add_live_options();
   live.real_time = true;
   program.add_config_reference(

@@ -54,15 +54,12 @@ std::vector<std::string> scene_names() {
 int main(int argc, char** argv) {
   multireach::Program program("multireach-figures", "The numbers behind the pictures of the documentation, as CSV.");
   std::string scene, urdf, base, tip, csv = "-", measures;
-  program.cli()
-      .add_option("scene", scene, "which picture")
-      ->required()
-      ->check(CLI::IsMember(multireach::scene_names()));
-  program.cli().add_option("--urdf", urdf, "URDF file")->required();
-  program.cli().add_option("--base", base, "link at the start of the chain; its frame is W")->required();
-  program.cli().add_option("--tip", tip, "link at the end of the chain, the hand")->required();
-  program.cli().add_option("-o,--output", csv, "CSV file to write; - for standard output")->capture_default_str();
-  program.cli().add_option("--measures", measures, "output file for the quantities measured; - for standard output");
+  program.cli().option("scene", scene, "which picture").required().one_of(multireach::scene_names());
+  program.cli().option("--urdf", urdf, "URDF file").required();
+  program.cli().option("--base", base, "link at the start of the chain; its frame is W").required();
+  program.cli().option("--tip", tip, "link at the end of the chain, the hand").required();
+  program.cli().option("-o,--output", csv, "CSV file to write; - for standard output").show_default();
+  program.cli().option("--measures", measures, "output file for the quantities measured; - for standard output");
   return program.run(argc, argv, [&] {
     using namespace multireach;
     const SceneArm arm{.chain = load_chain(urdf, base, tip), .urdf_xml = read_text_file(urdf)};

@@ -225,51 +225,44 @@ int study(const Options& options) {
 }  // namespace multireach
 
 int main(int argc, char** argv) {
-  using multireach::finite_range;
   multireach::Program program("multireach-study", "Many random reaches under a law, counted, for several gamma.");
   multireach::Options options;
-  CLI::App& cli = program.cli();
-  cli.add_option("--urdf", options.urdf, "URDF file");
-  cli.add_option("--base", options.base, "link at the start of the chain; its frame is W");
-  cli.add_option("--tip", options.tip, "link at the end of the chain, the hand");
-  cli.add_option("--law", options.law, "control law")
-      ->check(CLI::IsMember({"paper", "guarded"}))
-      ->capture_default_str();
-  cli.add_option("--gamma", options.gamma_text, "G1,G2,...: weights of the hand's attractor, rad^2/m^2");
-  cli.add_option("--samples", options.samples, "reaches for each gamma")
-      ->check(CLI::Range(int64_t{1}, int64_t{1000000000000}))
-      ->capture_default_str();
-  cli.add_option("--seed", options.seed, "random seed of the starts and targets")->capture_default_str();
-  cli.add_option("--targets", options.targets,
-                 "space: uniform in the reachable space (an arm of no closed form: postures); postures: the hand's "
-                 "positions at uniform postures")
-      ->check(CLI::IsMember({"space", "postures"}))
-      ->capture_default_str();
-  cli.add_option("--shard", options.shard, "i/n: run only part i of n; i from 0 to n - 1")->capture_default_str();
-  cli.add_option("--threads", options.threads, "threads; the results are the same with any number")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  cli.add_option("--alpha", options.alpha, "attractor gain per step")
-      ->check(finite_range(1e-6, 1.0))
-      ->capture_default_str();
-  cli.add_option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
-      ->check(finite_range(1e-6, 1.0));
-  cli.add_option("--drift", options.drift_m,
-                 "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
-      ->check(finite_range(0.0, 1e6))
-      ->capture_default_str();
-  cli.add_option("--json", options.json, "where to write the results; - for standard output, also without --csv");
-  cli.add_option("--csv", options.csv, "where to write them as a table; - for standard output");
-  cli.add_option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
-  cli.add_option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
-      ->check(CLI::Range(int64_t{0}, int64_t{1000000000000}));
-  CLI::App* merging = cli.add_subcommand("merge", "merge the results of all shards of a study");
-  merging->add_option("files", options.merge, "JSON files of the shards")->required();
-  merging->add_option("--json", options.json, "where to write the results; - for standard output");
-  merging->add_option("--csv", options.csv, "where to write them as a table");
+  multireach::CommandLine& cli = program.cli();
+  cli.option("--urdf", options.urdf, "URDF file");
+  cli.option("--base", options.base, "link at the start of the chain; its frame is W");
+  cli.option("--tip", options.tip, "link at the end of the chain, the hand");
+  cli.option("--law", options.law, "control law").one_of({"paper", "guarded"}).show_default();
+  cli.option("--gamma", options.gamma_text, "G1,G2,...: weights of the hand's attractor, rad^2/m^2");
+  cli.option("--samples", options.samples, "reaches for each gamma").whole(1, 1000000000000).show_default();
+  cli.option("--seed", options.seed, "random seed of the starts and targets").show_default();
+  cli.option("--targets", options.targets,
+             "space: uniform in the reachable space (an arm of no closed form: postures); postures: the hand's "
+             "positions at uniform postures")
+      .one_of({"space", "postures"})
+      .show_default();
+  cli.option("--shard", options.shard, "i/n: run only part i of n; i from 0 to n - 1").show_default();
+  cli.option("--threads", options.threads, "threads; the results are the same with any number")
+      .whole(1, 1024)
+      .show_default();
+  cli.option("--alpha", options.alpha, "attractor gain per step").finite(1e-6, 1.0).show_default();
+  cli.option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
+      .finite(1e-6, 1.0);
+  cli.option("--drift", options.drift_m,
+             "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
+      .finite(0.0, 1e6)
+      .show_default();
+  cli.option("--json", options.json, "where to write the results; - for standard output, also without --csv");
+  cli.option("--csv", options.csv, "where to write them as a table; - for standard output");
+  cli.option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
+  cli.option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
+      .whole(0, 1000000000000);
+  multireach::CommandLine merging = cli.subcommand("merge", "merge the results of all shards of a study");
+  merging.option("files", options.merge, "JSON files of the shards").required();
+  merging.option("--json", options.json, "where to write the results; - for standard output");
+  merging.option("--csv", options.csv, "where to write them as a table");
   return program.run(argc, argv, [&] {
     if (options.json.empty() && options.csv.empty()) options.json = "-";
-    if (*merging) return multireach::merge(options);
+    if (merging.given()) return multireach::merge(options);
     for (const auto& [text, name] :
          {std::pair(options.urdf, "--urdf"), {options.base, "--base"}, {options.tip, "--tip"}}) {
       if (text.empty()) throw multireach::InputError(std::string(name) + " is missing; see --help");

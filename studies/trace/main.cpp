@@ -20,36 +20,29 @@ struct Options {
   int64_t steps = 0;
 };
 
-void add_options(CLI::App& cli, Options& options) {
-  cli.add_option("--urdf", options.urdf, "URDF file")->required();
-  cli.add_option("--base", options.base, "link at the start of the chain; its frame is W")->required();
-  cli.add_option("--tip", options.tip, "link at the end of the chain, the hand")->required();
-  cli.add_option("--law", options.law, "control law")
-      ->check(CLI::IsMember({"paper", "guarded"}))
-      ->capture_default_str();
-  cli.add_option("--start", options.start, "start posture, rad (m for a prismatic joint): --start=a,b,...")->required();
-  cli.add_option("--target", options.target, "hand target in W, m: --target=x,y,z")->required();
-  cli.add_option("--target-posture", options.target_posture,
-                 "first target posture theta_T, rad; default: the nearest posture that reaches the target");
-  cli.add_option("--gamma", options.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
-      ->required()
-      ->check(finite_range(0.0, 1e12));
+void add_options(CommandLine& cli, Options& options) {
+  cli.option("--urdf", options.urdf, "URDF file").required();
+  cli.option("--base", options.base, "link at the start of the chain; its frame is W").required();
+  cli.option("--tip", options.tip, "link at the end of the chain, the hand").required();
+  cli.option("--law", options.law, "control law").one_of({"paper", "guarded"}).show_default();
+  cli.option("--start", options.start, "start posture, rad (m for a prismatic joint): --start=a,b,...").required();
+  cli.option("--target", options.target, "hand target in W, m: --target=x,y,z").required();
+  cli.option("--target-posture", options.target_posture,
+             "first target posture theta_T, rad; default: the nearest posture that reaches the target");
+  cli.option("--gamma", options.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
+      .required()
+      .finite(0.0, 1e12);
   options.alpha = 0.08;
-  cli.add_option("--alpha", options.alpha, "attractor gain per step, Eq. (3)")
-      ->check(finite_range(0.0, 1.0))
-      ->capture_default_str();
-  cli.add_option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
-      ->check(finite_range(0.0, 1.0));
-  cli.add_option(
-         "--drift", options.drift_m,
-         "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never, as "
-         "printed in the paper")
-      ->check(finite_range(0.0, 1e6))
-      ->capture_default_str();
-  cli.add_option("--steps", options.steps, "integration steps; the output has one row more")
-      ->required()
-      ->check(CLI::Range(int64_t{0}, int64_t{100000000}));
-  cli.add_option("-o,--output", options.csv, "CSV file to write; - for standard output")->capture_default_str();
+  cli.option("--alpha", options.alpha, "attractor gain per step, Eq. (3)").finite(0.0, 1.0).show_default();
+  cli.option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
+      .finite(0.0, 1.0);
+  cli.option("--drift", options.drift_m,
+             "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never, as "
+             "printed in the paper")
+      .finite(0.0, 1e6)
+      .show_default();
+  cli.option("--steps", options.steps, "integration steps; the output has one row more").required().whole(0, 100000000);
+  cli.option("-o,--output", options.csv, "CSV file to write; - for standard output").show_default();
 }
 
 JointVector posture_of(const Chain& chain, const std::string& option, const std::string& text) {

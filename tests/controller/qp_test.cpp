@@ -91,7 +91,8 @@ TEST(SoftCollisionQp, MeetsTheOptimalityConditions) {
   uint64_t counter = 0;
   int touched = 0;
   for (int k = 0; k < 5000; ++k) {
-    auto program = random_program<SoftCollisionQp<3, kJoints>>(random, counter);
+    auto program = random_program<SoftCollisionQp<kJoints>>(random, counter);
+    program.rows = static_cast<int>(program.hand.size());
     std::array<ProximityPair, 5> pairs{};
     for (ProximityPair& pair : pairs) {
       for (size_t i = 0; i < kJoints; ++i) pair.gradient[i] = random.uniform(counter++, -0.3, 0.3);

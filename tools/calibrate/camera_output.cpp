@@ -7,14 +7,11 @@
 
 namespace multireach {
 
-void CameraOutput::add_options(CLI::App& app) {
-  app.add_option("-o,--output", paths, "file to write; for ROS twice: -o LEFT -o RIGHT")
-      ->required()
-      ->allow_extra_args(false)
-      ->take_all();
-  app.add_option("--format", word,
-                 "vision, opencv, ros or kalibr; unless given: two files are ros, *camchain* is kalibr, .yml opencv, "
-                 "others vision (section `cameras` of a vision file)");
+void CameraOutput::add_options(CommandLine& app) {
+  app.option("-o,--output", paths, "file to write; for ROS twice: -o LEFT -o RIGHT").required().repeated();
+  app.option("--format", word,
+             "vision, opencv, ros or kalibr; unless given: two files are ros, *camchain* is kalibr, .yml opencv, "
+             "others vision (section `cameras` of a vision file)");
 }
 
 CameraFormat CameraOutput::format() const {

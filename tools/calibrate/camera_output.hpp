@@ -1,11 +1,11 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "runtime/camera_files.hpp"
+#include "runtime/command_line.hpp"
 
 namespace multireach {
 
@@ -14,7 +14,7 @@ struct CameraOutput {
   std::vector<std::string> paths;
   std::string word;  ///< value of --format; "" to choose by file name
 
-  void add_options(CLI::App& app);
+  void add_options(CommandLine& app);
   CameraFormat format() const;
   /// Call before calibrating: throws InputError when the number of names does not fit the format, or a file cannot be
   /// written.

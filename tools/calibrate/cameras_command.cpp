@@ -154,24 +154,22 @@ int calibrate_cameras(const CamerasOptions& options) {
 
 }  // namespace
 
-Command cameras_command(CLI::App& cli) {
+Command cameras_command(CommandLine& cli) {
   const auto options = std::make_shared<CamerasOptions>();
-  CLI::App* app = cli.add_subcommand("cameras", "two cameras from pairs of photographs of a chessboard");
-  app->add_option("--left", options->left, "the left camera's photographs: folder, or pattern in quotes")->required();
-  app->add_option("--right", options->right, "the right camera's, paired in the order of their names")->required();
-  app->add_option("--pattern", options->pattern, "COLUMNSxROWS of inner corners, as 9x6")->required();
-  app->add_option("--square", options->square_m, "side of a square, m, as 0.025")
-      ->required()
-      ->check(finite_range(1e-5, 1));
-  app->add_option("--lens", options->lens,
-                  "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default except Kalibr) or rational (k1 to k6)")
-      ->check(CLI::IsMember({"radtan", "plumb_bob", "rational"}));
-  app->add_flag("--leave-out-poor", options->leave_out_poor, "do not use pairs that fit far worse than the others");
-  app->add_flag("--leave-one-out", options->leave_one_out,
-                "cross-validate: calibrate without each pair in turn and measure its board");
-  app->add_option("--picture", options->picture, "PNG of all corners and their residuals");
-  app->add_option("--json", options->json, "where to write numbers for each pair; - for standard output");
-  options->output.add_options(*app);
+  CommandLine app = cli.subcommand("cameras", "two cameras from pairs of photographs of a chessboard");
+  app.option("--left", options->left, "the left camera's photographs: folder, or pattern in quotes").required();
+  app.option("--right", options->right, "the right camera's, paired in the order of their names").required();
+  app.option("--pattern", options->pattern, "COLUMNSxROWS of inner corners, as 9x6").required();
+  app.option("--square", options->square_m, "side of a square, m, as 0.025").required().finite(1e-5, 1);
+  app.option("--lens", options->lens,
+             "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default except Kalibr) or rational (k1 to k6)")
+      .one_of({"radtan", "plumb_bob", "rational"});
+  app.flag("--leave-out-poor", options->leave_out_poor, "do not use pairs that fit far worse than the others");
+  app.flag("--leave-one-out", options->leave_one_out,
+           "cross-validate: calibrate without each pair in turn and measure its board");
+  app.option("--picture", options->picture, "PNG of all corners and their residuals");
+  app.option("--json", options->json, "where to write numbers for each pair; - for standard output");
+  options->output.add_options(app);
   return {app, [options] { return calibrate_cameras(*options); }};
 }
 

@@ -160,23 +160,20 @@ int learn_both(const ColourOptions& options) {
 
 }  // namespace
 
-Command colour_command(CLI::App& cli) {
+Command colour_command(CommandLine& cli) {
   const auto options = std::make_shared<ColourOptions>();
-  CLI::App* app = cli.add_subcommand("colour", "an object's colours, from a picture of it by each camera");
+  CommandLine app = cli.subcommand("colour", "an object's colours, from a picture of it by each camera");
   for (Picture* picture : {&options->left, &options->right}) {
     const std::string& name = picture->name;
-    CLI::Option* file = app->add_option("--" + name, picture->file, "the " + name + " camera's picture");
-    if (picture == &options->left) file->required();
-    app->add_option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
-        ->needs(file);
-    app->add_option("--click-" + name, picture->clicks, "X,Y: a point on the object, pixels; may be repeated")
-        ->needs(file);
+    CommandOption file = app.option("--" + name, picture->file, "the " + name + " camera's picture");
+    if (picture == &options->left) file.required();
+    app.option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels").needs(file);
+    app.option("--click-" + name, picture->clicks, "X,Y: a point on the object, pixels; may be repeated").needs(file);
   }
-  app->add_flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
-  app->add_option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}")
-      ->required();
-  app->add_option("--picture", options->check_picture, "PNG in which pixels of other colours are dark grey");
-  app->add_option("--json", options->json, "quality report of the colour models; - for standard output");
+  app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
+  app.option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}").required();
+  app.option("--picture", options->check_picture, "PNG in which pixels of other colours are dark grey");
+  app.option("--json", options->json, "quality report of the colour models; - for standard output");
   return {app, [options] { return learn_both(*options); }};
 }
 

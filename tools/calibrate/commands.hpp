@@ -1,20 +1,21 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
+
+#include "runtime/command_line.hpp"
 
 namespace multireach {
 
 /// One subcommand: its options, already added to the program, and the function that executes it and returns the exit
 /// code.
 struct Command {
-  CLI::App* app;
+  CommandLine app;
   std::function<int()> run;
 };
 
-Command cameras_command(CLI::App& cli);
-Command colour_command(CLI::App& cli);
-Command convert_command(CLI::App& cli);
-Command hand_eye_command(CLI::App& cli);
+Command cameras_command(CommandLine& cli);
+Command colour_command(CommandLine& cli);
+Command convert_command(CommandLine& cli);
+Command hand_eye_command(CommandLine& cli);
 
 }  // namespace multireach

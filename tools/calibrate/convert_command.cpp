@@ -32,17 +32,16 @@ int convert(const ConvertOptions& options) {
 
 }  // namespace
 
-Command convert_command(CLI::App& cli) {
+Command convert_command(CommandLine& cli) {
   const auto options = std::make_shared<ConvertOptions>();
-  CLI::App* app = cli.add_subcommand("convert", "a calibration in another format; all lengths in metres");
-  app->add_option(
-         "FILE", options->inputs,
-         "OpenCV stereo YAML (or intrinsics and extrinsics), two files of ROS camera_info (left, right), Kalibr "
-         "camchain, or a vision file")
-      ->required();
-  app->add_option("--size", options->size, "WxH: the images' size, pixels, where the file does not say it");
-  app->add_option("--unit", options->unit, "m, cm, mm or inch: the unit of the baseline, if the file lacks it");
-  options->output.add_options(*app);
+  CommandLine app = cli.subcommand("convert", "a calibration in another format; all lengths in metres");
+  app.option("FILE", options->inputs,
+             "OpenCV stereo YAML (or intrinsics and extrinsics), two files of ROS camera_info (left, right), Kalibr "
+             "camchain, or a vision file")
+      .required();
+  app.option("--size", options->size, "WxH: the images' size, pixels, where the file does not say it");
+  app.option("--unit", options->unit, "m, cm, mm or inch: the unit of the baseline, if the file lacks it");
+  options->output.add_options(app);
   return {app, [options] { return convert(*options); }};
 }
 

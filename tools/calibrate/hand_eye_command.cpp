@@ -108,30 +108,29 @@ int hand_eye(const HandEyeArguments& arguments) {
 
 }  // namespace
 
-Command hand_eye_command(CLI::App& cli) {
+Command hand_eye_command(CommandLine& cli) {
   const auto arguments = std::make_shared<HandEyeArguments>();
-  CLI::App* app = cli.add_subcommand("hand-eye", "the left camera's pose in W, from a target in the robot's hand");
-  app->add_option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each position");
-  app->add_option("--robot", arguments->config, "with --log: robot.yaml or its folder");
-  app->add_option("--vision", arguments->vision, "with --log: the vision file that it was made with");
-  app->add_option("--target-name", arguments->choice.target, "with --log: the target's name, where it has several");
-  app->add_option("--still", arguments->still_m, "with --log: largest motion of the hand during a standstill, m")
-      ->check(finite_range(1e-5, 1))
-      ->capture_default_str();
-  app->add_option("--pairs", arguments->pairs,
-                  "instead: CSV with seen_x_m,... (left camera's frame), hand_x_m,... (robot's base) [, hand_qw,..., "
-                  "sigma_m]");
-  app->add_option("--target-sigma", arguments->target_sigma_m,
-                  "with --pairs: standard deviation of the target's coordinates, m, where there is no sigma_m")
-      ->check(finite_range(1e-6, 1))
-      ->capture_default_str();
-  app->add_option("--hand-sigma", arguments->hand_sigma_m, "standard deviation of the hand's coordinates, m")
-      ->check(finite_range(1e-6, 1))
-      ->capture_default_str();
-  app->add_option("--offset", arguments->offset, "x,y,z: the target in the hand's frame, m; or estimate")
-      ->capture_default_str();
-  app->add_option("-o,--output", arguments->output, "left_to_robot, for a vision file")->required();
-  app->add_option("--json", arguments->json, "where to write all numbers, covariances too; - for standard output");
+  CommandLine app = cli.subcommand("hand-eye", "the left camera's pose in W, from a target in the robot's hand");
+  app.option("--log", arguments->log, "log with TARGET and ROBOT_STATE; the hand stands still at each position");
+  app.option("--robot", arguments->config, "with --log: robot.yaml or its folder");
+  app.option("--vision", arguments->vision, "with --log: the vision file that it was made with");
+  app.option("--target-name", arguments->choice.target, "with --log: the target's name, where it has several");
+  app.option("--still", arguments->still_m, "with --log: largest motion of the hand during a standstill, m")
+      .finite(1e-5, 1)
+      .show_default();
+  app.option("--pairs", arguments->pairs,
+             "instead: CSV with seen_x_m,... (left camera's frame), hand_x_m,... (robot's base) [, hand_qw,..., "
+             "sigma_m]");
+  app.option("--target-sigma", arguments->target_sigma_m,
+             "with --pairs: standard deviation of the target's coordinates, m, where there is no sigma_m")
+      .finite(1e-6, 1)
+      .show_default();
+  app.option("--hand-sigma", arguments->hand_sigma_m, "standard deviation of the hand's coordinates, m")
+      .finite(1e-6, 1)
+      .show_default();
+  app.option("--offset", arguments->offset, "x,y,z: the target in the hand's frame, m; or estimate").show_default();
+  app.option("-o,--output", arguments->output, "left_to_robot, for a vision file").required();
+  app.option("--json", arguments->json, "where to write all numbers, covariances too; - for standard output");
   return {app, [arguments] { return hand_eye(*arguments); }};
 }
 

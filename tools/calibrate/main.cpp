@@ -10,13 +10,13 @@ int main(int argc, char** argv) {
   Program program(
       "multireach-calibrate",
       "Calibrates two cameras from a chessboard, their pose on the robot and an object's colours; converts formats.");
-  program.cli().require_subcommand(1);
+  program.cli().require_subcommand();
   const std::vector<Command> commands{cameras_command(program.cli()), hand_eye_command(program.cli()),
                                       colour_command(program.cli()), convert_command(program.cli())};
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);  // for identical results on every machine
     for (const Command& command : commands) {
-      if (*command.app) return command.run();
+      if (command.app.given()) return command.run();
     }
     return 2;
   });

@@ -78,69 +78,68 @@ int images(const std::string& log, const std::string& folder, const ChannelPatte
 int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-log", "Inspects, checks, edits and exports lcm-logger logs; reports on runs.");
-  CLI::App& cli = program.cli();
-  cli.require_subcommand(1);
+  CommandLine& cli = program.cli();
+  cli.require_subcommand();
   std::vector<std::string> inputs, patterns;
   std::string log, output, config, json;
   double from = 0, until = std::numeric_limits<double>::infinity();
   bool without = false;
 
-  CLI::App* informing = cli.add_subcommand("info", "channels, types, rates, gaps and losses");
-  informing->add_option("LOG", log, "log to read")->required();
-  informing->add_option("--json", json, "where to write them; - for standard output, instead of the table");
+  CommandLine informing = cli.subcommand("info", "channels, types, rates, gaps and losses");
+  informing.option("LOG", log, "log to read").required();
+  informing.option("--json", json, "where to write them; - for standard output, instead of the table");
 
-  CLI::App* checking =
-      cli.add_subcommand("check", "list damaged, truncated, malformed or lost data; exit code 1 if there is any");
-  checking->add_option("LOG", log, "log to read")->required();
+  CommandLine checking =
+      cli.subcommand("check", "list damaged, truncated, malformed or lost data; exit code 1 if there is any");
+  checking.option("LOG", log, "log to read").required();
 
-  CLI::App* cutting = cli.add_subcommand("cut", "a part of a log");
-  cutting->add_option("LOG", log, "log to read")->required();
-  cutting->add_option("-o,--output", output, "log to write")->required();
-  cutting->add_option("--from", from, "seconds after the first event")->check(finite_range(0, 1e9));
-  cutting->add_option("--until", until, "seconds after the first event")->check(finite_range(0, 1e9));
+  CommandLine cutting = cli.subcommand("cut", "a part of a log");
+  cutting.option("LOG", log, "log to read").required();
+  cutting.option("-o,--output", output, "log to write").required();
+  cutting.option("--from", from, "seconds after the first event").finite(0, 1e9);
+  cutting.option("--until", until, "seconds after the first event").finite(0, 1e9);
 
-  CLI::App* filtering = cli.add_subcommand("filter", "some channels of a log");
-  filtering->add_option("LOG", log, "log to read")->required();
-  filtering->add_option("-o,--output", output, "log to write")->required();
-  filtering->add_option("--channel", patterns, "channels to keep; patterns as 'JOINT_*'")->required();
-  filtering->add_flag("--without", without, "leave these out and keep the others");
+  CommandLine filtering = cli.subcommand("filter", "some channels of a log");
+  filtering.option("LOG", log, "log to read").required();
+  filtering.option("-o,--output", output, "log to write").required();
+  filtering.option("--channel", patterns, "channels to keep; patterns as 'JOINT_*'").required();
+  filtering.flag("--without", without, "leave these out and keep the others");
 
-  CLI::App* merging = cli.add_subcommand("merge", "several logs into one, in the order of time");
-  merging->add_option("LOG", inputs, "logs to merge")->required();
-  merging->add_option("-o,--output", output, "log to write")->required();
+  CommandLine merging = cli.subcommand("merge", "several logs into one, in the order of time");
+  merging.option("LOG", inputs, "logs to merge").required();
+  merging.option("-o,--output", output, "log to write").required();
 
-  CLI::App* reporting = cli.add_subcommand(
-      "report", "report on a run; exit code 1 if a reachable position was missed or a limit exceeded");
-  reporting->add_option("LOG", log, "log of a run, all channels")->required();
-  reporting->add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2")->required();
-  reporting->add_option("--json", json, "where to write the report; - for standard output");
+  CommandLine reporting =
+      cli.subcommand("report", "report on a run; exit code 1 if a reachable position was missed or a limit exceeded");
+  reporting.option("LOG", log, "log of a run, all channels").required();
+  reporting.option("--robot", config, "robot.yaml or its folder, as robots/hoap2").required();
+  reporting.option("--json", json, "where to write the report; - for standard output");
 
   std::string format;
-  CLI::App* exporting = cli.add_subcommand("export", "a log in the formats of other tools");
+  CommandLine exporting = cli.subcommand("export", "a log in the formats of other tools");
   exporting
-      ->add_option(
-          "FORMAT", format,
-          "csv (a table per channel, in a folder), mcap (JSON with schemas, for Foxglove and Lichtblick), or mat "
-          "(a struct per channel)")
-      ->required()
-      ->check(CLI::IsMember({"csv", "mcap", "mat"}));
-  exporting->add_option("LOG", log, "log to read")->required();
-  exporting->add_option("-o,--output", output, "file to write; for csv a folder")->required();
-  exporting->add_option("--channel", patterns, "channels; patterns as 'JOINT_*' (default: all)");
+      .option("FORMAT", format,
+              "csv (a table per channel, in a folder), mcap (JSON with schemas, for Foxglove and Lichtblick), or mat "
+              "(a struct per channel)")
+      .required()
+      .one_of({"csv", "mcap", "mat"});
+  exporting.option("LOG", log, "log to read").required();
+  exporting.option("-o,--output", output, "file to write; for csv a folder").required();
+  exporting.option("--channel", patterns, "channels; patterns as 'JOINT_*' (default: all)");
 
-  CLI::App* picturing = cli.add_subcommand("images", "the images of a log as PNG files");
-  picturing->add_option("LOG", log, "log to read")->required();
-  picturing->add_option("-o,--output", output, "folder to write to")->required();
-  picturing->add_option("--channel", patterns, "channels; patterns (default: all)");
+  CommandLine picturing = cli.subcommand("images", "the images of a log as PNG files");
+  picturing.option("LOG", log, "log to read").required();
+  picturing.option("-o,--output", output, "folder to write to").required();
+  picturing.option("--channel", patterns, "channels; patterns (default: all)");
 
   return program.run(argc, argv, [&] {
-    if (*exporting) return written(exported(format, log, output, patterns));
-    if (*picturing) return images(log, output, patterns);
-    if (*informing) return info(log, json);
-    if (*checking) return check(log);
-    if (*cutting) return written(cut_log(log, output, from, until));
-    if (*filtering) return written(filter_log(log, output, patterns, without));
-    if (*merging) {
+    if (exporting.given()) return written(exported(format, log, output, patterns));
+    if (picturing.given()) return images(log, output, patterns);
+    if (informing.given()) return info(log, json);
+    if (checking.given()) return check(log);
+    if (cutting.given()) return written(cut_log(log, output, from, until));
+    if (filtering.given()) return written(filter_log(log, output, patterns, without));
+    if (merging.given()) {
       merge_logs(inputs, output);
       return 0;
     }

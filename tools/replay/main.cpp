@@ -22,12 +22,11 @@ namespace {
 struct Setup {
   std::string config, vision;
 
-  void add_to(CLI::App& app) {
-    app.add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2 (default: the Hoap2's)");
-    app.add_option(
-        "--vision", vision,
-        "cameras and colour (default: LOG.vision.yaml beside LOG.lcm if there is one, else vision.yaml beside "
-        "the robot's file)");
+  void add_to(CommandLine& app) {
+    app.option("--robot", config, "robot.yaml or its folder, as robots/hoap2 (default: the Hoap2's)");
+    app.option("--vision", vision,
+               "cameras and colour (default: LOG.vision.yaml beside LOG.lcm if there is one, else vision.yaml beside "
+               "the robot's file)");
   }
   std::string robot_file() const { return config.empty() ? default_robot_file() : config; }
   std::string vision_file(const std::string& log) const {
@@ -53,20 +52,19 @@ struct RunRequest {
   double until_s = 1e9;
   int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 
-  void add_to(CLI::App& app) {
-    app.add_option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET")->required();
+  void add_to(CommandLine& app) {
+    app.option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET").required();
     setup.add_to(app);
-    app.add_option("--robot-model", robot,
-                   "source of ROBOT_STATE: ideal (a robot always at its last command), sim (MuJoCo), or recorded "
-                   "(the session's)")
-        ->check(CLI::IsMember({"ideal", "sim", "recorded"}))
-        ->capture_default_str();
-    app.add_option("--start-with", from, "replayed inputs: images, targets, or auto (images if the session has any)")
-        ->check(CLI::IsMember({"auto", "images", "targets"}))
-        ->capture_default_str();
-    app.add_option("--until", until_s, "end this many seconds after the session's first input")
-        ->check(finite_range(0, 1e9));
-    app.add_option("--threads", threads, "number of threads; does not affect the result")->check(CLI::Range(1, 1024));
+    app.option("--robot-model", robot,
+               "source of ROBOT_STATE: ideal (a robot always at its last command), sim (MuJoCo), or recorded "
+               "(the session's)")
+        .one_of({"ideal", "sim", "recorded"})
+        .show_default();
+    app.option("--start-with", from, "replayed inputs: images, targets, or auto (images if the session has any)")
+        .one_of({"auto", "images", "targets"})
+        .show_default();
+    app.option("--until", until_s, "end this many seconds after the session's first input").finite(0, 1e9);
+    app.option("--threads", threads, "number of threads; does not affect the result").whole(1, 1024);
   }
   ReplayOptions options() const {
     const ReplayFrom what = from == "images"    ? ReplayFrom::kImages
@@ -229,54 +227,53 @@ int main(int argc, char** argv) {
   using namespace multireach;
   cv::setNumThreads(1);
   Program program("multireach-replay", "Recorded sessions computed again to the same bytes, and live runs verified.");
-  CLI::App& cli = program.cli();
-  cli.require_subcommand(1);
+  CommandLine& cli = program.cli();
+  cli.require_subcommand();
 
   RunRequest running;
-  CLI::App* run_command = cli.add_subcommand(
+  CommandLine run_command = cli.subcommand(
       "run", "compute vision, controller and bridge from a session's inputs, as fast as the machine can");
-  running.add_to(*run_command);
-  run_command->add_option("-o,--output", running.output, "log to write: the inputs and everything computed");
-  run_command->add_option("--json", running.json, "where to write counts and digests; - for standard output");
+  running.add_to(run_command);
+  run_command.option("-o,--output", running.output, "log to write: the inputs and everything computed");
+  run_command.option("--json", running.json, "where to write counts and digests; - for standard output");
 
   RunRequest playing;
   double speed = 0;
   bool lockstep = false;
-  CLI::App* play_command =
-      cli.add_subcommand("play", "play a session to live processes without loss: each frame waits for all processes");
-  playing.add_to(*play_command);
-  play_command->add_flag("--lockstep", lockstep,
-                         "required: the nodes reset, then follow the session instead of the clock");
-  play_command->add_option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
-      ->check(finite_range(0, 1e6))
-      ->capture_default_str();
+  CommandLine play_command =
+      cli.subcommand("play", "play a session to live processes without loss: each frame waits for all processes");
+  playing.add_to(play_command);
+  play_command.flag("--lockstep", lockstep, "required: the nodes reset, then follow the session instead of the clock");
+  play_command.option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
+      .finite(0, 1e6)
+      .show_default();
   LiveOptions urls;
-  add_url_options(*play_command, urls);
+  add_url_options(play_command, urls);
 
   Setup verifying;
   std::string log, verify_json;
-  CLI::App* verify_command = cli.add_subcommand(
+  CommandLine verify_command = cli.subcommand(
       "verify",
       "recompute every message of a recorded run from its node's inputs and compare; exit code 1 for a difference");
-  verify_command->add_option("LOG", log, "log of all channels, recorded live or written by run")->required();
-  verifying.add_to(*verify_command);
-  verify_command->add_option("--json", verify_json, "where to write the counts; - for standard output");
+  verify_command.option("LOG", log, "log of all channels, recorded live or written by run").required();
+  verifying.add_to(verify_command);
+  verify_command.option("--json", verify_json, "where to write the counts; - for standard output");
 
   std::string old_log, new_log, bisect_json;
   bool common = false;
-  CLI::App* bisect_command = cli.add_subcommand(
+  CommandLine bisect_command = cli.subcommand(
       "bisect",
       "find the first message and field in which two logs of one session differ, and the stage that sent it; exit "
       "code 1 if they differ");
-  bisect_command->add_option("OLD", old_log, "log written by run, or recorded")->required();
-  bisect_command->add_option("NEW", new_log, "another of the same session")->required();
-  bisect_command->add_flag("--common", common, "ignore messages that only one log contains");
-  bisect_command->add_option("--json", bisect_json, "where to write it; - for standard output");
+  bisect_command.option("OLD", old_log, "log written by run, or recorded").required();
+  bisect_command.option("NEW", new_log, "another of the same session").required();
+  bisect_command.flag("--common", common, "ignore messages that only one log contains");
+  bisect_command.option("--json", bisect_json, "where to write it; - for standard output");
 
   return program.run(argc, argv, [&] {
-    if (*bisect_command) return bisect_logs(old_log, new_log, common, bisect_json);
-    if (*play_command) return play_session(playing, urls, speed, lockstep);
-    if (*verify_command) return verify_log(verifying, log, verify_json);
+    if (bisect_command.given()) return bisect_logs(old_log, new_log, common, bisect_json);
+    if (play_command.given()) return play_session(playing, urls, speed, lockstep);
+    if (verify_command.given()) return verify_log(verifying, log, verify_json);
     return run(running);
   });
 }

@@ -98,21 +98,19 @@ int main(int argc, char** argv) {
   Program program("multireach-robot", "Enables, pauses, slows down, stops and resets the robot through the bridge.");
   LiveOptions live;
   add_url_options(program.cli(), live);
-  program.cli().require_subcommand(1);
-  bridge_request_t request{};
-  for (const Word& word : kWords) {
-    program.cli().add_subcommand(word.word, word.help)->fallthrough()->callback([&request, &word] {
-      request.kind = word.kind;
-    });
-  }
+  program.cli().require_subcommand();
+  std::vector<std::pair<CommandLine, int8_t>> kinds;
+  for (const Word& word : kWords) kinds.emplace_back(program.cli().subcommand(word.word, word.help), word.kind);
   double percent = 100;
-  CLI::App* speed = program.cli().add_subcommand("speed", "set the speed override")->fallthrough();
-  speed->add_option("PERCENT", percent, "0 to 100; 0 pauses")->required()->check(finite_range(0, 100));
-  speed->callback([&] {
-    request.kind = bridge_request_t::SPEED;
-    request.speed = percent / 100;
-  });
+  kinds.emplace_back(program.cli().subcommand("speed", "set the speed override"), bridge_request_t::SPEED);
+  kinds.back().first.option("PERCENT", percent, "0 to 100; 0 pauses").required().finite(0, 100);
+  for (auto& [command, kind] : kinds) command.fallthrough();
   return program.run(argc, argv, [&] {
+    bridge_request_t request{};
+    for (const auto& [command, kind] : kinds) {
+      if (command.given()) request.kind = kind;
+    }
+    if (request.kind == bridge_request_t::SPEED) request.speed = percent / 100;
     catch_signals();
     return ask(request, live);
   });

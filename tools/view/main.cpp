@@ -37,18 +37,18 @@ int main(int argc, char** argv) {
                   "Prints a live status line, waits until nodes run, or saves vision's debug picture.");
   std::string config, picture;
   std::vector<std::string> wait_for;
-  auto* robot = program.cli().add_option("--robot", config, "robot.yaml or its folder, as robots/hoap2");
-  auto* nodes =
+  const CommandOption robot = program.cli().option("--robot", config, "robot.yaml or its folder, as robots/hoap2");
+  const CommandOption nodes =
       program.cli()
-          .add_option("--wait-for", wait_for,
-                      "comma-separated nodes: exit with 0 when all have sent NODE_STATUS, with 1 after --seconds")
-          ->delimiter(',');
+          .option("--wait-for", wait_for,
+                  "comma-separated nodes: exit with 0 when all have sent NODE_STATUS, with 1 after --seconds")
+          .comma_separated();
   program.cli()
-      .add_option("--picture", picture,
-                  "keep vision's newest debug picture in this JPEG file until --seconds or Ctrl-C; exit code 1 if none "
-                  "arrives")
-      ->excludes(robot)
-      ->excludes(nodes);
+      .option("--picture", picture,
+              "keep vision's newest debug picture in this JPEG file until --seconds or Ctrl-C; exit code 1 if none "
+              "arrives")
+      .excludes(robot)
+      .excludes(nodes);
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
     if (!picture.empty()) return keep_picture(picture, live);

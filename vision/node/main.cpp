@@ -65,16 +65,11 @@ int main(int argc, char** argv) {
   std::string config_path, target, json = "-";
   std::vector<std::string> pair;
   program.cli()
-      .add_option("--config", config_path, "vision.yaml: cameras and targets, as robots/hoap2/vision.yaml")
-      ->required();
-  program.cli()
-      .add_option("--pair", pair, "answer once for a LEFT and a RIGHT image file")
-      ->expected(2)
-      ->type_name("LEFT RIGHT");
-  program.cli().add_option("--target-name", target, "with --pair: which of several targets; default the first");
-  program.cli()
-      .add_option("--json", json, "with --pair: where to write the answer; - for standard output")
-      ->capture_default_str();
+      .option("--config", config_path, "vision.yaml: cameras and targets, as robots/hoap2/vision.yaml")
+      .required();
+  program.cli().option("--pair", pair, "answer once for a LEFT and a RIGHT image file").values(2, "LEFT RIGHT");
+  program.cli().option("--target-name", target, "with --pair: which of several targets; default the first");
+  program.cli().option("--json", json, "with --pair: where to write the answer; - for standard output").show_default();
   const LiveOptions& live = program.add_live_options();
   program.add_config_reference(vision_config_reference);
   return program.run(argc, argv, [&] {
