@@ -8,6 +8,7 @@
 #   replay     multireach-replay
 #   studies    multireach-trace, -study, -figures
 #   spy        the message types for lcm-spy (Java)
+#   docs       Doxygen, for tools/docs.sh; builds nothing
 #   core       the stages as libraries, without LCM
 #   tests      everything, with tests and benchmarks' dependencies
 set -euo pipefail
@@ -20,7 +21,7 @@ declare -A packages=(
     libmujoco-dev libxxhash-dev liblodepng-dev libmatio-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
-  [replay]="" [studies]="gnuplot-nox"
+  [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
     opencv-doc shellcheck systemd"
@@ -30,13 +31,13 @@ declare -A targets=(
   [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-view multireach-log multireach-robot"
   [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay
   [studies]="multireach-trace multireach-study multireach-figures"
-  [spy]=multireach_types_jar [tests]=all
+  [spy]=multireach_types_jar [docs]="" [tests]=all
 )
 wrong() { echo "setup.sh: $1" >&2; exit 2; }
 parts=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --help|-h) sed -n '2,12p' "$0" | cut -c3-; exit 0 ;;
+    --help|-h) sed -n '2,13p' "$0" | cut -c3-; exit 0 ;;
     --preset) [ $# -ge 2 ] || wrong "--preset needs a name"; preset=$2; shift 2 ;;
     -*) wrong "unknown option '$1'; see --help" ;;
     *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
@@ -47,9 +48,10 @@ if [ ${#parts[@]} -eq 0 ]; then
   [ "$preset" != core ] || parts=(core)
 fi
 needs=" core "
-[ "${parts[*]}" = core ] || [ "$preset" = core ] || needs+="loop "
+[ "${parts[*]}" != docs ] || needs=" "
+[ "${parts[*]}" = core ] || [ "${parts[*]}" = docs ] || [ "$preset" = core ] || needs+="loop "
 for part in "${parts[@]}"; do [[ $needs == *" $part "* ]] || needs+="$part "; done
-[[ $needs != *" tests "* ]] || needs+="camera calibrate studies spy "
+[[ $needs != *" tests "* ]] || needs+="camera calibrate studies spy docs "
 wanted=()
 for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"); done; done
 [[ $needs != *" tests "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
@@ -88,6 +90,7 @@ cd "$root"
 build_targets=()
 for part in "${parts[@]}"; do for target in ${targets[$part]}; do build_targets+=("$target"); done; done
 [[ $needs != *" tests "* ]] || build_targets=(all)
+[ ${#build_targets[@]} -gt 0 ] || exit 0
 [ -d "build/$preset" ] || echo "Building (preset $preset)" >&2
 : >"$log"
 build() { cmake --preset "$preset" && cmake --build --preset "$preset" --target "${build_targets[@]}"; }
