@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
+
+#include "runtime/time_line.hpp"
 
 namespace multireach {
 namespace {
 
-constexpr int64_t kJump = 1000000;   // us
 constexpr int64_t kDriftPpm = 1000;  // largest drift of the sender's clock that is followed
 
 }  // namespace
@@ -30,7 +30,7 @@ void MessageClock::anchor(int64_t utime, int64_t now_us) {
 
 void MessageClock::observe(int64_t utime, int64_t now_us, bool slew) {
   const int64_t late = now_us - monotonic_at(utime);
-  if (!anchored_ || std::abs(late) > kJump) return anchor(utime, now_us);
+  if (!anchored_ || on_another_time_line(now_us, monotonic_at(utime))) return anchor(utime, now_us);
   const int64_t drift = (now_us - observed_us_) * kDriftPpm / 1000000;
   offset_us_ += slew ? std::clamp(late, -drift, drift) : std::min(late, drift);
   observed_us_ = now_us;

@@ -70,12 +70,10 @@ StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& opt
           sphere ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything};
 }
 
-bool StereoTracker::restart_if_past(int64_t utime) {
-  if (!track_.restarts_at(utime)) return false;
+void StereoTracker::restart() {
   track_ = TargetTrack(options_.track);
   radius_m_ = 0;
   for (CameraState& camera_state : cameras_) camera_state.gains = {};
-  return true;
 }
 
 cv::Rect StereoTracker::whole_image(Side side) const {

@@ -48,7 +48,7 @@ struct TargetReport {
 };
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
-/// pair restart_if_past(), measure() for both images, match(), then update() or update_unseen(). Deterministic: its
+/// pair measure() for both images, match(), then update() or update_unseen(). Deterministic: its
 /// whole state between pairs is what serialize() returns.
 class StereoTracker {
  public:
@@ -57,9 +57,9 @@ class StereoTracker {
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
-  /// Call first for each pair. When the pair is more than a second older than the last one, as when a log is played
-  /// again, resets the tracker and returns true.
-  bool restart_if_past(int64_t utime);
+  /// Forgets all pairs, as when a log is played again.
+  void restart();
+  const TargetTrack& track() const { return track_; }
   cv::Rect whole_image(Side side) const;
   /// Search window for a pair at time `utime`: around the predicted position, or the whole image.
   cv::Rect window(Side side, int64_t utime) const;

@@ -19,10 +19,19 @@ const char* StereoVision::update(StereoImages& images) {
   return fault;
 }
 
+void StereoVision::restart() {
+  for (Target& target : targets_) target.tracker.restart();
+  frozen_frames_ = {};
+}
+
+std::optional<int64_t> StereoVision::newest_utime() const {
+  const TargetTrack& track = targets_.front().tracker.track();  // all targets take the same pairs
+  return track.begun() ? std::optional(track.utime()) : std::nullopt;
+}
+
 /// Finds and matches all targets. Returns why the pair as a whole is unusable, or null.
 const char* StereoVision::measure(StereoImages& images) {
   for (Target& target : targets_) {
-    if (target.tracker.restart_if_past(images.times().pair)) frozen_frames_ = {};
     target.views = {};
     target.match = {};
     target.found_inside_windows = false;

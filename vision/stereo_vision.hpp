@@ -62,6 +62,10 @@ class StereoVision {
   /// for invalid options.
   explicit StereoVision(const std::vector<TrackerOptions>& options);
 
+  /// Forgets all pairs. Call it when time starts again; pairs that are not newer than the newest one are rejected.
+  void restart();
+  /// Time of the newest pair since the start, microseconds.
+  std::optional<int64_t> newest_utime() const;
   /// Takes the next pair. Returns null, or why the pair as a whole is unusable; the targets then coast.
   const char* update(StereoImages& images);
   /// The targets after the last pair, in the order of their options.

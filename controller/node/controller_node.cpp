@@ -15,11 +15,10 @@
 #include "runtime/config_keys.hpp"
 #include "runtime/files.hpp"
 #include "runtime/joint_fields.hpp"
+#include "runtime/time_line.hpp"
 
 namespace multireach {
 namespace {
-
-constexpr int64_t kOtherClock = 1000000;  // us: a target further than this from the next tick has another clock
 
 enum class Law { kGuarded, kPaper };
 enum class Motion { kReach, kTrack };
@@ -304,7 +303,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   }
   if (!next && !seen) return {};  // the first target that is seen starts the ticks
   if (!target_name_) target_name_ = message->name;
-  if (!next || std::abs(message->utime - *next) > kOtherClock) controller_.restart_grid(message->utime);
+  if (!next || on_another_time_line(message->utime, *next)) controller_.restart_grid(message->utime);
   const bool taken =
       controller_.observe({.utime = message->utime,
                            .seen = seen,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/channels.hpp"
+#include "runtime/time_line.hpp"
 #include "vision/node/debug_picture.hpp"
 
 namespace multireach {
@@ -158,6 +159,8 @@ Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
     return {};
   }
   MessageImages images(frames, codecs_, side_by_side_);
+  const auto newest = vision_.newest_utime();
+  if (newest && starts_again(frames.utime(), *newest)) vision_.restart();
   const char* fault = vision_.update(images);
   if (fault) ++counters_.refused;
   for (size_t k = 0; k < last_.size(); ++k) {

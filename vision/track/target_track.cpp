@@ -8,10 +8,9 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int64_t kAnotherTimeLine = 1000000;  // us: a pair older than the last one by more than this is a restart
-constexpr double kExpected = 7.8;              // 95 % quantile of chi^2 with three degrees of freedom
-constexpr double kFastest = 12;                // m/s, largest speed of a target just found: a ball tossed to somebody
-constexpr double kFirstSpeed = kFastest / 4;   // m/s, standard deviation of the velocity of a target just found
+constexpr double kExpected = 7.8;             // 95 % quantile of chi^2 with three degrees of freedom
+constexpr double kFastest = 12;               // m/s, largest speed of a target just found: a ball tossed to somebody
+constexpr double kFirstSpeed = kFastest / 4;  // m/s, standard deviation of the velocity of a target just found
 
 double seconds_between(int64_t from, int64_t to) {
   return static_cast<double>(to - from) * 1e-6;
@@ -92,12 +91,7 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
   return true;
 }
 
-bool TargetTrack::restarts_at(int64_t utime) const {
-  return begun_ && utime < utime_ - kAnotherTimeLine;
-}
-
 bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump) {
-  if (restarts_at(utime)) *this = TargetTrack(options_);
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;

@@ -37,19 +37,18 @@ class TargetTrack {
   /// coasting_process_noise_m2_s3 <= max_process_noise_m2_s3.
   explicit TargetTrack(const Options& options);
 
-  /// Whether a pair at this time resets the track: it is more than a second older than the last one, as when a log is
-  /// played again.
-  bool restarts_at(int64_t utime) const;
   /// Updates the track with the position measured at `utime` (microseconds), or with none. Returns false when the
-  /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last one
-  /// and does not reset the track. `may_jump`: a measurement outside the gate counts towards confirming a jump.
+  /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last
+  /// one. `may_jump`: a measurement outside the gate counts towards confirming a jump.
   bool update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump = true);
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
   std::optional<PositionEstimate> predicted(int64_t utime) const;
 
   Status status() const { return status_; }
-  /// Time of the last pair, microseconds.
+  /// Whether there was a pair.
+  bool begun() const { return begun_; }
+  /// Time of the newest pair, microseconds.
   int64_t utime() const { return utime_; }
   /// Time of the last accepted match, microseconds; nothing before the first.
   std::optional<int64_t> last_seen_utime() const { return last_seen_utime_; }
