@@ -45,6 +45,11 @@ CommandOption& CommandOption::values(int count, const std::string& names) {
   return *this;
 }
 
+CommandOption& CommandOption::values(int least, int most, const std::string& names) {
+  option_->expected(least, most)->type_name(names);
+  return *this;
+}
+
 CommandOption& CommandOption::comma_separated() {
   option_->delimiter(',');
   return *this;
@@ -90,6 +95,7 @@ template CommandOption CommandLine::option(const std::string&, std::optional<dou
 template CommandOption CommandLine::option(const std::string&, std::optional<int>&, const std::string&);
 template CommandOption CommandLine::option(const std::string&, std::optional<int64_t>&, const std::string&);
 template CommandOption CommandLine::option(const std::string&, std::vector<std::string>&, const std::string&);
+template CommandOption CommandLine::option(const std::string&, std::vector<double>&, const std::string&);
 
 CommandOption CommandLine::flag(const std::string& name, bool& value, const std::string& help) {
   return CommandOption(app_->add_flag(name, value, help));

@@ -30,6 +30,7 @@ class CommandOption {
   CommandOption& one_of(const std::vector<std::string>& words);
   /// Takes exactly this many values, which --help calls `names`.
   CommandOption& values(int count, const std::string& names);
+  CommandOption& values(int least, int most, const std::string& names);
   /// One argument holds all values, with commas between them.
   CommandOption& comma_separated();
   /// May be given several times, each time with one value.
@@ -49,7 +50,7 @@ class CommandLine {
   CommandLine(const std::string& program, const std::string& description, const std::string& version);
 
   /// Adds an option (a name with dashes) or an argument (without) that sets `value`: a std::string, double, int,
-  /// int64_t or uint64_t, a std::optional of one of them, or several std::strings.
+  /// int64_t or uint64_t, a std::optional of one of them, or several std::strings or doubles.
   template <class Value>
   CommandOption option(const std::string& name, Value& value, const std::string& help);
   CommandOption flag(const std::string& name, bool& value, const std::string& help);

@@ -24,7 +24,7 @@ int run_live(Node& node, const LiveOptions& options);
 /// when a lockstep replay starts and another when it has ended.
 int run_live(const NodeFactory& make, const LiveOptions& options);
 
-/// True once SIGINT or SIGTERM has been received; needs `catch_signals` first.
+/// True once SIGINT, SIGTERM or SIGHUP has been received; needs `catch_signals` first.
 bool interrupted();
 void catch_signals();
 

@@ -354,7 +354,7 @@ Receipt ControllerNode::receive_bridge_state(std::span<const uint8_t> bytes) {
   }
   controller_.set_rate(message->setpoint_rate);
   start_again_ = message->far_run != 0 && message->far_run == run();
-  return {started_again_ ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+  return {started_again_ ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces};
 }
 
 Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {

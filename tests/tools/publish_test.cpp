@@ -28,7 +28,7 @@ TEST(Publish, ATargetByHandStartsTheController) {
   Outbox out;
   while (out.empty()) arm.tick(out);
   controller.receive(channel::kRobotState, out.front().bytes, out);
-  const auto bytes = encode(target_message("ball", {0.1, -0.12, 0.1}, 5000000, 0, 42));
+  const auto bytes = encode(target_message("ball", {0.1, -0.12, 0.1}, {2, 0, 0, 0}, 5000000, 0, 42));
   ASSERT_TRUE(bytes);
   EXPECT_EQ(controller.receive(channel::kTarget, *bytes, out).utime, 5000000);
   EXPECT_EQ(controller.next_tick(), 5000000);

@@ -20,7 +20,7 @@ struct Arguments {
   bool once = false;
   double hz = 0;  // 0: the default of the message
   std::string name, robot, shape, link;
-  std::vector<double> position, size, orientation{1, 0, 0, 0}, force;
+  std::vector<double> position, size, orientation{1, 0, 0, 0}, target_orientation, force;
   double duration_s = 0.2;
 };
 
@@ -64,8 +64,9 @@ int publish_target(const Arguments& arguments) {
   const Eigen::Vector3d p_WT = vector_of(arguments.position);
   const double hz = arguments.once ? 0 : (arguments.hz > 0 ? arguments.hz : 30);
   if (hz > 0) std::cerr << "multireach-publish: sending '" << name << "' until Ctrl-C\n";
-  return publish(arguments, channel::kTarget, hz,
-                 [&](int64_t utime, int64_t sequence) { return target_message(name, p_WT, utime, sequence, run); });
+  return publish(arguments, channel::kTarget, hz, [&](int64_t utime, int64_t sequence) {
+    return target_message(name, p_WT, arguments.target_orientation, utime, sequence, run);
+  });
 }
 
 int publish_obstacle(const Arguments& arguments) {
@@ -99,41 +100,45 @@ int main(int argc, char** argv) {
   std::vector<std::string> texts(argv, argv + argc);
   std::vector<char*> words;
   for (std::string& text : texts) {
-    if (text.starts_with("-.")) text.insert(1, "0");
+    if (text.starts_with("-.")) text = "-0" + text.substr(1);
     words.push_back(text.data());
   }
   Program program("multireach-publish", "Sends a target, an obstacle or a push by hand. Positions in metres, in W.");
   Arguments arguments;
-  std::function<int(const Arguments&)> chosen;
-  CLI::App& cli = program.cli();
+  CommandLine& cli = program.cli();
   add_url_options(cli, arguments.live);
-  cli.require_subcommand(1);
-  auto* once = cli.add_flag("--once", arguments.once, "send one message (default, but for targets)");
-  cli.add_option("--hz", arguments.hz, "send so often, until Ctrl-C (default for targets: 30)")
-      ->check(finite_range(0.01, 1000))
-      ->excludes(once);
-  const auto number = finite_range(-1e6, 1e6);
+  cli.require_subcommand();
+  const CommandOption once = cli.flag("--once", arguments.once, "send one message (default, but for targets)");
+  cli.option("--hz", arguments.hz, "send so often, until Ctrl-C (default for targets: 30)")
+      .finite(0.01, 1000)
+      .excludes(once);
+  constexpr double kLargest = 1e6;
 
-  CLI::App* target = cli.add_subcommand("target", "a target at rest, for the controller")->fallthrough();
-  target->add_option("POSITION", arguments.position, "X Y Z, m")->required()->expected(3)->check(number);
-  target->add_option("--name", arguments.name, "name of the target (default: that of --robot, else 'target')");
-  target->add_option("--robot", arguments.robot, "robot.yaml or its folder, whose controller.target_name is used");
-  target->callback([&] { chosen = publish_target; });
+  CommandLine target = cli.subcommand("target", "a target at rest, for the controller");
+  target.option("POSITION", arguments.position, "X Y Z, m").required().values(3, "X Y Z").finite(-kLargest, kLargest);
+  target.option("--orientation", arguments.target_orientation, "quaternion, from the target's frame to W")
+      .values(4, "W X Y Z")
+      .finite(-kLargest, kLargest);
+  target.option("--name", arguments.name, "name of the target (default: that of --robot, else 'target')");
+  target.option("--robot", arguments.robot, "robot.yaml or its folder, whose controller.target_name is used");
 
-  CLI::App* obstacle =
-      cli.add_subcommand("obstacle", "one obstacle, which replaces all before; 'none' removes them")->fallthrough();
-  obstacle->add_option("SHAPE", arguments.shape, "sphere, capsule, box or none")->required();
-  obstacle->add_option("POSITION", arguments.position, "X Y Z of its centre, m")->expected(3)->check(number);
-  obstacle->add_option("--size", arguments.size, "m: radius; radius and length; or three lengths")
-      ->expected(1, 3)
-      ->check(number);
-  obstacle->add_option("--orientation", arguments.orientation, "quaternion W X Y Z")->expected(4)->check(number);
-  obstacle->callback([&] { chosen = publish_obstacle; });
+  CommandLine obstacle = cli.subcommand("obstacle", "one obstacle, which replaces all before; 'none' removes them");
+  obstacle.option("SHAPE", arguments.shape, "sphere, capsule, box or none").required();
+  obstacle.option("POSITION", arguments.position, "of its centre, m").values(3, "X Y Z").finite(-kLargest, kLargest);
+  obstacle.option("--size", arguments.size, "m: radius; radius and length; or three lengths")
+      .values(1, 3, "LENGTH")
+      .finite(-kLargest, kLargest);
+  obstacle.option("--orientation", arguments.orientation, "quaternion")
+      .values(4, "W X Y Z")
+      .finite(-kLargest, kLargest);
 
-  CLI::App* push = cli.add_subcommand("perturbation", "a push on a simulated robot")->fallthrough();
-  push->add_option("LINK", arguments.link, "the link that is pushed")->required();
-  push->add_option("FORCE", arguments.force, "X Y Z, N, in W")->required()->expected(3)->check(number);
-  push->add_option("--duration", arguments.duration_s, "s")->check(finite_range(0, 1e6))->capture_default_str();
-  push->callback([&] { chosen = publish_push; });
-  return program.run(argc, words.data(), [&] { return chosen(arguments); });
+  CommandLine push = cli.subcommand("perturbation", "a push on a simulated robot");
+  push.option("LINK", arguments.link, "the link that is pushed").required();
+  push.option("FORCE", arguments.force, "N, in W").required().values(3, "X Y Z").finite(-kLargest, kLargest);
+  push.option("--duration", arguments.duration_s, "s").finite(0, kLargest).show_default();
+  for (CommandLine* word : {&target, &obstacle, &push}) word->fallthrough();
+  return program.run(argc, words.data(), [&] {
+    if (target.given()) return publish_target(arguments);
+    return obstacle.given() ? publish_obstacle(arguments) : publish_push(arguments);
+  });
 }

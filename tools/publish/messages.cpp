@@ -21,10 +21,16 @@ constexpr Shape kShapes[] = {{"sphere", obstacle_t::SPHERE, 1, "one size, the ra
                              {"capsule", obstacle_t::CAPSULE, 2, "two sizes, radius and length of the axis"},
                              {"box", obstacle_t::BOX, 3, "three sizes, the lengths along x, y and z"}};
 
+Eigen::Vector4d unit_quaternion(const std::vector<double>& wxyz) {
+  const Eigen::Map<const Eigen::Vector4d> quaternion(wxyz.data());
+  if (!(quaternion.norm() > 1e-6)) throw InputError("--orientation: the quaternion is zero");
+  return quaternion.normalized();
+}
+
 }  // namespace
 
-target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, int64_t utime, int64_t sequence,
-                        int64_t run) {
+target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, const std::vector<double>& wxyz,
+                        int64_t utime, int64_t sequence, int64_t run) {
   target_t target{};
   target.utime = target.last_seen_utime = utime;
   target.sequence = sequence;
@@ -35,6 +41,9 @@ target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, in
   target.reason = "seen";
   Eigen::Map<Eigen::Vector3d>(target.position_m) = p_WT;
   for (int i = 0; i < 3; ++i) target.covariance_m2[i][i] = kVariance;
+  if (wxyz.empty()) return target;
+  target.has_orientation = true;
+  Eigen::Map<Eigen::Vector4d>(target.orientation_wxyz) = unit_quaternion(wxyz);
   return target;
 }
 
@@ -46,13 +55,11 @@ obstacle_t obstacle_message(const std::string& shape, const Eigen::Vector3d& p_W
   const bool positive = std::ranges::all_of(size, [](double value) { return value > 0; });
   if (size.size() != kind->sizes || !positive)
     throw InputError("obstacle: a " + shape + " has " + kind->expected + ", in metres and positive");
-  const Eigen::Map<const Eigen::Vector4d> quaternion(wxyz.data());
-  if (!(quaternion.norm() > 1e-6)) throw InputError("--orientation: the quaternion is zero");
   obstacle_t obstacle{};
   obstacle.name = shape;
   obstacle.shape = kind->shape;
   Eigen::Map<Eigen::Vector3d>(obstacle.position_m) = p_WO;
-  Eigen::Map<Eigen::Vector4d>(obstacle.orientation_wxyz) = quaternion.normalized();
+  Eigen::Map<Eigen::Vector4d>(obstacle.orientation_wxyz) = unit_quaternion(wxyz);
   std::ranges::copy(size, obstacle.size_m);
   return obstacle;
 }

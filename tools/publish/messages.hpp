@@ -9,9 +9,10 @@
 
 namespace multireach {
 
-/// A tracked target at rest at `p_WT` (m, in W), 1 mm sure in each direction, which no camera saw.
-target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, int64_t utime, int64_t sequence,
-                        int64_t run);
+/// A tracked target at rest at `p_WT` (m, in W), 1 mm sure in each direction, which no camera saw. `wxyz`: rotation
+/// from its frame to W, or empty. Throws InputError for a quaternion without a direction.
+target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, const std::vector<double>& wxyz,
+                        int64_t utime, int64_t sequence, int64_t run);
 
 /// One obstacle with its centre at `p_WO` (m, in W) and orientation `wxyz`. `size` in metres: radius of a sphere;
 /// radius and length of a capsule; three lengths of a box. Throws InputError for another shape, a size that is not

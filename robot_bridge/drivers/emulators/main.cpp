@@ -7,8 +7,8 @@ int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-robot-emulator", "Emulates a robot's controller, for its driver to talk to.");
   std::string config, name;
-  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/ur5e")->required();
-  program.cli().add_option("--driver", name, "the driver it is for; default: driver.name of the robot.yaml");
+  program.cli().option("--config", config, "robot.yaml or its folder, as robots/ur5e").required();
+  program.cli().option("--driver", name, "the driver it is for; default: driver.name of the robot.yaml");
   LiveOptions& live = program.add_live_options();
   live.real_time = true;
   return program.run(argc, argv, [&] {

@@ -9,10 +9,10 @@ int main(int argc, char** argv) {
   Program program("multireach-robot-driver", "A real robot's driver: JOINT_COMMAND in, ROBOT_STATE out.");
   std::string config, name;
   bool simulated = false, accept_recorded = false;
-  program.cli().add_option("--config", config, "robot.yaml or its folder, as robots/ur5e")->required();
-  program.cli().add_option("--driver", name, "the driver; default: driver.name of the robot.yaml");
-  program.cli().add_flag("--simulated", simulated, "the robot is emulated: it is enabled at once");
-  program.cli().add_flag("--accept-recorded", accept_recorded, "let a real robot follow recorded images");
+  program.cli().option("--config", config, "robot.yaml or its folder, as robots/ur5e").required();
+  program.cli().option("--driver", name, "the driver; default: driver.name of the robot.yaml");
+  program.cli().flag("--simulated", simulated, "the robot is emulated: it is enabled at once");
+  program.cli().flag("--accept-recorded", accept_recorded, "let a real robot follow recorded images");
   LiveOptions& live = program.add_live_options();
   live.real_time = true;
   program.add_config_reference([] { return drivers::driver_config_reference(); });
