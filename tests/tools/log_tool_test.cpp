@@ -6,6 +6,7 @@
 #include <multireach/target_t.hpp>
 
 #include "numeric/random.hpp"
+#include "runtime/digest.hpp"
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
@@ -95,20 +96,25 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
     message.utime = second * 1'000'000 - 3'200'000;  // its clock is behind
     message.uptime_us = uptime_s * 1'000'000;
     message.late = late;
-    log.write(second * 1'000'000, "NODE_STATUS", *encode(message));
+    auto bytes = *encode(message);
+    set_checksum(bytes);
+    log.write(second * 1'000'000, "NODE_STATUS", bytes);
+    ++bytes[20];  // a garbled one counts as none
+    log.write(second * 1'000'000, "NODE_STATUS", bytes);
   };
   status(10, 1, 0);
   status(11, 2, 5);
   status(12, 0, 0);
   status(13, 1, 2);
   status(14, 0, 1);
+  status(15, 0, 0);
   log.close();
   const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
-  EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 2);
+  EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 3);
   EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
   EXPECT_NEAR(report.json["nodes"]["bridge"]["clock_lead_ms"].get<double>(), -3200, 1e-9);
   const std::string table = table_of(report.json);
-  EXPECT_NE(table.find("restarts: bridge 2"), std::string::npos) << table;
+  EXPECT_NE(table.find("restarts: bridge 3"), std::string::npos) << table;
   EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }
 

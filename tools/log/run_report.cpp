@@ -15,6 +15,7 @@
 
 #include "controller/ik/multi_start.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/digest.hpp"
 #include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/node.hpp"
@@ -77,11 +78,19 @@ struct NodeRecord {
     if (plausible_utime(status.utime) && plausible_utime(received_utime))
       clock_lead_ms.push_back(1e-3 * static_cast<double>(status.utime - received_utime));
     // Anybody may run several viewers.
-    if (status.uptime_us < newest.uptime_us && status.node != "view") {
+    if (!newest.node.empty() && status.node != "view" && started_after_newest(status)) {
       ++restarts;
       before = total();
     }
     newest = status;
+  }
+  /// A node that was restarted twice within a second sends the same uptime again, but says that it started later. Of
+  /// an older node, that would be a step of its clock.
+  bool started_after_newest(const node_status_t& status) const {
+    constexpr int64_t kYoung = 1500000, kOtherStart = 50000;  // us
+    if (!plausible_utime(status.utime) || !plausible_utime(newest.utime)) return false;
+    const int64_t later = (status.utime - newest.utime) - (status.uptime_us - newest.uptime_us);
+    return status.uptime_us < newest.uptime_us || (status.uptime_us < kYoung && later > kOtherStart);
   }
   NodeCounters total() const {
     return {.received = before.received + newest.received,
@@ -134,7 +143,8 @@ class RecordedData {
     } else if (event.channel == channel::kRobotState) {
       add_robot_state(event);
     } else if (event.channel == channel::kNodeStatus) {
-      if (const auto status = decode<node_status_t>(event.data)) nodes[status->node].add(*status, event.utime);
+      const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
+      if (status) nodes[status->node].add(*status, event.utime);
     }
   }
 
