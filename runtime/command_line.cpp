@@ -129,7 +129,8 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::Success& asked) {
-    return app_->exit(asked);
+    const int code = app_->exit(asked);
+    return std::cout.flush() ? code : 1;
   } catch (const CLI::ParseError& error) {
     const std::string name = app_->get_name();
     std::cerr << name << ": " << error.what() << "; see " << name << " --help\n";

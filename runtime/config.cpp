@@ -8,6 +8,8 @@
 namespace multireach {
 namespace {
 
+constexpr size_t kMaxText = size_t{4} << 20;  // bytes; parsed, it takes some hundred times as much memory
+
 std::optional<double> finite_number(const YAML::Node& node) {
   double value = 0;
   if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) return std::nullopt;
@@ -38,6 +40,7 @@ Config Config::load(const std::string& path) {
 }
 
 Config Config::parse(const std::string& path, const std::string& text) {
+  if (text.size() > kMaxText) throw InputError(path + ": is larger than 4 MB, the most that a configuration may have");
   try {
     return Config(path, "", YAML::Load(text));
   } catch (const YAML::Exception& error) {

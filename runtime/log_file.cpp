@@ -1,12 +1,10 @@
 #include "runtime/log_file.hpp"
 
-#include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
 
 namespace multireach {
@@ -15,8 +13,9 @@ namespace {
 constexpr uint32_t kSync = 0xEDA1DA01;
 constexpr size_t kHeader = 28;
 constexpr size_t kBuffer = 1 << 18;
-constexpr int kMaxMarks = 64;             // sync marks examined to find out whether a length is damaged
-constexpr uint32_t kMaxChannelName = 63;  // LCM_MAX_CHANNEL_NAME_LENGTH
+constexpr size_t kSearchedBegin = size_t{1} << 28;  // bytes in which a log must have an event
+constexpr int kMaxMarks = 64;                       // sync marks examined to find out whether a length is damaged
+constexpr uint32_t kMaxChannelName = 63;            // LCM_MAX_CHANNEL_NAME_LENGTH
 
 template <class Integer>
 Integer read_big_endian(const uint8_t* bytes) {
@@ -32,27 +31,32 @@ void append_big_endian(std::vector<uint8_t>& to, Integer value) {
   to.insert(to.end(), bytes.begin(), bytes.end());
 }
 
+/// Whether the logger numbered `event` right after `before`. A damaged number may be the largest there is.
+bool follows(const LogEvent& event, const LogEvent& before) {
+  return static_cast<uint64_t>(event.number) == static_cast<uint64_t>(before.number) + 1;
+}
+
 }  // namespace
 
 LogReader::LogReader(const std::string& path) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) throw InputError(path + ": cannot be opened (" + std::strerror(errno) + ")");
-  struct stat status = {};
-  if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file);
-    throw InputError(path + ": is not a file that can be read as a log");
-  }
-  const auto size = static_cast<size_t>(status.st_size);
+  size_t size = 0;
+  const int file = open_regular_file(path, size);
   if (size > 0) {
     void* map = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
     if (map != MAP_FAILED) bytes_ = {static_cast<const uint8_t*>(map), size};
   }
   ::close(file);
-  const bool any = next().has_value();
+  // A file that is no log must not be searched for an event for minutes.
+  const std::span<const uint8_t> whole = bytes_;
+  bytes_ = whole.first(std::min(whole.size(), kSearchedBegin));
+  bool any = next_mark(0) < bytes_.size();
+  bytes_ = whole;
+  any = any && next().has_value();
   rewind();
   if (!any) {
     if (!bytes_.empty()) munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
-    throw InputError(path + ": holds no event of an LCM log");
+    throw InputError(path + ": holds no event of an LCM log" +
+                     (size > kSearchedBegin ? " in its first 256 MB" : std::string()));
   }
 }
 
@@ -101,7 +105,7 @@ bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
   const bool ends_well = followed(end);
   if (ends_well) {
     const auto next = event_at(end);
-    if (next && next->number == event.number + 1) return false;
+    if (next && follows(*next, event)) return false;
   }
   int marks = 0;
   for (size_t mark = next_mark(position + 4); mark < bytes_.size() && marks < kMaxMarks; mark = next_mark(mark + 4)) {
@@ -109,7 +113,7 @@ bool LogReader::has_wrong_length(size_t position, const LogEvent& event) const {
     const auto other = event_at(mark);
     if (!other || !followed(end_of(mark, *other))) continue;
     // The length spans whole events, or ends before the event's own last bytes.
-    const bool is_next = other->number == event.number + 1;
+    const bool is_next = follows(*other, event);
     return ends_well ? mark < end && is_next : mark < end || is_next;
   }
   return false;

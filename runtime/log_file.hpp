@@ -24,7 +24,7 @@ struct LogEvent {
 /// counts them. Never crashes on a damaged file.
 class LogReader {
  public:
-  /// Throws InputError when the file cannot be read or holds no event.
+  /// Throws InputError when the file cannot be read or holds no event (in its first 256 MB).
   explicit LogReader(const std::string& path);
   ~LogReader();
   LogReader(const LogReader&) = delete;
@@ -54,7 +54,7 @@ class LogReader {
   size_t damaged_bytes_ = 0, damaged_places_ = 0;
 };
 
-/// Writes a file that lcm-logplayer plays. Throws InputError when it cannot be written.
+/// Writes a file that lcm-logplayer plays. Throws as OutputFile does.
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);

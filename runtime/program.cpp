@@ -45,7 +45,9 @@ int Program::run(int argc, char** argv, const std::function<int()>& body) {
   spdlog::set_default_logger(logger);
   if (const auto code = cli_.parse(argc, argv)) return *code;
   try {
-    return body();
+    const int code = body();
+    flush_standard_output();
+    return code;
   } catch (const InputError& error) {
     std::cerr << name_ << ": " << error.what() << "\n";
     return 2;

@@ -21,7 +21,8 @@ class Program {
   /// Adds --config-reference, which prints the reference page of the configuration files that the program reads.
   void add_config_reference(const std::function<std::string()>& page);
   /// Parses the arguments and runs `body`, whose result is the exit code. An InputError, or a std::invalid_argument
-  /// from a stage, is printed as one sentence and gives 2; any other exception gives 1.
+  /// from a stage, is printed as one sentence and gives 2; any other exception, or standard output that cannot be
+  /// written, gives 1.
   int run(int argc, char** argv, const std::function<int()>& body);
 
  private:

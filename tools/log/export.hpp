@@ -7,7 +7,7 @@
 namespace multireach {
 
 /// Exports a log to third-party formats. Messages of unknown types are skipped. All functions return the number of
-/// messages written, and throw InputError when a log cannot be read or a file cannot be written.
+/// messages written, throw InputError when a log cannot be read, and throw as OutputFile does.
 
 /// Selects channels by shell patterns, e.g. "JOINT_*"; an empty list selects all.
 using ChannelPatterns = std::vector<std::string>;

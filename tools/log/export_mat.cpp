@@ -1,13 +1,8 @@
-#include <matio.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <map>
-#include <memory>
 #include <set>
 
 #include "runtime/log_file.hpp"
@@ -16,12 +11,12 @@
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/log_edit.hpp"
+#include "tools/log/mat_writer.hpp"
 
 namespace multireach {
 namespace {
 
 using Kind = MessageSchema::Kind;
-using Matrix = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
 double number_in(const MessageLeaf& leaf) {
   switch (leaf.kind) {
@@ -39,6 +34,8 @@ double number_in(const MessageLeaf& leaf) {
   }
 }
 
+constexpr size_t kLongestName = 63;
+
 /// A valid MATLAB name: letters, digits and underscores, at most 63.
 std::string identifier(const std::string& text) {
   std::string name;
@@ -49,8 +46,18 @@ std::string identifier(const std::string& text) {
       name.push_back('_');
     }
   }
-  constexpr size_t kLongest = 63;
-  return name.substr(0, kLongest);
+  return name.substr(0, kLongestName);
+}
+
+/// The name, or one that continues it and is not among `names` yet; it is among them afterwards.
+std::string unique_name(const std::string& name, std::set<std::string>& names) {
+  std::string unique = name;
+  for (int k = 2; !names.insert(unique).second; ++k) {
+    std::string suffix = std::to_string(k);
+    suffix.insert(suffix.begin(), '_');
+    unique = name.substr(0, kLongestName - suffix.size()) + suffix;
+  }
+  return unique;
 }
 
 /// The numbers of one channel: a column for every element of every field.
@@ -71,16 +78,19 @@ class Columns {
     }
   }
 
-  Matrix structure(const std::string& variable) {
-    size_t dimensions[2] = {1, 1};
-    Matrix result(Mat_VarCreateStruct(variable.c_str(), 2, dimensions, nullptr, 0), &Mat_VarFree);
-    add(*result, "log_utime", {utime_});
-    for (const auto& [name, columns] : fields_) add(*result, name, columns);
-    for (auto& [name, text] : strings_) {
-      size_t size[2] = {1, text.size()};
-      put(*result, name, Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UINT8, 2, size, text.data(), 0));
-    }
-    return result;
+  /// The fields of the channel's struct. To be called once: moves the numbers.
+  std::vector<MatField> take_fields() {
+    std::vector<MatField> fields;
+    std::set<std::string> names;
+    const auto add = [&](const std::string& name, MatField field) {
+      field.name = unique_name(identifier(name), names);
+      field.rows = utime_.size();
+      fields.push_back(std::move(field));
+    };
+    add("log_utime", {.name = "", .columns = {utime_}});
+    for (auto& [name, columns] : fields_) add(name, {.name = "", .columns = std::move(columns)});
+    for (auto& [name, text] : strings_) add(name, {.name = "", .text = text});
+    return fields;
   }
 
  private:
@@ -92,22 +102,6 @@ class Columns {
     at->second.emplace_back();
     column_index_[path] = {static_cast<size_t>(at - fields_.begin()), at->second.size() - 1};
     return at->second.back();
-  }
-
-  void add(matvar_t& structure, const std::string& name, const std::vector<std::vector<double>>& columns) const {
-    std::vector<double> numbers;
-    for (const std::vector<double>& column : columns) {
-      numbers.insert(numbers.end(), column.begin(), column.end());
-      numbers.insert(numbers.end(), utime_.size() - column.size(), NAN);
-    }
-    size_t size[2] = {utime_.size(), columns.size()};
-    put(structure, name, Mat_VarCreate(nullptr, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size, numbers.data(), 0));
-  }
-
-  static void put(matvar_t& structure, const std::string& name, matvar_t* value) {
-    const std::string field = identifier(name);
-    Mat_VarAddStructField(&structure, field.c_str());
-    Mat_VarSetStructFieldByName(&structure, field.c_str(), 0, value);
   }
 
   std::vector<double> utime_;
@@ -126,19 +120,7 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
     if (!known || !matches_any(patterns, event->channel)) continue;
     if (std::ranges::find(channels, event->channel) == channels.end()) channels.emplace_back(event->channel);
   }
-  std::error_code error;
-  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
-    throw InputError(file + ": exists and is not a regular file");
-  }
-  // The library writes to a file name only, so an incomplete file is written under another name and removed on failure.
-  const std::string partial = file + ".partial." + std::to_string(getpid());
-  struct Remover {
-    const std::string& path;
-    ~Remover() { std::remove(path.c_str()); }
-  } const remover{partial};
-  mat_t* mat = Mat_CreateVer(partial.c_str(), nullptr, MAT_FT_MAT5);
-  if (!mat) throw InputError(file + ": cannot be written");
-  std::unique_ptr<mat_t, decltype(&Mat_Close)> closer(mat, &Mat_Close);
+  MatWriter mat(file);
   std::set<std::string> names;
   int64_t written = 0;
   Progress progress;
@@ -158,13 +140,10 @@ int64_t export_mat(const std::string& log, const std::string& file, const Channe
     }
     std::string name = identifier("c" + channels[i]).substr(1);
     if (name.empty() || !std::isalpha(static_cast<unsigned char>(name[0]))) name = "channel_" + name;
-    while (!names.insert(name).second) name += "_";
-    if (Mat_VarWrite(mat, columns.structure(name).get(), MAT_COMPRESSION_NONE) != 0) {
-      throw InputError(file + ": cannot be written");
-    }
+    name = unique_name(name.substr(0, kLongestName), names);
+    mat.write_struct(name, columns.take_fields());
   }
-  if (Mat_Close(closer.release()) != 0) throw InputError(file + ": cannot be written");
-  if (std::rename(partial.c_str(), file.c_str()) != 0) throw InputError(file + ": cannot be written");
+  mat.close();
   report_damage(log, reader);
   return written;
 }

@@ -9,7 +9,7 @@
 namespace multireach {
 
 /// Edit logs in a single pass with constant memory; events of the output are numbered from 0. All functions throw
-/// InputError when a log cannot be read or written, or when the output is one of the inputs.
+/// InputError when a log cannot be read or when the output is one of the inputs, and throw as OutputFile does.
 
 /// Reports on standard error how much a reader at its end has skipped as damaged, if anything.
 void report_damage(const std::string& path, const LogReader& reader);

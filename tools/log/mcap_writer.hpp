@@ -11,7 +11,7 @@
 namespace multireach {
 
 /// Writes an MCAP file (mcap.dev/spec, version 0) in uncompressed chunks, with the indexes that readers use for
-/// seeking. Memory is constant except for the index of chunks. Throws InputError when the file cannot be written.
+/// seeking. Memory is constant except for the index of chunks. Throws as OutputFile does.
 class McapWriter {
  public:
   explicit McapWriter(const std::string& path);
