@@ -27,8 +27,8 @@ struct NoSink {
 struct SequenceSink : NoSink {
   void begin_struct(const MessageSchema::Field*) { ++depth; }
   void end_struct() { --depth; }
-  void values(const MessageSchema::Field& field, std::span<const uint8_t> bytes, size_t count) {
-    if (depth == 1 && field.kind == Kind::kInt64 && count == 1 && field.name == "sequence" && !sequence) {
+  void values(const MessageSchema::Field& field, std::span<const uint8_t> bytes, size_t) {
+    if (depth == 1 && field.kind == Kind::kInt64 && field.dimensions.empty() && field.name == "sequence" && !sequence) {
       sequence = big_endian<int64_t>(bytes);
     }
     if (field.kind == Kind::kString && field.name == "key") {

@@ -151,15 +151,17 @@ constexpr bool plausible_utime(int64_t utime) {
 class SequenceGapCounter {
  public:
   /// Number of messages missing just before this one. A sequence that restarts at a smaller number (the publisher was
-  /// restarted, a log is played again) is not a loss.
+  /// restarted, a log is played again) is not a loss, nor is a step that no loss explains: that number is damaged.
   int64_t missing_before(int64_t sequence) {
     if (sequence < 0) return 0;
     const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;
     newest_ = sequence;
-    return missing;
+    return missing <= kLargestLoss ? missing : 0;
   }
 
  private:
+  static constexpr int64_t kLargestLoss = int64_t{1} << 32;  // 49 days at 1 kHz
+
   std::optional<int64_t> newest_;
 };
 

@@ -2,7 +2,8 @@
 
 #include <filesystem>
 #include <fstream>
-#include <multireach/node_status_t.hpp>
+#include <multireach/bridge_state_t.hpp>
+#include <multireach/node_inputs_t.hpp>
 #include <multireach/target_t.hpp>
 
 #include "numeric/random.hpp"
@@ -57,7 +58,7 @@ TEST_F(LogTool, SummarisesChannels) {
   const LogSummary::Channel& targets = summary.channels.at("TARGET");
   EXPECT_EQ(targets.type, "target_t");
   EXPECT_EQ(targets.events, 97);
-  EXPECT_EQ(targets.lost, 3);
+  EXPECT_EQ(targets.sequence.lost(), 3);
   EXPECT_EQ(targets.longest_gap_us, 30000);
   EXPECT_NEAR(summary.json()["channels"]["TARGET"]["rate_hz"].get<double>(), 96 / 0.99, 1e-9);
   EXPECT_EQ(summary.channels.at("THEIRS").type, "?");
@@ -70,7 +71,7 @@ TEST_F(LogTool, APublisherThatWasRestartedLostNothing) {
   merge_logs({path("two"), path("one")}, path("both"));
   const LogSummary summary = summary_of(path("both"));
   EXPECT_TRUE(summary.sound());
-  EXPECT_EQ(summary.channels.at("TARGET").restarts, 1);
+  EXPECT_EQ(summary.channels.at("TARGET").sequence.restarts(), 1);
   EXPECT_EQ(summary.channels.at("TARGET").events, 100);
 }
 
@@ -132,11 +133,53 @@ TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {
   EXPECT_EQ(summary.damaged_places, 1);
   ASSERT_EQ(summary.damage.size(), 1u);
   EXPECT_NE(summary.damage[0].find("events are missing there"), std::string::npos) << summary.damage[0];
-  EXPECT_EQ(summary.events + summary.numbers_missing, 220);
-  EXPECT_LE(summary.numbers_missing, 5) << "only the damaged ones";
+  EXPECT_EQ(summary.events + summary.numbers.lost(), 220);
+  EXPECT_LE(summary.numbers.lost(), 5) << "only the damaged ones";
   std::filesystem::resize_file(log, size - 10);
   summary = summary_of(log);
   EXPECT_NE(summary.damage.back().find("cut off"), std::string::npos);
+}
+
+TEST_F(LogTool, OnlyAMessagesOwnSequenceNumberTellsOfLosses) {
+  LogWriter log(path("log"));
+  for (int64_t k = 0; k < 20; ++k) {
+    bridge_state_t state{};
+    state.sequence = 50 * k;  // of the newest JOINT_COMMAND
+    log.write(50000 * k, "BRIDGE_STATE", *encode(state));
+    node_inputs_t inputs{};
+    inputs.num_inputs = 1;
+    inputs.num_channels = 1;
+    inputs.channel_name = {"TARGET"};
+    inputs.channel = {0};
+    inputs.ticks = {0};
+    inputs.sequence = {3 * k};
+    inputs.digest = {0};
+    log.write(50000 * k + 1, "NODE_INPUTS", *encode(inputs));
+  }
+  log.close();
+  EXPECT_TRUE(summary_of(path("log")).sound()) << summary_of(path("log")).table();
+}
+
+TEST_F(LogTool, AFlippedBitOfANumberIsDamageAndNoLoss) {
+  const std::string log = write("log", 40);
+  const std::string whole = read_text_file(log);
+  // Of the 20th event: the eight bytes of the logger's number, and of the message's own, after the fingerprint and
+  // utime.
+  size_t event = 0;
+  for (int k = 0; k < 20; ++k) event = whole.find("\xED\xA1\xDA\x01", event + 1);
+  const size_t message = whole.find("TARGET", event) + 6;
+  for (const auto& [begin, messages] : {std::pair(event + 4, false), std::pair(message + 16, true)}) {
+    for (size_t bit = 0; bit < 48; ++bit) {
+      std::string bytes = whole;
+      bytes[begin + bit / 8] = static_cast<char>(bytes[begin + bit / 8] ^ (0x80 >> bit % 8));
+      std::ofstream(log, std::ios::binary) << bytes;
+      const LogSummary summary = summary_of(log);
+      const SequenceGaps& hit = messages ? summary.channels.at("TARGET").sequence : summary.numbers;
+      EXPECT_FALSE(summary.sound()) << "bit " << bit;
+      EXPECT_EQ(hit.lost(), 0) << "bit " << bit;
+      EXPECT_EQ(hit.damaged(), 1) << "bit " << bit;
+    }
+  }
 }
 
 TEST_F(LogTool, NoDamageCrashesIt) {

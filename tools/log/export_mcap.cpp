@@ -5,6 +5,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/message_schema.hpp"
+#include "runtime/node.hpp"
 #include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/log_edit.hpp"
@@ -126,7 +127,7 @@ class Exporter {
     if (channel == channels_.end()) {
       channel = channels_.emplace(std::pair(topic, schema->second), writer_.add_channel(schema->second, topic)).first;
     }
-    const auto time = static_cast<uint64_t>(event.utime) * 1000;
+    const uint64_t time = plausible_utime(event.utime) ? static_cast<uint64_t>(event.utime) * 1000 : 0;
     const auto text = message.dump(-1, ' ', false, json::error_handler_t::replace);
     writer_.write(channel->second, static_cast<uint32_t>(event.number), time, time, text);
     ++written_;

@@ -12,12 +12,7 @@ namespace multireach {
 namespace {
 
 constexpr size_t kMaxSentences = 100;
-
-void add_sequence(LogSummary::Channel& channel, int64_t sequence) {
-  if (channel.next_sequence >= 0 && sequence > channel.next_sequence) channel.lost += sequence - channel.next_sequence;
-  if (channel.next_sequence >= 0 && sequence < channel.next_sequence) ++channel.restarts;
-  channel.next_sequence = sequence + 1;
-}
+constexpr std::string_view kSequenceOfCommands = "bridge_state_t";  // its `sequence` is a JOINT_COMMAND's, not its own
 
 void add_event(LogSummary& summary, const LogEvent& event) {
   LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
@@ -26,20 +21,28 @@ void add_event(LogSummary& summary, const LogEvent& event) {
     channel.first_utime = event.utime;
     if (type) channel.type = type->name;
   } else {
-    channel.longest_gap_us = std::max(channel.longest_gap_us, event.utime - channel.last_utime);
+    channel.longest_gap_us = std::max(channel.longest_gap_us, time_between(channel.last_utime, event.utime));
   }
   channel.last_utime = event.utime;
   channel.bytes += static_cast<int64_t>(event.data.size());
   if (!type) return;
   if (!well_formed(*type, event.data)) {
     ++channel.malformed;
+  } else if (type->name == kSequenceOfCommands) {
+    return;
   } else if (const auto sequence = sequence_of(*type, event.data)) {
-    add_sequence(channel, *sequence);
+    channel.sequence.add(*sequence, event.utime);
+  } else if (channel.sequence.started()) {
+    channel.sequence.add(-1, event.utime);  // its sign is damaged
   }
 }
 
+double seconds_between(int64_t from_utime, int64_t to_utime) {
+  return static_cast<double>(time_between(from_utime, to_utime)) * 1e-6;
+}
+
 double rate_of(const LogSummary::Channel& channel) {
-  const auto span = static_cast<double>(channel.last_utime - channel.first_utime) * 1e-6;
+  const auto span = seconds_between(channel.first_utime, channel.last_utime);
   return span > 0 ? static_cast<double>(channel.events - 1) / span : 0;
 }
 
@@ -48,7 +51,6 @@ double rate_of(const LogSummary::Channel& channel) {
 LogSummary summary_of(const std::string& path) {
   LogReader log(path);
   LogSummary summary;
-  int64_t next_number = 0;
   Progress progress;
   for (;;) {
     progress.show(static_cast<double>(log.position()) / static_cast<double>(log.size()));
@@ -57,9 +59,8 @@ LogSummary summary_of(const std::string& path) {
     if (const size_t damaged = log.damaged_bytes() - damaged_before; damaged > 0) {
       std::string sentence = "bytes " + std::to_string(from) + " to " + std::to_string(from + damaged - 1);
       sentence += event ? " hold no valid event" : " at the end hold an incomplete event: the log was cut off";
-      if (event && event->number > next_number) {
-        sentence += "; " + std::to_string(event->number - next_number) + " events are missing there";
-      }
+      const int64_t missing = event ? summary.numbers.missing_before(event->number, event->utime) : 0;
+      if (missing > 0) sentence += "; " + std::to_string(missing) + " events are missing there";
       if (summary.damage.size() < kMaxSentences) summary.damage.push_back(sentence);
     }
     if (!event) break;
@@ -68,8 +69,7 @@ LogSummary summary_of(const std::string& path) {
     } else {
       summary.times_back += event->utime < summary.last_utime;
     }
-    summary.numbers_missing += std::max<int64_t>(0, event->number - next_number);
-    next_number = event->number + 1;
+    summary.numbers.add(event->number, event->utime);
     summary.last_utime = event->utime;
     add_event(summary, *event);
   }
@@ -79,8 +79,9 @@ LogSummary summary_of(const std::string& path) {
 }
 
 bool LogSummary::sound() const {
-  const auto bad = [](const auto& entry) { return entry.second.malformed > 0 || entry.second.lost > 0; };
-  return damaged_bytes == 0 && numbers_missing == 0 && std::ranges::none_of(channels, bad);
+  const auto has_gaps = [](const SequenceGaps& gaps) { return gaps.lost() > 0 || gaps.damaged() > 0; };
+  const auto bad = [&](const auto& entry) { return entry.second.malformed > 0 || has_gaps(entry.second.sequence); };
+  return damaged_bytes == 0 && !has_gaps(numbers) && std::ranges::none_of(channels, bad);
 }
 
 nlohmann::json LogSummary::json() const {
@@ -94,18 +95,20 @@ nlohmann::json LogSummary::json() const {
                   {"first_utime", channel.first_utime},
                   {"last_utime", channel.last_utime},
                   {"malformed", channel.malformed},
-                  {"lost", channel.lost},
-                  {"restarts", channel.restarts}};
+                  {"lost", channel.sequence.lost()},
+                  {"damaged_numbers", channel.sequence.damaged()},
+                  {"restarts", channel.sequence.restarts()}};
   }
   return {{"events", events},
           {"first_utime", first_utime},
           {"last_utime", last_utime},
-          {"span_s", static_cast<double>(last_utime - first_utime) * 1e-6},
+          {"span_s", seconds_between(first_utime, last_utime)},
           {"channels", list},
           {"damaged_places", damaged_places},
           {"damaged_bytes", damaged_bytes},
           {"damage", damage},
-          {"numbers_missing", numbers_missing},
+          {"numbers_missing", numbers.lost()},
+          {"numbers_damaged", numbers.damaged()},
           {"times_back", times_back},
           {"sound", sound()}};
 }
@@ -113,13 +116,14 @@ nlohmann::json LogSummary::json() const {
 std::string LogSummary::table() const {
   char line[256];
   std::snprintf(line, sizeof line, "%" PRId64 " events in %.3f s, %zu channels\n%-20s %-20s %9s %9s %9s %11s %6s %9s\n",
-                events, static_cast<double>(last_utime - first_utime) * 1e-6, channels.size(), "channel", "type",
-                "events", "Hz", "gap (ms)", "bytes", "lost", "malformed");
+                events, seconds_between(first_utime, last_utime), channels.size(), "channel", "type", "events", "Hz",
+                "gap (ms)", "bytes", "lost", "malformed");
   std::string text = line;
   for (const auto& [name, channel] : channels) {
     std::snprintf(line, sizeof line, "%-20s %-20s %9" PRId64 " %9.1f %9.1f %11" PRId64 " %6" PRId64 " %9" PRId64 "\n",
                   name.c_str(), channel.type.c_str(), channel.events, rate_of(channel),
-                  static_cast<double>(channel.longest_gap_us) * 1e-3, channel.bytes, channel.lost, channel.malformed);
+                  static_cast<double>(channel.longest_gap_us) * 1e-3, channel.bytes, channel.sequence.lost(),
+                  channel.malformed);
     text += line;
   }
   return text;

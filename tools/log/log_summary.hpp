@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/log/sequence_gaps.hpp"
+
 namespace multireach {
 
 /// A summary of a log by channel; its memory does not grow with the log.
@@ -14,15 +16,13 @@ struct LogSummary {
     int64_t events = 0, bytes = 0;
     int64_t first_utime = 0, last_utime = 0;  ///< time of receipt by the logger, microseconds
     int64_t longest_gap_us = 0;
-    int64_t malformed = 0;       ///< messages of a known type that are not well-formed
-    int64_t lost = 0;            ///< messages missing in the publisher's sequence numbers
-    int64_t restarts = 0;        ///< times that the publisher's sequence numbers restarted
-    int64_t next_sequence = -1;  ///< next expected sequence number
+    int64_t malformed = 0;  ///< messages of a known type that are not well-formed
+    SequenceGaps sequence;  ///< the publisher's sequence numbers
   };
   std::map<std::string, Channel> channels;
   int64_t events = 0, first_utime = 0, last_utime = 0;
-  int64_t times_back = 0;       ///< events with an earlier time than the event before, as loggers write under load
-  int64_t numbers_missing = 0;  ///< events missing in the logger's own numbering
+  int64_t times_back = 0;   ///< events with an earlier time than the event before, as loggers write under load
+  SequenceGaps numbers{0};  ///< the logger's own numbering of the events
   /// Sentences about damaged parts, in file order; the first hundred.
   std::vector<std::string> damage;
   int64_t damaged_places = 0, damaged_bytes = 0;

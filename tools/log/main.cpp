@@ -27,14 +27,22 @@ int check(const std::string& log) {
   if (summary.damaged_places > static_cast<int64_t>(summary.damage.size())) {
     say("and so on: " + std::to_string(summary.damaged_places) + " damaged places");
   }
-  if (summary.numbers_missing > 0) {
-    say(std::to_string(summary.numbers_missing) + " events are missing: gaps in the logger's event numbers");
+  if (summary.numbers.lost() > 0) {
+    say(std::to_string(summary.numbers.lost()) + " events are missing: gaps in the logger's event numbers");
+  }
+  if (summary.numbers.damaged() > 0) {
+    say(std::to_string(summary.numbers.damaged()) + " events have a number that does not fit: it is damaged");
   }
   for (const auto& [name, channel] : summary.channels) {
     if (channel.malformed > 0) {
       say(name + ": " + std::to_string(channel.malformed) + " messages are no well-formed " + channel.type);
     }
-    if (channel.lost > 0) say(name + ": " + std::to_string(channel.lost) + " messages missing (sequence gaps)");
+    const int64_t lost = channel.sequence.lost(), damaged = channel.sequence.damaged();
+    if (lost > 0) say(name + ": " + std::to_string(lost) + " messages missing (sequence gaps)");
+    if (damaged > 0) {
+      say(name + ": " + std::to_string(damaged) +
+          " messages have a sequence number that does not fit: damaged, or of a second publisher");
+    }
   }
   if (summary.sound()) say("sound, " + std::to_string(summary.events) + " events");
   return summary.sound() ? 0 : 1;

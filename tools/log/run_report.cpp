@@ -19,6 +19,8 @@
 #include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/node.hpp"
+#include "tools/log/quantile.hpp"
+#include "tools/log/sequence_gaps.hpp"
 #include "tools/log/speed_window.hpp"
 
 namespace multireach {
@@ -46,15 +48,6 @@ struct Dwell {
   }
   int64_t duration() const { return matches.back().utime - matches.front().utime; }
 };
-
-double quantile(std::vector<double> values, double part) {
-  if (values.empty()) return NAN;
-  std::ranges::sort(values);
-  const double at = part * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<size_t>(at);
-  const size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
-}
 
 /// A clock that differs by more is reported: far more than a message takes on a busy machine.
 constexpr double kSameClock = 20;  // ms
@@ -123,17 +116,23 @@ class RecordedData {
   std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, NodeRecord> nodes;
-  int64_t missing_in_log = 0;
+  int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
   /// Runs of the publishers of a channel.
   std::map<std::string, std::set<int64_t>, std::less<>> publishers;
+  std::map<std::pair<std::string, int64_t>, SequenceGaps> sequences;  // by channel and run
   /// By run: of the bridge, of the robot.
   std::map<int64_t, SpeedWindow> command_speed, measured_speed;
 
  private:
   void add(const LogEvent& event) {
+    if (!plausible_utime(event.utime)) {
+      ++damaged_times;
+      return;
+    }
     ++counts[std::string(event.channel)];
     if (event.channel == channel::kTarget) {
-      if (const auto target = decode_and_count_gaps<target_t>(event)) targets.push_back(*target);
+      const auto target = decode_and_count_gaps<target_t>(event);
+      if (target && plausible_utime(target->utime)) targets.push_back(*target);
     } else if (event.channel == channel::kTargetTruth) {
       if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
     } else if (event.channel == channel::kJointSetpoint) {
@@ -154,13 +153,13 @@ class RecordedData {
     if (!message) return message;
     const std::string channel(event.channel);
     publishers[channel].insert(message->run);
-    missing_in_log += gap_counters_[{channel, message->run}].missing_before(message->sequence);
+    sequences[{channel, message->run}].add(message->sequence, event.utime);
     return message;
   }
 
   void add_command(const LogEvent& event) {
     const auto command = decode_and_count_gaps<joint_command_t>(event);
-    if (!command) return;
+    if (!command || !plausible_utime(command->utime)) return;
     command_utime_[command->sequence] = command->utime;
     if (const auto theta = from_fields(chain_, command->joint_name, command->joint_position)) {
       limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
@@ -183,7 +182,6 @@ class RecordedData {
   }
 
   const Chain& chain_;
-  std::map<std::pair<std::string, int64_t>, SequenceGapCounter> gap_counters_;  // by channel and run
   std::map<int64_t, int64_t> command_utime_;
 };
 
@@ -323,7 +321,13 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   out["publishers"] = publishers;
   out["late_ticks"] = late;
   out["lcm_lost"] = dropped;
-  out["recording_lost"] = run.missing_in_log;
+  int64_t recording_lost = 0, damaged_numbers = 0;
+  for (const auto& [channel_and_run, gaps] : run.sequences) {
+    recording_lost += gaps.lost();
+    damaged_numbers += gaps.damaged();
+  }
+  out["recording_lost"] = recording_lost;
+  out["damaged"] = damaged_numbers + run.damaged_times;
   out["refused"] = refused;
   out["nodes"] = nodes;
 
@@ -390,6 +394,10 @@ std::string table_of(const json& report) {
                          lead > 0 ? "ahead of" : "behind");
   }
   if (!restarts.empty()) table += "restarts: " + restarts + "\n";
+  if (report["damaged"].get<int64_t>() > 0) {
+    table += fmt::format("{} messages have damaged sequence numbers or times; `check` tells more\n",
+                         report["damaged"].dump());
+  }
   for (const auto& [channel, runs] : report["publishers"].items()) {
     if (runs.get<int>() > 1)
       table += fmt::format("{}: {} publishers, or one that was restarted\n", channel, runs.dump());

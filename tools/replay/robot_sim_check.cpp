@@ -21,7 +21,8 @@ std::optional<std::vector<uint8_t>> RobotSimCheck::compute(const sim_step_t& ste
     arm_.set_state(start_, std::vector<double>(start_.size(), 0.0));
   } else {
     const auto before = decode<robot_state_t>(find_(step.previous_state_digest));
-    if (!before || !arm_.set_state(before->joint_position, before->joint_velocity)) return std::nullopt;
+    if (!before || !plausible_utime(before->utime) || !arm_.set_state(before->joint_position, before->joint_velocity))
+      return std::nullopt;
     if (step.previous_command_digest != 0 && !apply_recorded_command(step.previous_command_digest)) return std::nullopt;
     state.utime = before->utime;
     state.sequence = before->sequence + 1;

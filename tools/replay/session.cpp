@@ -25,6 +25,12 @@ std::optional<int64_t> camera_time(const LogEvent& event) {
   return utime;
 }
 
+/// Whether `second` was received before `duration_us` had passed since `first`. Damaged times can have any value.
+bool received_within(int64_t duration_us, const LogEvent& first, const LogEvent& second) {
+  return second.utime <= first.utime ||
+         static_cast<uint64_t>(second.utime) - static_cast<uint64_t>(first.utime) < static_cast<uint64_t>(duration_us);
+}
+
 }  // namespace
 
 Session::Session(const std::string& path, ReplayFrom from, bool with_robot_states) : log_(path) {
@@ -37,7 +43,7 @@ Session::Session(const std::string& path, ReplayFrom from, bool with_robot_state
   if (with_robot_states) channels_.push_back(channel::kRobotState);
   while (const auto event = log_.next()) {
     if (!wanted(event->channel)) continue;
-    recorded_utime_ = event->utime;
+    if (plausible_utime(event->utime)) recorded_utime_ = event->utime;
     break;
   }
   rewind();
@@ -72,7 +78,7 @@ int64_t Session::time_of(const LogEvent& event, int64_t camera_utime) const {
 
 bool Session::read_ahead() {
   while (waiting_.empty() ||
-         (!camera_time(waiting_.back()) && waiting_.back().utime - waiting_.front().utime < kReadAhead)) {
+         (!camera_time(waiting_.back()) && received_within(kReadAhead, waiting_.front(), waiting_.back()))) {
     auto event = log_.next();
     while (event && !wanted(event->channel)) event = log_.next();
     if (!event) break;

@@ -340,7 +340,8 @@ std::string Verification::Difference::sentence() const {
 Verification verify(const std::string& path, const NodeConfigs& configs, const std::function<void(double)>& progress) {
   const RecordedLog log(path, [&](double part) { progress(0.5 * part); });
   Verification result = Verifier(log, configs).verify(progress);
-  if (result.first) result.first->after_s = static_cast<double>(result.first->utime - log.first_utime()) * 1e-6;
+  if (result.first)
+    result.first->after_s = (static_cast<double>(result.first->utime) - static_cast<double>(log.first_utime())) * 1e-6;
   return result;
 }
 
