@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "kinematics/urdf_document.hpp"
 #include "numeric/trigonometry.hpp"
 
 namespace multireach {
@@ -32,12 +33,9 @@ class CapturedComplaints : public console_bridge::OutputHandler {
 
 /// Roll, pitch and yaw of each joint's origin, as written in the URDF. urdfdom provides only rotations computed with
 /// the C library's sine, whose last bit depends on the processor.
-std::map<std::string, Eigen::Vector3d> rpy_of_joints(std::string_view urdf_xml) {
+std::map<std::string, Eigen::Vector3d> rpy_of_joints(const tinyxml2::XMLDocument& document) {
   std::map<std::string, Eigen::Vector3d> found;
-  tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS) return found;
   const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
-  if (!robot) return found;
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const auto* origin = joint->FirstChildElement("origin");
     const char* name = joint->Attribute("name");
@@ -102,7 +100,11 @@ Joint joint_from(const urdf::Joint& source, bool reversed) {
   const double infinity = std::numeric_limits<double>::infinity();
   joint.velocity = joint.effort = infinity;
   if (source.limits) {
-    joint.velocity = positive_or_infinite(source.limits->velocity);
+    joint.velocity = source.limits->velocity;
+    if (!(joint.velocity > 0)) {
+      throw std::invalid_argument(quoted + " has the velocity limit " + std::to_string(joint.velocity) +
+                                  "; it must be positive");
+    }
     joint.effort = positive_or_infinite(source.limits->effort);
   }
   if (!joint.limited()) {
@@ -129,8 +131,13 @@ std::vector<urdf::LinkConstSharedPtr> ancestry(urdf::LinkConstSharedPtr link) {
 }  // namespace
 
 Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const std::string& tip) {
+  tinyxml2::XMLDocument document;
+  parse_urdf_document(urdf_xml, document);
+  // urdfdom gets the text as tinyxml2 understood it, so that both read the same elements.
+  tinyxml2::XMLPrinter checked;
+  document.Print(&checked);
   CapturedComplaints complaints;
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(std::string(urdf_xml));
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(checked.CStr());
   if (!model) {
     throw std::invalid_argument("is not a valid URDF" + (complaints.text.empty() ? "" : ": " + complaints.text));
   }
@@ -144,7 +151,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
     }
     throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
   }
-  const auto rpy = rpy_of_joints(urdf_xml);
+  const auto rpy = rpy_of_joints(document);
   std::vector<urdf::LinkConstSharedPtr> up = ancestry(base_link), down = ancestry(tip_link);
   while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
     up.pop_back();

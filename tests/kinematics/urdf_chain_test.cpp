@@ -40,15 +40,16 @@ TEST(UrdfChain, ReadsLimitsAndNormalisesAxes) {
 TEST(UrdfChain, PrismaticJointsMoveAlongTheirAxis) {
   const Chain chain = chain_from_urdf(
       robot(second("prismatic",
-                   "<origin xyz='1 0 0'/><axis xyz='1 0 0'/><limit lower='0' upper='0.5' velocity='0' effort='0'/>")),
+                   "<origin xyz='1 0 0'/><axis xyz='1 0 0'/><limit lower='0' upper='0.5' velocity='3' effort='0'/>")),
       "a", "c");
   JointVector theta(2);
   theta << M_PI / 2, 0.25;
   EXPECT_TRUE(chain.position(theta).isApprox(Eigen::Vector3d(0, 1.25, 0), 1e-12));
-  EXPECT_TRUE(std::isinf(chain.velocity()[1])) << "zero means no limit";
+  EXPECT_EQ(chain.velocity()[1], 3);
+  EXPECT_TRUE(std::isinf(chain.joint(1).effort)) << "zero means no limit";
   const Chain back = chain_from_urdf(
       robot(second("prismatic",
-                   "<origin xyz='1 0 0'/><axis xyz='1 0 0'/><limit lower='0' upper='0.5' velocity='0' effort='0'/>")),
+                   "<origin xyz='1 0 0'/><axis xyz='1 0 0'/><limit lower='0' upper='0.5' velocity='3' effort='0'/>")),
       "c", "a");
   EXPECT_TRUE(back.pose(theta.reverse()).isApprox(chain.pose(theta).inverse(), 1e-12));
 }
@@ -77,6 +78,53 @@ TEST(UrdfChain, SaysWhatItRefusesByName) {
   EXPECT_NE(fault("<robot").find("not a valid URDF"), std::string::npos);
   EXPECT_NE(fault("").find("not a valid URDF"), std::string::npos);
   EXPECT_EQ(fault(robot(second("revolute", limits))), "");
+}
+
+TEST(UrdfChain, AVelocityLimitMustBePositive) {
+  const auto with = [](const std::string& velocity) {
+    return fault(robot(
+        second("revolute", "<axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='" + velocity + "'/>")));
+  };
+  EXPECT_EQ(with("1e-3"), "");
+  EXPECT_EQ(with("0"), "joint 'second' has the velocity limit 0.000000; it must be positive");
+  EXPECT_EQ(with("-2"), "joint 'second' has the velocity limit -2.000000; it must be positive");
+  EXPECT_NE(with("nan"), "");
+  EXPECT_NE(with("inf"), "");
+  EXPECT_NE(fault(robot(second("continuous", "<axis xyz='0 0 1'/><limit effort='1' velocity='0'/>"))), "");
+  EXPECT_EQ(fault(robot(second("continuous", "<axis xyz='0 0 1'/>"))), "") << "without a limit it has none";
+}
+
+TEST(UrdfChain, LinksFormATree) {
+  const auto joint = [](const std::string& name, const std::string& parent, const std::string& child) {
+    return "<joint name='" + name + "' type='fixed'><parent link='" + parent + "'/><child link='" + child +
+           "'/></joint>";
+  };
+  EXPECT_EQ(fault(robot(second("fixed", "") + joint("third", "a", "c"))),
+            "joints 'second' and 'third' both have the child link 'c'; a link has one parent");
+  const std::string links = "<link name='d'/><link name='e'/>";
+  EXPECT_NE(
+      fault(robot(second("fixed", "") + links + joint("x", "d", "e") + joint("y", "e", "d"))).find("cycle of links"),
+      std::string::npos);
+  EXPECT_NE(fault(robot(second("fixed", "") + links + joint("x", "d", "d"))).find("cycle of links"), std::string::npos);
+  EXPECT_NE(fault(robot(second("fixed", "") + joint("back", "c", "a"))).find("cycle of links"), std::string::npos);
+}
+
+TEST(UrdfChain, RefusesWhatWouldExhaustMemoryOrTheStack) {
+  constexpr int kMany = 200000;
+  std::string open, close;
+  for (int i = 0; i < kMany; ++i) {
+    open += "<a b='>'>";
+    close += "</a>";
+  }
+  EXPECT_NE(fault(open + close).find("nested more than 64 deep"), std::string::npos);
+  EXPECT_NE(fault(open).find("nested more than 64 deep"), std::string::npos);
+  std::string siblings;
+  for (int i = 0; i < 1000; ++i) siblings += "<!-- <a> --><a b='/>'></a><c/>";
+  EXPECT_EQ(fault(robot(second("fixed", "") + siblings)), "") << "many, but side by side";
+  std::string links;
+  for (int i = 0; i < 2001; ++i) links += "<link name='l" + std::to_string(i) + "'/>";
+  EXPECT_NE(fault(robot(links)).find("more than 2000 links"), std::string::npos);
+  EXPECT_NE(fault(std::string((16 << 20) + 1, ' ')).find("larger than 16 MB"), std::string::npos);
 }
 
 TEST(UrdfChain, AFaultOutsideTheChainDoesNotMatter) {

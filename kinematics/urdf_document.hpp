@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string_view>
+
+namespace tinyxml2 {
+class XMLDocument;
+}
+
+namespace multireach {
+
+/// Parses the text of a URDF as XML into `document`, and checks what the readers of URDFs do not: that its size is
+/// bounded (16 MB, 64 nested elements, 2000 links), and that no link has two parents or is its own ancestor. Throws
+/// std::invalid_argument with one sentence (the caller adds the file name). The document then has an element `robot`.
+void parse_urdf_document(std::string_view urdf_xml, tinyxml2::XMLDocument& document);
+
+}  // namespace multireach
