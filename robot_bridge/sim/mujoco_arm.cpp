@@ -1,28 +1,82 @@
 #include "robot_bridge/sim/mujoco_arm.hpp"
 
 #include <mujoco/mujoco.h>
+#include <spdlog/spdlog.h>
 #include <tinyxml2.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <stdexcept>
+
+#include "kinematics/urdf_document.hpp"
 
 namespace multireach {
 namespace {
 
 constexpr double kMaxForce = 1e4;  // N: more than the weight of a car; beyond it the simulation may diverge
 
+/// Without these, MuJoCo writes into MUJOCO_LOG.TXT in the working folder.
+void send_messages_to_the_log() {
+  mju_user_warning = [](const char* text) { spdlog::warn("MuJoCo: {}", text); };
+  // MuJoCo cannot continue after an error, and no exception may pass through it: it would end the program too.
+  mju_user_error = [](const char* text) {
+    spdlog::error("MuJoCo cannot continue: {}", text);
+    std::exit(EXIT_FAILURE);
+  };
+}
+
+/// An attribute as a number; nothing when it is absent or no number.
+std::optional<double> number_in(const tinyxml2::XMLElement* element, const char* name) {
+  double value = 0;
+  if (!element || element->QueryDoubleAttribute(name, &value) != tinyxml2::XML_SUCCESS) return std::nullopt;
+  return value;
+}
+
+/// Throws when the mass or inertia of a link is not physical: MuJoCo accepts NaN, and simulates nonsense.
+void require_physical_inertia(const tinyxml2::XMLElement& link) {
+  const auto* inertial = link.FirstChildElement("inertial");
+  if (!inertial) return;
+  const char* name = link.Attribute("name");
+  const std::string quoted = std::string("link '") + (name ? name : "") + "'";
+  const auto mass = number_in(inertial->FirstChildElement("mass"), "value");
+  if (!mass || !std::isfinite(*mass) || *mass < 0) {
+    throw std::invalid_argument(quoted + " has a mass that is not a number of 0 or more");
+  }
+  const auto* tensor = inertial->FirstChildElement("inertia");
+  if (!tensor) return;
+  Eigen::Matrix3d inertia;
+  const auto set = [&](const char* key, int row, int column) {
+    const auto value = number_in(tensor, key);
+    if (!value || !std::isfinite(*value)) {
+      throw std::invalid_argument(quoted + " has an inertia whose '" + key + "' is not a finite number");
+    }
+    inertia(row, column) = inertia(column, row) = *value;
+  };
+  set("ixx", 0, 0);
+  set("iyy", 1, 1);
+  set("izz", 2, 2);
+  set("ixy", 0, 1);
+  set("ixz", 0, 2);
+  set("iyz", 1, 2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia, Eigen::EigenvaluesOnly);
+  constexpr double kRounding = 1e-2;  // of the largest moment: published URDFs give two digits
+  if (solver.eigenvalues()[0] < -kRounding * std::abs(solver.eigenvalues()[2])) {
+    throw std::invalid_argument(quoted + " has an inertia with a negative principal moment");
+  }
+}
+
 /// Prepares the URDF for MuJoCo: removes shapes (their mesh files need not exist) and adds compiler settings that keep
 /// every link by its name. Reads the joints' effort limits.
 std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.data(), urdf_xml.size()) != tinyxml2::XML_SUCCESS ||
-      !document.FirstChildElement("robot")) {
-    throw std::invalid_argument("is not a valid URDF");
-  }
+  parse_urdf_document(urdf_xml, document);
   tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
+    require_physical_inertia(*link);
     for (const char* shape : {"visual", "collision"}) {
       while (auto* element = link->FirstChildElement(shape)) link->DeleteChild(element);
     }
@@ -72,6 +126,7 @@ struct MujocoArm::Simulation {
 
 MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options)
     : simulation_(std::make_unique<Simulation>()), options_(options) {
+  send_messages_to_the_log();
   std::map<std::string, double> effort;
   mjModel* model = simulation_->model = load(prepared(urdf_xml, effort));
   for (int joint = 0; joint < model->njnt; ++joint) {

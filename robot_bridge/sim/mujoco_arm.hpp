@@ -23,8 +23,8 @@ struct MujocoArmOptions {
 class MujocoArm {
  public:
   /// `urdf_xml` is the text of the URDF file. Throws std::invalid_argument with a message when MuJoCo cannot load it,
-  /// when it has no hinge or slide joint, or a floating or planar one, or when `start` names an unknown joint or a
-  /// position outside its limits.
+  /// when it has no hinge or slide joint, or a floating or planar one, when a mass or inertia is negative or not a
+  /// number, or when `start` names an unknown joint or a position outside its limits. MuJoCo's warnings go to the log.
   MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options);
   ~MujocoArm();
 

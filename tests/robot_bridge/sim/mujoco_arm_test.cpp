@@ -1,8 +1,11 @@
 #include "robot_bridge/sim/mujoco_arm.hpp"
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ringbuffer_sink.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "tests/test_arms.hpp"
 
@@ -69,6 +72,51 @@ TEST(MujocoArm, SaysWhatItCannotLoad) {
   EXPECT_THROW(MujocoArm("<robot", {}), std::invalid_argument);
   EXPECT_THROW(MujocoArm("<robot name='r'><link name='a'/></robot>", {}), std::invalid_argument);
   EXPECT_THROW(MujocoArm(hoap2_urdf(), {.start = {{"nose", 1.0}}}), std::invalid_argument);
+}
+
+TEST(MujocoArm, RefusesMassesAndInertiasThatAreNotPhysical) {
+  const auto fault = [](const std::string& mass, const std::string& ixx, const std::string& ixy) -> std::string {
+    const std::string inertial = "<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx + "' ixy='" + ixy +
+                                 "' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+    try {
+      MujocoArm("<robot name='r'><link name='a'/><link name='b'>" + inertial +
+                    "</link><joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>",
+                {});
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(fault("1", "1", "0"), "");
+  EXPECT_EQ(fault("nan", "1", "0"), "link 'b' has a mass that is not a number of 0 or more");
+  EXPECT_EQ(fault("-1", "1", "0"), "link 'b' has a mass that is not a number of 0 or more");
+  EXPECT_EQ(fault("inf", "1", "0"), "link 'b' has a mass that is not a number of 0 or more");
+  EXPECT_EQ(fault("1", "nan", "0"), "link 'b' has an inertia whose 'ixx' is not a finite number");
+  EXPECT_EQ(fault("1", "heavy", "0"), "link 'b' has an inertia whose 'ixx' is not a finite number");
+  EXPECT_EQ(fault("1", "-1", "0"), "link 'b' has an inertia with a negative principal moment");
+  EXPECT_EQ(fault("1", "1", "2"), "link 'b' has an inertia with a negative principal moment") << "1 - 2 < 0";
+}
+
+TEST(MujocoArm, ItsWarningsGoToTheLogAndNotIntoTheWorkingFolder) {
+  const std::filesystem::path before = std::filesystem::current_path();
+  char folder[] = "/tmp/multireach-test-XXXXXX";
+  std::filesystem::current_path(mkdtemp(folder));
+  auto lines = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(10);
+  const auto previous = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", lines));
+  {
+    MujocoArm arm(hoap2_urdf(), {});
+    std::vector<double> velocities(arm.joint_names().size(), 1e12);
+    ASSERT_TRUE(arm.set_state(arm.positions(), velocities));
+    for (int ms = 0; ms < 5; ++ms) arm.step();
+  }
+  spdlog::set_default_logger(previous);
+  const bool left_nothing = std::filesystem::is_empty(".");
+  std::filesystem::current_path(before);
+  std::filesystem::remove_all(folder);
+  EXPECT_TRUE(left_nothing);
+  ASSERT_FALSE(lines->last_formatted().empty()) << "these speeds make the simulation diverge";
+  EXPECT_NE(lines->last_formatted()[0].find("MuJoCo: "), std::string::npos) << lines->last_formatted()[0];
 }
 
 TEST(MujocoArm, LoadsTheSharedArms) {
