@@ -21,7 +21,7 @@ CaptureThread::CaptureThread(const Camera& camera, const CaptureClock& clock, St
       converter_(camera.form),
       opened_us_(monotonic_us()),
       image_us_(opened_us_) {
-  OpenedDevice opened = open_device(camera_.name, camera_.request);
+  OpenedDevice opened = camera_.open(camera_.name, camera_.request);
   if (!opened.device) throw InputError(opened.fault);
   for (const std::string& remark : opened.remarks) spdlog::warn("{}", remark);
   device_ = std::move(opened.device);
@@ -76,8 +76,9 @@ void CaptureThread::run(const std::stop_token& stop) {
       }
     }
   } catch (const std::exception& error) {
-    set_fault(std::string("cannot go on: ") + error.what());
-    ended_ = true;
+    buffer_.fail(label() + " cannot go on: " + error.what());
+  } catch (...) {
+    buffer_.fail(label() + " cannot go on, for an unknown reason");
   }
   if (!ended_) return;
   for (const Side side : sides()) buffer_.end(side);
@@ -121,7 +122,7 @@ void CaptureThread::reopen(const std::stop_token& stop) {
     std::this_thread::sleep_for(std::chrono::microseconds(kGrabTimeout));
   }
   if (stop.stop_requested()) return;
-  OpenedDevice opened = open_device(camera_.name, camera_.request);
+  OpenedDevice opened = camera_.open(camera_.name, camera_.request);
   device_ = std::move(opened.device);
   if (!device_ && !opened.absent) set_fault("was not opened again (" + opened.fault + "), trying again");
   if (!device_) return;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <thread>
 
 #include "camera/devices/camera_device.hpp"
@@ -10,7 +11,7 @@
 namespace multireach {
 
 /// One camera and its thread: grabs images, stamps and converts them, and puts them into the buffer. A device that
-/// disappears is reopened, with an attempt every half second.
+/// disappears is reopened, with an attempt every half second. An exception in the thread becomes the buffer's failure.
 class CaptureThread {
  public:
   struct Camera {
@@ -19,6 +20,7 @@ class CaptureThread {
     bool both = false;  ///< the device gives both images
     DeviceRequest request{};
     FrameConversion form{};
+    std::function<OpenedDevice(const std::string&, const DeviceRequest&)> open = open_device;
   };
 
   /// Opens the device and starts the thread. Throws InputError when the device cannot be opened. `buffer` must outlive

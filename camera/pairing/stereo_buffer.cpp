@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <stdexcept>
 
 namespace multireach {
 namespace {
@@ -54,9 +55,17 @@ void StereoBuffer::end(Side side) {
   changed_.notify_all();
 }
 
+void StereoBuffer::fail(std::string sentence) {
+  const std::lock_guard lock(mutex_);
+  failure_ = std::move(sentence);
+  changed_.notify_all();
+}
+
 std::optional<FramePairing::Pair> StereoBuffer::pop(int64_t timeout_us) {
   std::unique_lock lock(mutex_);
-  changed_.wait_for(lock, std::chrono::microseconds(timeout_us), [&] { return !pairs_.empty() || finished(); });
+  changed_.wait_for(lock, std::chrono::microseconds(timeout_us),
+                    [&] { return !pairs_.empty() || !failure_.empty() || finished(); });
+  if (pairs_.empty() && !failure_.empty()) throw std::runtime_error(failure_);
   if (pairs_.empty()) return std::nullopt;
   FramePairing::Pair pair = std::move(pairs_.front());
   pairs_.pop_front();

@@ -26,8 +26,11 @@ class StereoBuffer {
   void reset(Side side);
   /// The side will deliver no more frames.
   void end(Side side);
+  /// The program cannot go on, for the reason in this sentence.
+  void fail(std::string sentence);
 
-  /// Waits at most `timeout_us` for the next pair.
+  /// Waits at most `timeout_us` for the next pair. Throws std::runtime_error with the sentence of `fail` once there are
+  /// no more pairs.
   std::optional<FramePairing::Pair> pop(int64_t timeout_us);
   /// Whether there will be no more pairs.
   bool ended() const;
@@ -44,6 +47,7 @@ class StereoBuffer {
   SkewStatistics skew_;
   std::deque<FramePairing::Pair> pairs_;
   std::array<std::string, 2> fault_;
+  std::string failure_;
   std::array<bool, 2> ended_{};
   int64_t unsent_ = 0;  // pairs dropped because they were not taken in time
   std::optional<int64_t> newest_pair_, first_frame_;
