@@ -1,5 +1,6 @@
 #include "runtime/live_loop.hpp"
 
+#include <poll.h>
 #include <sched.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
@@ -21,6 +22,7 @@
 #include "runtime/files.hpp"
 #include "runtime/input_journal.hpp"
 #include "runtime/message_clock.hpp"
+#include "runtime/udpm_socket.hpp"
 
 namespace multireach {
 namespace {
@@ -66,6 +68,11 @@ class LiveLoop {
         clock_(options.speed),
         bus_(options.control_url, options.image_url) {
     start_journal();
+    // Other transports than multicast have no packets that could wait.
+    if (options_.drain_period_us > 0 && UdpmSocket::supports(options_.control_url)) {
+      socket_.emplace(options_.control_url);
+      return;
+    }
     for (const std::string_view channel : node.inputs()) {
       bus_.subscribe(channel, node.name(),
                      [this](std::string_view on, std::span<const uint8_t> bytes) { receive(on, bytes); });
@@ -127,7 +134,20 @@ class LiveLoop {
 
   int64_t due_us(int64_t tick) const { return clock_.monotonic_at(tick) + node_->tick_delay_us(); }
 
+  /// Sleeps until the next drain, then handles what has arrived.
+  void drain_messages(int64_t timeout_us) {
+    timeout_us = std::clamp<int64_t>(timeout_us, 0, options_.drain_period_us);
+    const timespec timeout{timeout_us / 1000000, timeout_us % 1000000 * 1000};
+    ppoll(nullptr, 0, &timeout, nullptr);  // ends early at a signal
+    const auto inputs = node_->inputs();
+    socket_->drain([&](const UdpmMessage& message) {
+      if (std::ranges::find(inputs, message.channel) != inputs.end()) receive(message.channel, message.bytes);
+    });
+    publish();
+  }
+
   void poll_messages(int64_t timeout_us) {
+    if (socket_) return drain_messages(timeout_us);
     bus_.handle_messages(timeout_us, [this] {
       publish();
       // Too many messages must not delay the ticks.
@@ -274,6 +294,7 @@ class LiveLoop {
   LiveOptions options_;
   MessageClock clock_;
   Bus bus_;
+  std::optional<UdpmSocket> socket_;  // instead of subscriptions, with a drain period
   std::optional<InputJournal> journal_;
   Outbox outbox_;
   int64_t start_us_ = 0, next_status_us_ = 0;

@@ -20,7 +20,10 @@ int keep_picture(const std::string& path, const LiveOptions& live) {
   return 1;
 }
 
-int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, const LiveOptions& live) {
+constexpr int64_t kDrainPeriod = 100000;  // us; a line for people needs no message at once
+
+int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, LiveOptions live) {
+  live.drain_period_us = kDrainPeriod;
   ViewNode node(robot, {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
   const int result = run_live(node, live);
   for (const std::string& missing : node.missing())
