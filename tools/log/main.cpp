@@ -5,6 +5,7 @@
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/latency.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/log/log_summary.hpp"
 #include "tools/log/run_report.hpp"
@@ -54,6 +55,15 @@ int report(const std::string& log, const std::string& config, const std::string&
   if (!json_path.empty()) write_json_file(json_path, result.json);
   if (!result.succeeded) std::cerr << "multireach-log: " << result.reason << "\n";
   return result.succeeded ? 0 : 1;
+}
+
+int latency(const std::string& log, const std::string& json_path) {
+  const LatencyReport result = latency_of(log);
+  if (json_path != "-") std::cout << result.table();
+  if (!json_path.empty()) write_json_file(json_path, result.json());
+  if (result.taken_up > 0) return 0;
+  std::cerr << "multireach-log: " << log << ": no set-point names a TARGET of this log\n";
+  return 1;
 }
 
 int written(int64_t events) {
@@ -123,6 +133,11 @@ int main(int argc, char** argv) {
   reporting.option("--robot", config, "robot.yaml or its folder, as robots/hoap2").required();
   reporting.option("--json", json, "where to write the report; - for standard output");
 
+  CommandLine timing =
+      cli.subcommand("latency", "delays from a stereo pair to the first command that follows from it, stage by stage");
+  timing.option("LOG", log, "log of a run, all channels").required();
+  timing.option("--json", json, "where to write them; - for standard output, instead of the table");
+
   std::string format;
   CommandLine exporting = cli.subcommand("export", "a log in the formats of other tools");
   exporting
@@ -144,6 +159,7 @@ int main(int argc, char** argv) {
     if (exporting.given()) return written(exported(format, log, output, patterns));
     if (picturing.given()) return images(log, output, patterns);
     if (informing.given()) return info(log, json);
+    if (timing.given()) return latency(log, json);
     if (checking.given()) return check(log);
     if (cutting.given()) return written(cut_log(log, output, from, until));
     if (filtering.given()) return written(filter_log(log, output, patterns, without));
