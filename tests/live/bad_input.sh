@@ -56,6 +56,54 @@ expect 1 "no event was selected" "$bin/multireach-log" filter "$root/logs/reach.
 expect 2 "cannot be written over" "$bin/multireach-log" cut "$work/none.lcm" -o "$work/none.lcm"
 expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --robot "$root/robots/hoap2/robot.yaml"
 
+# What is no regular file of a bounded size is refused at once.
+mkfifo "$work/pipe"
+truncate --size 10G "$work/large"
+for file in /dev/zero "$work/pipe"; do
+  expect 2 "$file: is a device or a pipe" "$bin/multireach-controller" --config "$file"
+  expect 2 "$file: is a device or a pipe" "$bin/multireach-vision" --config "$file"
+  expect 2 "$file: is a device or a pipe" "$bin/multireach-vision" --config "$vision" --pair "$file" "$file"
+  expect 2 "$file: is a device or a pipe" "$bin/multireach-log" info "$file"
+  expect 2 "$file: is a device or a pipe" $(trace --urdf "$file" --tip right_hand --start=0,0,0,0 --target=0,0,0)
+done
+expect 2 "at most 16 MB" "$bin/multireach-controller" --config "$work/large"
+expect 2 "at most 1024 MB" "$bin/multireach-vision" --config "$vision" --pair "$work/large" "$work/large"
+expect 2 "no event of an LCM log in its first 256 MB" "$bin/multireach-log" check "$work/large"
+
+# A full disk, and a file that cannot become as large: said, and nothing incomplete is left.
+log="$root/logs/reach.lcm" robot="$root/robots/hoap2/robot.yaml"
+limited() { trap '' XFSZ; ulimit -f 8; "$@"; }
+export -f limited
+"$bin/multireach-replay" run "$log" --until 1 -o "$work/run.lcm" >/dev/null 2>&1
+rm -rf "$work/full"; mkdir "$work/full"
+for format in mat mcap csv; do
+  expect 1 "cannot be written (File too large)" bash -c 'limited "$@"' - "$bin/multireach-log" export $format "$work/run.lcm" -o "$work/full/run.$format"
+done
+expect 1 "cannot be written (File too large)" bash -c 'limited "$@"' - "$bin/multireach-log" merge "$work/run.lcm" -o "$work/full/merged.lcm"
+expect 1 "cannot be written (File too large)" bash -c 'limited "$@"' - "$bin/multireach-replay" run "$log" --until 1 -o "$work/full/replayed.lcm"
+[ -z "$(find "$work/full" -type f)" ] || failed "incomplete files are left: $(find "$work/full" -type f)"
+for format in mat mcap; do
+  expect 1 "/dev/full: cannot be written (No space left on device)" "$bin/multireach-log" export $format "$work/run.lcm" -o /dev/full
+done
+for report in "multireach-log info $work/run.lcm" "multireach-log latency $work/run.lcm" "multireach-replay run $log --until 1"; do
+  expect 1 "/dev/full: cannot be written" "$bin"/$report --json /dev/full
+  expect 1 "standard output: cannot be written" bash -c '"$@" >/dev/full' - "$bin"/$report
+done
+expect 1 "/dev/full: cannot be written" "$bin/multireach-study" --urdf "$urdf" --base torso --tip right_hand --samples 10 --csv /dev/full
+expect 1 "/dev/full: cannot be written" $(trace --urdf "$urdf" --tip right_hand --law paper --start=0.2,-0.3,-0.2,-0.9 --target=0.1,-0.12,0.1 -o /dev/full)
+expect 1 "standard output: cannot be written" bash -c '"$@" >/dev/full' - $(trace --urdf "$urdf" --tip right_hand --law paper --start=0.2,-0.3,-0.2,-0.9 --target=0.1,-0.12,0.1)
+
+# Signals leave no temporary file.
+for signal in INT TERM; do
+  env --default-signal=INT "$bin/multireach-replay" run "$log" --until 1e9 -o "$work/full/run.lcm" >/dev/null 2>&1 & running=$!
+  for _ in $(seq 100); do [ -n "$(find "$work/full" -type f)" ] && break; sleep 0.02; done
+  [ -n "$(find "$work/full" -type f)" ] || failed "the replay ended before signal $signal"
+  kill -$signal $running
+  wait $running
+  [ $? -gt 128 ] || failed "the replay succeeded in spite of signal $signal"
+  [ -z "$(find "$work/full" -type f)" ] || failed "after $signal are left: $(find "$work/full" -type f)"
+done
+
 expect 2 "cannot be read" "$root/tools/launch.sh" --no-setup --session nothing.lcm
 expect 2 "holds no event of an LCM log" "$root/tools/launch.sh" --no-setup --session "$root/README.md"
 expect 2 "its folder does not exist" "$root/tools/launch.sh" --no-setup --record /nonexist/run.lcm
