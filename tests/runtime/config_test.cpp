@@ -133,7 +133,7 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
 TEST(WriteTextFile, LeavesTheOldFileWhenTheNewOneCannotBeWritten) {
   EXPECT_THROW(write_text_file("/nowhere/at/all", "text"), InputError);
   if (std::filesystem::exists("/dev/full")) {
-    EXPECT_THROW(write_text_file("/dev/full", std::string(1 << 20, 'x')), InputError);
+    EXPECT_THROW(write_text_file("/dev/full", std::string(1 << 20, 'x')), OutputError);
   }
 }
 
