@@ -67,7 +67,7 @@ vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourMode
 
 void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, Run& run) {
   run.recipe = std::make_unique<Recipe>(image, click);
-  const vision::LearnedColour learned = vision::learn_colour(image, region_around(image, click));
+  const vision::LearnedColour learned = vision::learn_colour_of(image, region_around(image, click).mask);
   if (learned.status != vision::LearnedColour::Status::kLearned) {
     run.fault = description(learned.status);
     return;
@@ -191,8 +191,8 @@ void run_still(const RealSet& set) {
     const auto a = left_recipe.find(set.left), b = right_recipe.find(set.right);
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
     const double recipe_mm = a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x)) : NAN;
-    const auto left = vision::learn_colour(set.left, region_around(set.left, object.click));
-    const auto right = vision::learn_colour(set.right, region_around(set.right, in_right));
+    const auto left = vision::learn_colour_of(set.left, region_around(set.left, object.click).mask);
+    const auto right = vision::learn_colour_of(set.right, region_around(set.right, in_right).mask);
     const char* answer = "not learned";
     double error_mm = NAN, sigmas = NAN;
     using Status = vision::LearnedColour::Status;

@@ -84,7 +84,7 @@ cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window
       throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", picture.name, click,
                                    picture.file, bgr.cols, bgr.rows));
     }
-    all |= region_around(bgr, {v[0], v[1]});
+    all |= region_around(bgr, {v[0], v[1]}).box;
   }
   return all;
 }

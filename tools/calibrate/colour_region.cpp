@@ -1,20 +1,214 @@
 #include "tools/calibrate/colour_region.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace multireach {
+#include "vision/colour/colour_model.hpp"
 
-cv::Rect region_around(const cv::Mat& bgr, const cv::Point& click) {
-  constexpr int kApart = 30;    // grey levels; largest difference from the clicked colour, in each channel
-  constexpr int kSmallest = 4;  // pixels; smallest half size of the patch
+namespace multireach {
+namespace {
+
+using Feature = Eigen::Vector3d;  // chroma U, V and the logarithm of Y
+
+constexpr int kStart = 3;          // pixels, half size of the patch around the click
+constexpr double kLargest = 0.25;  // share of the image: a larger region is not one object
+
+/// The features of all pixels of an image.
+class Features {
+ public:
+  explicit Features(const cv::Mat& bgr) : columns_(bgr.cols), of_(static_cast<size_t>(bgr.cols) * bgr.rows) {
+    cv::Mat smooth;
+    cv::GaussianBlur(bgr, smooth, {3, 3}, 0);
+    for (int row = 0; row < bgr.rows; ++row) {
+      for (int column = 0; column < bgr.cols; ++column) {
+        const auto& p = smooth.at<cv::Vec3b>(row, column);
+        // An offset keeps the chroma of dark pixels small, which is mostly noise.
+        constexpr double kOffset = 8;
+        const Rgb rgb{p[2] + kOffset, p[1] + kOffset, p[0] + kOffset};
+        const Eigen::Vector2d chroma = vision::chroma_of(rgb);
+        of_[index(row, column)] = {chroma.x(), chroma.y(), std::log(vision::luma_of(rgb))};
+      }
+    }
+  }
+  const Feature& at(int row, int column) const { return of_[index(row, column)]; }
+
+ private:
+  size_t index(int row, int column) const { return static_cast<size_t>(row) * columns_ + column; }
+  int columns_;
+  std::vector<Feature> of_;
+};
+
+/// A normal distribution of features.
+struct Distribution {
+  Feature mean;
+  Eigen::Matrix3d information;
+
+  Distribution(const Features& features, const cv::Mat& mask) : mean(Feature::Zero()) {
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    double pixels = 0;
+    const auto each = [&](const auto& visit) {
+      for (int row = 0; row < mask.rows; ++row) {
+        for (int column = 0; column < mask.cols; ++column) {
+          if (mask.at<uint8_t>(row, column) != 0) visit(features.at(row, column));
+        }
+      }
+    };
+    each([&](const Feature& f) {
+      mean += f;
+      ++pixels;
+    });
+    mean /= pixels;
+    each([&](const Feature& f) { covariance += (f - mean) * (f - mean).transpose() / pixels; });
+    // A few pixels do not show how much an object's colours vary; shading varies its brightness most.
+    const Feature usual(0.06, 0.06, 0.2);
+    covariance.diagonal() += usual.cwiseAbs2();
+    information = covariance.inverse();
+  }
+  double distance2(const Feature& f) const { return (f - mean).dot(information * (f - mean)); }
+};
+
+/// The connected component of `mask` that contains the point nearest to the click, with its holes filled.
+cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
+  cv::Mat labels;
+  cv::connectedComponents(mask, labels, 4, CV_32S);
+  int label = 0;
+  double nearest = 1e9;
+  constexpr int kReach = 6;
+  for (int row = std::max(0, click.y - kReach); row < std::min(mask.rows, click.y + kReach + 1); ++row) {
+    for (int column = std::max(0, click.x - kReach); column < std::min(mask.cols, click.x + kReach + 1); ++column) {
+      const double distance = std::hypot(row - click.y, column - click.x);
+      if (labels.at<int>(row, column) == 0 || distance >= nearest) continue;
+      nearest = distance;
+      label = labels.at<int>(row, column);
+    }
+  }
+  cv::Mat component = label > 0 ? cv::Mat(labels == label) : cv::Mat::zeros(mask.size(), CV_8UC1);
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(component.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(component, contours, -1, cv::Scalar::all(255), cv::FILLED);
+  return component;
+}
+
+/// Contrast at the border of a region: the level that seven tenths of the border exceed. A region that leaks into its
+/// surroundings, or is only a part of the object, has a border without contrast somewhere.
+double border_contrast(const cv::Mat& gradient, const cv::Mat& region) {
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(region.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  std::vector<float> levels;
+  for (const auto& contour : contours) {
+    for (const cv::Point& point : contour) levels.push_back(gradient.at<float>(point));
+  }
+  if (levels.empty()) return 0;
+  const auto at = levels.begin() + static_cast<ptrdiff_t>(levels.size() * 3 / 10);
+  std::ranges::nth_element(levels, at);
+  return *at;
+}
+
+/// The region's share of its convex hull: small for a region that leaks.
+double solidity(const cv::Mat& region) {
+  std::vector<cv::Point> pixels, hull;
+  cv::findNonZero(region, pixels);
+  cv::convexHull(pixels, hull);
+  const double border = 0.5 * cv::arcLength(hull, true);  // the hull's corners are the centres of pixels
+  return std::min(1.0, static_cast<double>(pixels.size()) / (cv::contourArea(hull) + border + 1));
+}
+
+/// The steepest change of any channel within two pixels.
+cv::Mat gradient_of(const cv::Mat& bgr) {
+  cv::Mat smooth, dx, dy, steepest = cv::Mat::zeros(bgr.size(), CV_32F);
+  cv::GaussianBlur(bgr, smooth, {3, 3}, 0);
+  cv::Sobel(smooth, dx, CV_32F, 1, 0);
+  cv::Sobel(smooth, dy, CV_32F, 0, 1);
+  for (int channel = 0; channel < 3; ++channel) {
+    cv::Mat x, y, length;
+    cv::extractChannel(dx, x, channel);
+    cv::extractChannel(dy, y, channel);
+    cv::magnitude(x, y, length);
+    steepest = cv::max(steepest, length);
+  }
+  cv::dilate(steepest, steepest, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  return steepest;
+}
+
+/// Grows regions from a patch around the click, with several limits of similarity, and returns the one with the border
+/// of highest contrast.
+cv::Mat grown(const cv::Mat& bgr, const cv::Point& click) {
   const cv::Rect whole({0, 0}, bgr.size());
-  cv::Mat mask = cv::Mat::zeros(bgr.rows + 2, bgr.cols + 2, CV_8UC1);
-  cv::Mat smooth;
-  cv::GaussianBlur(bgr, smooth, {5, 5}, 0);
-  cv::Rect patch;
-  cv::floodFill(smooth, mask, click, {}, &patch, cv::Scalar::all(kApart), cv::Scalar::all(kApart),
-                4 | cv::FLOODFILL_MASK_ONLY | cv::FLOODFILL_FIXED_RANGE);
-  return (patch | cv::Rect(click.x - kSmallest, click.y - kSmallest, 2 * kSmallest + 1, 2 * kSmallest + 1)) & whole;
+  const Features features(bgr);
+  const cv::Mat gradient = gradient_of(bgr);
+  cv::Mat patch = cv::Mat::zeros(bgr.size(), CV_8UC1), best = patch;
+  patch(cv::Rect(click.x - kStart, click.y - kStart, 2 * kStart + 1, 2 * kStart + 1) & whole) = 255;
+  best = patch;
+  double best_contrast = 0;
+  constexpr int kRounds = 4;
+  for (const double sigmas : {3.0, 2.5, 2.0, 1.5}) {
+    cv::Mat region = patch;
+    for (int round = 0; round < kRounds; ++round) {
+      const Distribution colours(features, region);
+      cv::Mat near = cv::Mat::zeros(bgr.size(), CV_8UC1);
+      for (int row = 0; row < near.rows; ++row) {
+        for (int column = 0; column < near.cols; ++column) {
+          if (colours.distance2(features.at(row, column)) < sigmas * sigmas) near.at<uint8_t>(row, column) = 255;
+        }
+      }
+      cv::morphologyEx(near, near, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+      region = component_at(near, click);
+      const int pixels = cv::countNonZero(region);
+      if (pixels == 0 || pixels > kLargest * whole.area()) break;
+      // Of regions with equal contrast, the most compact and the largest.
+      const double contrast = border_contrast(gradient, region) * std::pow(solidity(region), 2) * std::pow(pixels, 0.1);
+      if (contrast <= best_contrast) continue;
+      best_contrast = contrast;
+      best = region;
+    }
+  }
+  return best;
+}
+
+/// Cuts the object from its surroundings. Returns `region` when the cut contradicts it.
+cv::Mat cut(const cv::Mat& bgr, const cv::Mat& region, const cv::Point& click) {
+  const cv::Rect whole({0, 0}, bgr.size()), box = cv::boundingRect(region);
+  const auto widened = [&](double share, int least) {
+    const int margin = std::max(least, static_cast<int>(share * std::max(box.width, box.height)));
+    return cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) & whole;
+  };
+  const cv::Rect window = widened(1, 20), possible = widened(0.25, 4);
+  cv::Mat labels(bgr.size(), CV_8UC1, cv::Scalar::all(cv::GC_BGD));
+  labels(possible).setTo(cv::GC_PR_BGD);
+  labels.setTo(cv::GC_PR_FGD, region);
+  cv::Mat inner;
+  cv::erode(region, inner, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  labels.setTo(cv::GC_FGD, inner);
+  labels.at<uint8_t>(click) = cv::GC_FGD;
+  if (possible == window) return region;
+  cv::Mat background, foreground, cut_labels = labels(window).clone();
+  cv::setRNGSeed(1);
+  constexpr int kRounds = 4;
+  cv::grabCut(bgr(window), cut_labels, {}, background, foreground, kRounds, cv::GC_INIT_WITH_MASK);
+  cv::Mat found = cv::Mat::zeros(bgr.size(), CV_8UC1);
+  found(window).setTo(255, (cut_labels == cv::GC_FGD) | (cut_labels == cv::GC_PR_FGD));
+  cv::morphologyEx(found, found, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  found = component_at(found, click);
+  const double ratio = static_cast<double>(cv::countNonZero(found)) / cv::countNonZero(region);
+  constexpr double kLeast = 0.6, kMost = 2.5;
+  return ratio > kLeast && ratio < kMost ? found : region;
+}
+
+}  // namespace
+
+ObjectRegion region_around(const cv::Mat& bgr, const cv::Point& click) {
+  const cv::Mat mask = cut(bgr, grown(bgr, click), click);
+  return {cv::boundingRect(mask), mask};
+}
+
+ObjectRegion region_around(const cv::Mat& bgr, const std::vector<cv::Point>& clicks) {
+  cv::Mat mask = cv::Mat::zeros(bgr.size(), CV_8UC1);
+  for (const cv::Point& click : clicks) mask |= region_around(bgr, click).mask;
+  return {cv::boundingRect(mask), mask};
 }
 
 }  // namespace multireach

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "vision/colour/chroma_classifier.hpp"
 #include "vision/colour/chroma_fit.hpp"
+#include "vision/colour/find.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -18,6 +20,14 @@ constexpr double kEnough = 0.3;      // smallest share of object pixels with kno
 constexpr double kSwamped = 0.05;    // misclassified background share above which brightness limits are tried
 constexpr double kClean = 0.002;     // misclassified share of the background that is acceptable
 
+ChromaSample sample_of(const cv::Vec3b& pixel) {
+  ChromaSample sample;
+  sample.colour = {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
+  sample.luma = luma_of(sample.colour);
+  if (sample.luma >= kDark) sample.chroma = chroma_of(sample.colour);
+  return sample;
+}
+
 /// Samples the pixels of `part` outside `without` on a grid, at most about `most` of them.
 std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Rect& without, double most) {
   const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
@@ -25,15 +35,24 @@ std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, c
   for (int row = part.y; row < part.br().y; row += step) {
     for (int column = part.x; column < part.br().x; column += step) {
       if (without.contains({column, row})) continue;
-      const auto& pixel = bgr.at<cv::Vec3b>(row, column);
-      ChromaSample sample;
-      sample.colour = {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
-      sample.luma = luma_of(sample.colour);
-      if (sample.luma >= kDark) sample.chroma = chroma_of(sample.colour);
+      ChromaSample sample = sample_of(bgr.at<cv::Vec3b>(row, column));
       // The middle of the rectangle shows the object more likely than its corners.
       const double x = (column + 0.5 - part.x) / part.width * 2 - 1, y = (row + 0.5 - part.y) / part.height * 2 - 1;
       if (without.empty()) sample.weight = std::max(0.0, 1 - 0.6 * (x * x + y * y));
       samples.push_back(sample);
+    }
+  }
+  return samples;
+}
+
+/// Samples the pixels of `part` that are inside, or outside, a mask, on a grid, at most about `most` of them.
+std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Mat& mask, bool inside,
+                                     double most) {
+  const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
+  std::vector<ChromaSample> samples;
+  for (int row = part.y; row < part.br().y; row += step) {
+    for (int column = part.x; column < part.br().x; column += step) {
+      if ((mask.at<uint8_t>(row, column) != 0) == inside) samples.push_back(sample_of(bgr.at<cv::Vec3b>(row, column)));
     }
   }
   return samples;
@@ -80,17 +99,44 @@ double share_of_members(const ColourModel& model, const std::vector<ChromaSample
   return samples.empty() ? 0 : members / total_weight(samples);
 }
 
+/// The image and the object's pixels in it, for trying a model with the blob finder.
+struct Trial {
+  cv::Mat bgr, mask;  // empty where the object's pixels are not known
+  cv::Rect box;       // of the mask, widened: other blobs do not touch it
+  double area = 0;    // of the mask, pixels
+};
+
 struct Pictures {
   std::vector<ChromaSample> object, rest;
+  Trial trial;
 };
 
 struct Grade {
   double kept, background;
-  /// 1 % of the background misclassified costs as much as 10 % of the object missed.
-  double score() const { return kept - 10 * background; }
+  double clutter = 0;  // area of blobs of other things, relative to the object's
+  /// 1 % of the background misclassified costs as much as 10 % of the object missed; blobs cost their area.
+  double score() const { return kept - 10 * background - std::min(1.0, clutter); }
 };
+
+/// What the finder finds beside the object, relative to the object's area.
+double clutter_of(const ColourModel& model, const Trial& trial) {
+  if (trial.mask.empty()) return 0;
+  BlobFinder finder;
+  const FoundBlobs found =
+      finder.find(trial.bgr, {0, 0, trial.bgr.cols, trial.bgr.rows}, ColourTable(model), {.most = 64});
+  if (found.too_many_runs) return 1e3;
+  double area = 0;
+  for (const Blob& blob : found.blobs) {
+    if ((blob.box & trial.box).empty()) area += blob.area;
+    // A blob that contains the object and much else.
+    if (!(blob.box & trial.box).empty()) area += std::max(0.0, blob.area - 1.5 * trial.area);
+  }
+  return area / trial.area;
+}
+
 Grade grade(const ColourModel& model, const Pictures& pictures) {
-  return {share_of_members(model, pictures.object), share_of_members(model, pictures.rest)};
+  return {share_of_members(model, pictures.object), share_of_members(model, pictures.rest),
+          clutter_of(model, pictures.trial)};
 }
 
 /// Sets the widest tolerance that excludes the background; if there is none, the one with the best score.
@@ -99,7 +145,7 @@ void choose_tolerance(ColourModel& model, const Pictures& pictures) {
   for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
     model.tolerance = tolerance;
     const Grade now = grade(model, pictures);
-    if (now.background <= kClean) return;
+    if (now.background <= kClean && now.clutter == 0) return;
     if (now.score() <= best_score) continue;
     best_score = now.score();
     best = tolerance;
@@ -168,6 +214,28 @@ bool separate_by_brightness(ColourModel& model, const Pictures& pictures) {
   return better;
 }
 
+/// Where the finder finds other things of the object's chroma in the image, limits the brightness to that of the
+/// object, with some room for other exposures: as much as the other things allow.
+void limit_brightness(ColourModel& model, const Pictures& pictures) {
+  Grade best = grade(model, pictures);
+  if (best.clutter == 0) return;
+  std::vector<double> lumas;
+  for (const ChromaSample& sample : pictures.object) lumas.push_back(sample.luma);
+  std::ranges::sort(lumas);
+  const double darkest = lumas[lumas.size() / 50], brightest = lumas[lumas.size() - 1 - lumas.size() / 50];
+  ColourModel limited = model;
+  for (const double room : {3.0, 2.0, 1.5, 1.2}) {
+    ColourModel with = limited;
+    with.min_luma = std::max(with.min_luma, darkest / room);
+    with.max_luma = std::min(with.max_luma, brightest * room);
+    const Grade now = grade(with, pictures);
+    constexpr double kWorthwhile = 0.05;
+    if (now.score() < best.score() + kWorthwhile) continue;
+    best = now;
+    model = with;
+  }
+}
+
 /// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
 /// limit of brightness.
 bool tune(ColourModel& model, const Pictures& pictures) {
@@ -183,7 +251,9 @@ bool tune(ColourModel& model, const Pictures& pictures) {
       choose_tolerance(model, pictures);
     }
   }
-  if (grade(model, pictures).background > kClean) add_background(model, pictures);
+  const Grade now = grade(model, pictures);
+  if (now.background > kClean || now.clutter > 0) add_background(model, pictures);
+  if (!by_brightness) limit_brightness(model, pictures);
   return by_brightness;
 }
 
@@ -205,30 +275,19 @@ const char* description(LearnedColour::Status status) {
   return "";
 }
 
-LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
-  using Status = LearnedColour::Status;
+namespace {
+
+using Status = LearnedColour::Status;
+
+LearnedColour failed(Status status) {
   LearnedColour result;
-  const auto failed = [&result](Status status) {
-    result.status = status;
-    return result;
-  };
-  if (bgr.type() != CV_8UC3) return failed(Status::kBadImage);
-  const cv::Rect image(0, 0, bgr.cols, bgr.rows), inside = rectangle & image;
-  if (inside.area() < kFewest) return failed(Status::kBadRectangle);
-  const cv::Point margin(inside.width / 4, inside.height / 4);
-  const cv::Rect around(inside.tl() - margin, inside.br() + margin);
-  const std::vector<ChromaSample> in_rectangle = samples_of(bgr, inside, {}, 8000);
-  Pictures pictures;
-  pictures.rest = samples_of(bgr, image, around, 30000);
+  result.status = status;
+  return result;
+}
 
-  const Frequencies here(in_rectangle), elsewhere(pictures.rest);
-  const bool nothing_else = pictures.rest.empty();
-  for (const ChromaSample& sample : in_rectangle) {
-    if (nothing_else || here.of(sample) > kMoreFrequent * elsewhere.of(sample)) pictures.object.push_back(sample);
-  }
+/// Learns from the samples of object and background.
+LearnedColour learn(const Pictures& pictures) {
   const double object = total_weight(pictures.object);
-  if (object < kMinObject * total_weight(in_rectangle)) return failed(Status::kIndistinct);
-
   std::vector<ChromaSample> coloured = pictures.object;
   std::erase_if(coloured, clipped);
   if (total_weight(coloured) < kEnough * object) {
@@ -239,6 +298,7 @@ LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
     if (total_weight(coloured) < kEnough * object) return failed(Status::kOverexposed);
   }
   std::erase_if(coloured, [](const ChromaSample& sample) { return sample.luma < kDark; });
+  LearnedColour result;
   result.model.object = fit_chroma(coloured, 3);
   // A black object has no chroma: use a neutral component for its noise.
   if (result.model.object.empty()) result.model.object.push_back({{0, 0}, 0.04 * Eigen::Matrix2d::Identity(), 1});
@@ -258,6 +318,46 @@ LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
     result = {Status::kLearned, model, now.kept, now.background, by_brightness};
   }
   return result;
+}
+
+}  // namespace
+
+LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle) {
+  if (bgr.type() != CV_8UC3) return failed(Status::kBadImage);
+  const cv::Rect image(0, 0, bgr.cols, bgr.rows), inside = rectangle & image;
+  if (inside.area() < kFewest) return failed(Status::kBadRectangle);
+  const cv::Point margin(inside.width / 4, inside.height / 4);
+  const cv::Rect around(inside.tl() - margin, inside.br() + margin);
+  const std::vector<ChromaSample> in_rectangle = samples_of(bgr, inside, {}, 8000);
+  Pictures pictures;
+  pictures.rest = samples_of(bgr, image, around, 30000);
+
+  const Frequencies here(in_rectangle), elsewhere(pictures.rest);
+  const bool nothing_else = pictures.rest.empty();
+  for (const ChromaSample& sample : in_rectangle) {
+    if (nothing_else || here.of(sample) > kMoreFrequent * elsewhere.of(sample)) pictures.object.push_back(sample);
+  }
+  if (total_weight(pictures.object) < kMinObject * total_weight(in_rectangle)) return failed(Status::kIndistinct);
+  return learn(pictures);
+}
+
+LearnedColour learn_colour_of(const cv::Mat& bgr, const cv::Mat& mask) {
+  if (bgr.type() != CV_8UC3 || mask.type() != CV_8UC1 || mask.size() != bgr.size()) return failed(Status::kBadImage);
+  Pictures pictures;
+  cv::Mat inner, outer;
+  constexpr int kBorder = 7;  // pixels in which object and background mix
+  const auto disc = [](int size) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size}); };
+  cv::erode(mask, inner, disc(3));
+  if (cv::countNonZero(inner) < kFewest / 2) inner = mask;
+  cv::dilate(mask, outer, disc(2 * kBorder + 1));
+  const cv::Rect whole(0, 0, bgr.cols, bgr.rows), box = cv::boundingRect(mask);
+  pictures.trial = {bgr, mask, box + cv::Size(2, 2), static_cast<double>(cv::countNonZero(mask))};
+  pictures.trial.box = (pictures.trial.box - cv::Point(1, 1)) & whole;
+  if (pictures.trial.area < kFewest) return failed(Status::kBadRectangle);
+  pictures.object = samples_of(bgr, box, inner, true, 8000);
+  pictures.rest = samples_of(bgr, whole, outer, false, 30000);
+  if (pictures.object.empty()) return failed(Status::kBadRectangle);
+  return learn(pictures);
 }
 
 }  // namespace multireach::vision

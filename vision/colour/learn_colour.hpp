@@ -30,4 +30,9 @@ const char* description(LearnedColour::Status status);
 /// the rectangle. Object colours are those that are more frequent in the rectangle than in the background.
 LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle);
 
+/// The same for an object whose pixels are known: those that are not 0 in `mask`, 8-bit, of the image's size. The
+/// background is what is more than a few pixels away from them. Of several models, it chooses the one that finds most
+/// of the object, and least of anything else, in this image.
+LearnedColour learn_colour_of(const cv::Mat& bgr, const cv::Mat& mask);
+
 }  // namespace multireach::vision

@@ -9,12 +9,11 @@ namespace {
 
 using Along = ContourPoint::Along;
 
-constexpr int kMaxEdgels = 240;         // edgels per contour; a larger one is measured at every second, third ... line
-constexpr int kEdgelsBefore = 64;       // edgels in the passes before the last one
-constexpr int kMaxBorder = 16;          // rows, and columns, of the blob whose ends the first fit uses
-constexpr double kWorstShape = 0.03;    // largest residual of an edge fit, relative to the radius ...
-constexpr double kSmallResidual = 0.5;  // ... but a residual below this is always accepted, pixels
-constexpr double kLumaEdge = 0.15;      // smallest brightness share of a colour difference for measuring luma blur
+constexpr int kMaxEdgels = 240;       // edgels per contour; a larger one is measured at every second, third ... line
+constexpr int kEdgelsBefore = 64;     // edgels in the passes before the last one
+constexpr int kMaxBorder = 16;        // rows, and columns, of the blob whose ends the first fit uses
+constexpr double kWorstShape = 0.03;  // largest residual of an edge fit, relative to the radius
+constexpr double kLumaEdge = 0.15;    // smallest brightness share of a colour difference for measuring luma blur
 // Errors of the image model (blur, shading, lens) that the edges do not reveal, pixels.
 constexpr double kModelCentre = 0.006, kModelRadius = 0.04, kModelEdge = 0.01;
 constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
@@ -55,6 +54,12 @@ Median median_with_sigma(std::vector<double>& values) {
 }
 
 }  // namespace
+
+// Sharp images of smooth balls, as rendered ones; then those of real balls: fabric, chroma at half resolution and some
+// motion make their edges soft, and learned colours make their blobs smaller than they are.
+const SphereContourFitter::Search SphereContourFitter::kSharp{.usual_blur2 = 0.1, .small_residual = 0.5};
+const SphereContourFitter::Search SphereContourFitter::kSoft{
+    .reach_px = 3, .larger_px = 2, .usual_blur2 = 0.5, .small_residual = 0.7};
 
 void SphereContourFitter::find_extents(const Blob& blob) {
   box_ = blob.box;
@@ -133,7 +138,7 @@ void SphereContourFitter::place_edgels(const ContourPolygon& polygon, double rad
   }
 }
 
-void SphereContourFitter::learn_blur() {
+void SphereContourFitter::learn_blur(const Search& search) {
   samples_.clear();
   wider_samples_.clear();
   for (const ContourEdgel& edgel : edgels_) {
@@ -151,9 +156,9 @@ void SphereContourFitter::learn_blur() {
   luma_blur2_ = colour.value - wider.value;
   if (hues_blurred_) return;
   // Fuse with a prior, the blur of usual lenses in focus: small contours and textured backgrounds measure blur poorly.
-  constexpr double kUsual = 0.1, kUsualSigma = 0.1;  // px^2, mean and standard deviation of the prior
-  const double usual2 = kUsualSigma * kUsualSigma, sigma2 = colour.sigma * colour.sigma;
-  colour_blur2_ = luma_blur2_ = (usual2 * colour.value + sigma2 * kUsual) / (usual2 + sigma2);
+  const double usual = search.usual_blur2, usual_sigma = search.usual_blur2;  // the prior
+  const double usual2 = usual_sigma * usual_sigma, sigma2 = colour.sigma * colour.sigma;
+  colour_blur2_ = luma_blur2_ = (usual2 * colour.value + sigma2 * usual) / (usual2 + sigma2);
 }
 
 void SphereContourFitter::learn_parts() {
@@ -196,22 +201,44 @@ void SphereContourFitter::learn_shading(const EdgeModel& model) {
   shading_.solve();
 }
 
-void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, EdgeModel& model) {
+/// Uses the narrowest window that holds each blurred edge.
+void SphereContourFitter::choose_windows(EdgeModel& model) {
+  constexpr double kNarrow = 0.36, kWide = 1.4;
+  const auto half = [](double blur2) { return blur2 < kNarrow ? 1 : blur2 < kWide ? 2 : 3; };
+  model.chroma_error = hues_blurred_ ? 0.2 : 0;
+  // With subsampled chroma, luma and chroma have different blurs: no single edge shape fits.
+  model.blur2 = hues_blurred_ || colour_blur2_ > kWide ? -1 : std::max(0.0, colour_blur2_);
+  model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
+  for (ContourEdgel& edgel : edgels_) {
+    if (!edgel.readable) continue;
+    const bool by_luma =
+        hues_blurred_ && blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel()).luma_share > kLumaEdge;
+    edgel.half = half(by_luma ? luma_blur2_ : colour_blur2_);
+  }
+}
+
+/// Measures one edge, at the expected position or, where there is none, at the nearest one within the search's reach.
+bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& model, const Search& search,
+                                        ContourEdgel& edgel, Edge& edge) {
+  EdgeProfile& profile = profiles_[edgel.profile];
+  const auto again_at = [&](double at) {
+    edgel.edge.at = at;
+    return read_profile(bgr, edgel.edge, profile) && measure_edge(profile, edgel.edge, model, shading_, edge);
+  };
+  bool found = measure_edge(profile, edgel.edge, model, shading_, edge);
+  const double expected = edgel.edge.at;
+  for (int away = 1; away <= search.reach_px && !found; ++away)
+    found = again_at(expected + away) || again_at(expected - away);
+  // Centre the window on the edge.
+  for (int again = 0; again < 2 && found && std::abs(edge.at - edgel.edge.at) > 0.75; ++again)
+    found = again_at(edge.at);
+  return found;
+}
+
+void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const Search& search, EdgeModel& model) {
   for (ContourEdgel& edgel : edgels_) edgel.readable = read_profile(bgr, edgel.edge, profiles_[edgel.profile]);
   if (refined) {
-    // Use the narrowest window that holds the blurred edge.
-    constexpr double kSharp = 0.36, kSoft = 1.4;
-    const auto half = [](double blur2) { return blur2 < kSharp ? 1 : blur2 < kSoft ? 2 : 3; };
-    model.chroma_error = hues_blurred_ ? 0.2 : 0;
-    // With subsampled chroma, luma and chroma have different blurs: no single edge shape fits.
-    model.blur2 = hues_blurred_ || colour_blur2_ > kSoft ? -1 : std::max(0.0, colour_blur2_);
-    model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
-    for (ContourEdgel& edgel : edgels_) {
-      if (!edgel.readable) continue;
-      const bool by_luma =
-          hues_blurred_ && blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel()).luma_share > kLumaEdge;
-      edgel.half = half(by_luma ? luma_blur2_ : colour_blur2_);
-    }
+    choose_windows(model);
     learn_sides(model);
     learn_shading(model);
   } else {
@@ -223,14 +250,7 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, EdgeM
     if (!edgel.readable || points_.size() == kMaxContourPoints) continue;
     model.half = edgel.half;
     Edge edge;
-    bool found = measure_edge(profiles_[edgel.profile], edgel.edge, model, shading_, edge);
-    // Centre the window on the edge.
-    for (int again = 0; again < 2 && found && std::abs(edge.at - edgel.edge.at) > 0.75; ++again) {
-      edgel.edge.at = edge.at;
-      found = read_profile(bgr, edgel.edge, profiles_[edgel.profile]) &&
-              measure_edge(profiles_[edgel.profile], edgel.edge, model, shading_, edge);
-    }
-    if (!found) continue;
+    if (!measure_edgel(bgr, model, search, edgel, edge)) continue;
     // Correct for the contour's curvature: the mean of the circle's second-order term over the line's width of 1 px.
     const double cosine = edgel.edge.cosine;
     edge.at += edgel.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
@@ -246,12 +266,16 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, EdgeM
   }
 }
 
-bool SphereContourFitter::fit_edges(const cv::Mat& bgr, SphereContour& result) {
+bool SphereContourFitter::fit_edges(const cv::Mat& bgr, const Search& search, SphereContour& result) {
   find_border_points();
   const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
   auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
   if (!fit) return false;
   const double focal = std::sqrt(camera_.fx * camera_.fy);
+  if (search.larger_px > 0) {
+    const double sine = std::min(0.8, fit->cone.sine() + search.larger_px / focal);
+    fit->cone.n = fit->cone.n.normalized() / std::sqrt(1 - sine * sine);
+  }
   EdgeModel model;
   constexpr int kPasses = 3;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -260,16 +284,16 @@ bool SphereContourFitter::fit_edges(const cv::Mat& bgr, SphereContour& result) {
     if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return false;
     place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels);
     model.radius_px = radius_px;
-    measure_edgels(bgr, pass > 0, model);
+    measure_edgels(bgr, pass > 0, search, model);
     RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
     if (!fit) return false;
-    if (pass < kPasses - 1) learn_blur();
+    if (pass < kPasses - 1) learn_blur(search);
     learn_parts();
   }
   describe(bgr, *fit, model.noise, result);
   return result.visible_fraction >= least_seen_ &&
-         result.residual_px < std::max(kSmallResidual, kWorstShape * result.radius_px);
+         result.residual_px < std::max(search.small_residual, kWorstShape * result.radius_px);
 }
 
 double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) const {
@@ -376,6 +400,9 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
   if (result.visible_fraction < kWhole) {
     const double scale = 1 - std::clamp(2 / result.radius_px, 0.1, 0.4);
     if (const auto inner = polygon_of(cone, camera_, scale)) result.occlusion = occluded_fraction(*inner);
+    // Whatever hides a part of a disc hides a larger share of its contour than of its area. Where the blob lacks more,
+    // the object's colours were not all learned.
+    result.occlusion = std::min(result.occlusion, 1 - result.visible_fraction);
   }
 
   constexpr double kPriorPoints = 10;  // weight of the prior that the errors are as large as expected
@@ -438,7 +465,10 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
   const Eigen::Vector2d pinhole((middle_px_.x() - camera_.cx) / camera_.fx, (middle_px_.y() - camera_.cy) / camera_.fy);
   middle_ray_ = ray_of(camera_, middle_px_, pinhole);
   d_ray_d_pixel_ = image_of(camera_, middle_ray_).d_pixel_d_ray.inverse();
-  if (fit_edges(bgr, result)) {
+  if (fit_edges(bgr, kSharp, result)) {
+    result.kind = SphereContour::Kind::kEdges;
+  } else if (SphereContour second; fit_edges(bgr, kSoft, second)) {
+    result = second;
     result.kind = SphereContour::Kind::kEdges;
   } else {
     // Occlusion is meaningful only for objects known to be spheres.

@@ -59,6 +59,14 @@ class SphereContourFitter {
     Edge found;      // valid when `point` is not -1
     int point = -1;  // index in points_; -1: no edge found
   };
+  /// How far a fit looks for edges, and what it takes for an edge.
+  struct Search {
+    int reach_px = 0;           ///< edges are looked for this far from the expected position
+    double larger_px = 0;       ///< the first cone's radius exceeds that of the blob's border by this
+    double usual_blur2 = 0;     ///< prior mean of the blur's variance, px^2
+    double small_residual = 0;  ///< a contour whose residual is below this is always accepted, pixels
+  };
+  static const Search kSharp, kSoft;
   struct Extent {
     int begin, end;  // empty when end <= begin
   };
@@ -67,12 +75,14 @@ class SphereContourFitter {
   void find_border_points();
   ContourPoint contour_point(double x, double y, ContourPoint::Along along, double sigma_px) const;
   void place_edgels(const ContourPolygon& polygon, double radius_px, int most);
-  void measure_edgels(const cv::Mat& bgr, bool refined, EdgeModel& model);
+  void choose_windows(EdgeModel& model);
+  bool measure_edgel(const cv::Mat& bgr, const EdgeModel& model, const Search& search, ContourEdgel& edgel, Edge& edge);
+  void measure_edgels(const cv::Mat& bgr, bool refined, const Search& search, EdgeModel& model);
   void learn_sides(EdgeModel& model);
-  void learn_blur();
+  void learn_blur(const Search& search);
   void learn_parts();
   void learn_shading(const EdgeModel& model);
-  bool fit_edges(const cv::Mat& bgr, SphereContour& result);
+  bool fit_edges(const cv::Mat& bgr, const Search& search, SphereContour& result);
   void describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result);
   Eigen::Matrix3d shading_covariance(const ConeFit& fit, double noise) const;  // of n, from the shading's fit
   double occluded_fraction(const ContourPolygon& polygon) const;
