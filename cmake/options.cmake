@@ -19,6 +19,10 @@ if(MULTIREACH_SANITIZE)
   target_compile_options(multireach_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   target_link_options(multireach_options INTERFACE -fsanitize=${MULTIREACH_SANITIZE})
 endif()
+if(MULTIREACH_FUZZERS)
+  # Counts of visited code, which lead libFuzzer to inputs that reach more of it.
+  target_compile_options(multireach_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 
 set(multireach_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/multireach)
 # multireach_stage(NAME [SOURCES...]) makes the library multireach::NAME from this folder (header-only without sources) and installs

@@ -4,8 +4,8 @@
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
-# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, a thousand odd arms, a thousand changed
-# bytes, and the studies of docs/guarantees.md (two hours or three).
+# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
+# messages, 10^6 damaged logs, a thousand odd arms, a thousand changed bytes, and the studies of docs/guarantees.md (two hours or three).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -36,6 +36,8 @@ scripts() { shellcheck tools/*.sh tools/multireach tools/systemd/*.sh tests/live
 unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$1"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
+fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh build/asan/bin; }
+damaged_logs() { MULTIREACH_LOG_MUTATIONS=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='LogFuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
 tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
@@ -56,6 +58,8 @@ if [ $full = yes ]; then
   stage "Clang" build_and_test clang
   stage "thread sanitizer" build_and_test tsan
   stage "10^7 fuzzed calls, with the sanitizers" fuzz
+  stage "libFuzzer, with the sanitizers" fuzzers
+  stage "10^6 damaged logs" damaged_logs
   stage "a thousand odd arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
   stage "millions of reaches" tests/full/reaches.sh build/release/bin
