@@ -63,6 +63,17 @@ TEST(ColourModel, ChromaAndColourAreInverse) {
   EXPECT_NEAR(colour.b, 170.0 / 90, 1e-15);
 }
 
+TEST(ColourModel, NearWhitePixelsBelongToNoColour) {
+  for (const Rgb& reference : {Rgb{200, 40, 40}, Rgb{40, 40, 200}, Rgb{220, 40, 110}, Rgb{40, 150, 160}}) {
+    ColourModel model = model_of({.references = {reference}});
+    for (const Rgb& white : {Rgb{255, 246, 246}, Rgb{246, 246, 255}, Rgb{246, 255, 246}, Rgb{255, 240, 255},
+                             Rgb{255, 255, 235}, Rgb{240, 255, 255}, Rgb{255, 225, 225}}) {
+      EXPECT_FALSE(is_member(model, {}, white))
+          << reference.r << " " << reference.g << " " << reference.b << ": " << white.r << " " << white.g;
+    }
+  }
+}
+
 TEST(ColourModel, ClippedChannelsCountAsWhatTheyMayHaveBeen) {
   const ColourModel model = model_of({.references = {{220, 40, 110}}, .tolerance = 0.4});
   EXPECT_TRUE(is_member(model, {}, {255, 80, 220})) << "twice as bright";

@@ -123,6 +123,63 @@ TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   EXPECT_FALSE(sentences.front().empty());
 }
 
+/// The pair as a camera system sees it that differs from the calibration.
+Pair seen_by(const StereoRig& real, const Eigen::Vector3d& p_L) {
+  return {disc_of(real.left, p_L), disc_of(real.right, real.X_RL * p_L)};
+}
+
+TEST(StereoMatching, AWrongCalibrationContradictsAKnownRadius) {
+  StereoRig wide = rig(), turned = rig();
+  wide.X_RL.translation() *= 1.1;
+  turned.X_RL.prerotate(Eigen::AngleAxisd(M_PI / 180, Eigen::Vector3d::UnitY()));
+  for (const StereoRig& real : {wide, turned}) {
+    const Pair ball = seen_by(real, kBall);
+    const StereoMatch match = match_candidates({ball.left}, {ball.right});
+    EXPECT_EQ(match.status, Status::kWrongRadius) << "off by " << (match.point.p_W - rig().X_WL * kBall).norm();
+    EXPECT_EQ(match_candidates({ball.left}, {ball.right}, std::nullopt, {}).status, Status::kSeen)
+        << "without a radius there is nothing that contradicts";
+  }
+  const Pair ball = pair_of(kBall, 1.03 * kRadius);
+  EXPECT_EQ(match_candidates({ball.left}, {ball.right}).status, Status::kSeen) << "3 % are not a contradiction";
+}
+
+TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {
+  // Far away, rays that are hundreds of rows apart in the images still pass within centimetres of each other.
+  for (const double radius : {kRadius, 0.0}) {
+    for (const double rows : {30.0, 100.0, 394.0}) {
+      Pair ball = pair_of({0, -0.3, 0.6});
+      for (SphereContour* contour : {&ball.left, &ball.right}) {
+        contour->kind = SphereContour::Kind::kCentroid;
+        contour->covariance = std::pow(4 / 500.0, 2) * Eigen::Matrix3d::Identity();
+      }
+      ball.right.value.y() += rows / 500;
+      ball.right.centre_px.y() += rows;
+      for (const double disparity_px : {50.0, 0.3}) {
+        ball.right.value.x() = ball.left.value.x() - disparity_px / 500;
+        const StereoMatch match = match_candidates({ball.left}, {ball.right}, std::nullopt, {.radius_m = radius});
+        if (match.status != Status::kSeen) continue;
+        const Eigen::Vector3d p_L = rig().X_WL.inverse() * match.point.p_W;
+        EXPECT_LT((rig().left.project(p_L) - ball.left.centre_px).norm(), 3 + 3 * 4 * 1.5) << rows;
+        EXPECT_LT((rig().right.project(rig().X_RL * p_L) - ball.right.centre_px).norm(), 3 + 3 * 4 * 1.5) << rows;
+      }
+    }
+  }
+}
+
+TEST(StereoMatching, OfTwoEqualBallsNoneIsSeenBetweenThem) {
+  // Without a radius, the left image of one and the right image of the other make a third ball, nearer or farther.
+  const Eigen::Vector3d near(-0.05, 0, 0.5), other(0.05, 0, 0.52);
+  const Pair a = pair_of(near), b = pair_of(other);
+  for (const auto& left : {std::vector{a.left, b.left}, {b.left, a.left}}) {
+    for (const auto& right : {std::vector{a.right, b.right}, {b.right, a.right}}) {
+      const StereoMatch match = match_candidates(left, right, std::nullopt, {});
+      ASSERT_EQ(match.status, Status::kSeen);
+      const Eigen::Vector3d p_L = rig().X_WL.inverse() * match.point.p_W;
+      EXPECT_LT(std::min((p_L - near).norm(), (p_L - other).norm()), 1e-6) << p_L.transpose();
+    }
+  }
+}
+
 TEST(StereoMatching, AKnownRadiusHelpsWhereADirectionIsUnsure) {
   Pair ball = pair_of(kBall);
   ball.right.covariance(0, 0) *= 1e4;  // occluded on one side: the disparity is uncertain by 3 px

@@ -74,7 +74,12 @@ Rgb ChromaClassifier::unclipped(const Component& component, const Rgb& pixel) co
 }
 
 bool ChromaClassifier::fits(const Component& component, Rgb pixel) const {
-  if (pixel.r >= kClipped || pixel.g >= kClipped || pixel.b >= kClipped) pixel = unclipped(component, pixel);
+  if (pixel.r >= kClipped || pixel.g >= kClipped || pixel.b >= kClipped) {
+    pixel = unclipped(component, pixel);
+    // Otherwise near-white pixels would belong to any colour: with the clipped channel as bright as it takes.
+    constexpr double kBrightest = 360;  // three times as bright as an object of Y = 120
+    if (luma_of(pixel) > kBrightest) return false;
+  }
   if (!may_fit(component, pixel)) return false;
   const Chroma chroma = chroma_of_pixel(pixel.r, pixel.g, pixel.b);
   const double own = distance2(component, chroma);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -13,6 +14,10 @@ using Status = StereoMatch::Status;
 constexpr double kSigmas = 3;  // every gate is widened by this many sigmas of the measurements' errors
 // Systematic error of the measured radius, from blur and bloom, pixels.
 constexpr double kRadiusBlur = 0.1;
+
+// A known radius and the distance contradict each other from this share on, besides kSigmas of their errors: a baseline
+// or focal length that is off by this much is a calibration to be made again.
+constexpr double kSizeError = 0.04;
 
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
@@ -78,23 +83,35 @@ class CandidateScorer {
     static_cast<Triangulation&>(match.point) = *start;
     const double off = gap.px / gap.sigma_px;
     scored.score /= 1 + off * off / (kSigmas * kSigmas);
-    if (!same_size(left, right, *start) || !on_one_line(gap)) {
+    if (!same_size(left, right, *start) || !on_one_line(gap) || !projects_onto_both(*start, left, right)) {
       const bool contours = match.both_by_contour && same_size(left, right, *start);
       match.status = contours ? Status::kEpipolarMismatch : Status::kInconsistentPair;
       match.fits_swapped = fits(right, left, 0);
       return scored;
     }
+    locate(left, right, scored);
+    return scored;
+  }
 
+ private:
+  /// Prior of the radius at a distance; nothing when the radius is not known.
+  std::optional<RadiusPrior> prior_at(double depth_m) const {
+    if (!(options_.radius_m > 0)) return std::nullopt;
     const double focal = std::sqrt(rig_.left.fx * rig_.left.fy);
-    const double blur_m = kRadiusBlur * start->depth_left_m / focal;
-    const double tolerance_m = std::sqrt(blur_m * blur_m + options_.radius_tolerance_m * options_.radius_tolerance_m);
-    std::optional<RadiusPrior> prior;
-    if (options_.radius_m > 0) prior = {options_.radius_m, tolerance_m};
+    const double blur_m = kRadiusBlur * depth_m / focal;
+    return RadiusPrior{options_.radius_m,
+                       std::sqrt(blur_m * blur_m + options_.radius_tolerance_m * options_.radius_tolerance_m)};
+  }
+
+  /// Triangulates the sphere of a pair whose contours agree, and checks the position.
+  void locate(const SphereContour& left, const SphereContour& right, ScoredMatch& scored) const {
+    StereoMatch& match = scored.match;
+    const auto prior = prior_at(match.point.depth_left_m);
     const auto free = triangulate_sphere(rig_, sphere_of(left), sphere_of(right), std::nullopt);
     const auto sphere = prior ? triangulate_sphere(rig_, sphere_of(left), sphere_of(right), prior) : free;
     if (!sphere || !free) {
       match.status = Status::kBehindCameras;
-      return scored;
+      return;
     }
     match.point = *sphere;
     match.status = Status::kSeen;
@@ -113,14 +130,31 @@ class CandidateScorer {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
-    } else if (prior &&
-               !agree(free->radius_m, free->radius_sigma_m, prior->radius_m, prior->sigma_m, options_.max_size_ratio)) {
+    } else if (prior && !has_known_size(*free, *prior, match.both_by_contour)) {
       match.status = Status::kWrongRadius;
+    } else if (!projects_onto_both(match.point, left, right)) {
+      match.status = Status::kInconsistentPair;
     }
-    return scored;
   }
 
- private:
+  /// Whether the radius that contours and distance give is the known one. A centroid's size is a rough estimate.
+  bool has_known_size(const SphereTriangulation& free, const RadiusPrior& prior, bool by_contour) const {
+    const double ratio = by_contour ? 1 + kSizeError : options_.max_size_ratio;
+    return agree(free.radius_m, free.radius_sigma_m, prior.radius_m, prior.sigma_m, ratio);
+  }
+
+  /// Whether a position is seen where both contours are, within their errors.
+  bool projects_onto_both(const Triangulation& point, const SphereContour& left, const SphereContour& right) const {
+    const Eigen::Vector3d p_L = rig_.X_WL.inverse() * point.p_W;
+    const auto near = [&](const CameraModel& camera, const Eigen::Vector3d& p_C, const SphereContour& contour) {
+      if (!(p_C.z() > 0)) return false;
+      const double focal = std::max(camera.fx, camera.fy);
+      const double sigma_px = focal * std::sqrt(contour.ray_covariance().trace());
+      const double apart_px = focal * (p_C.hnormalized() - contour.ray()).norm();
+      return apart_px <= options_.max_epipolar_px + kSigmas * sigma_px;
+    };
+    return near(rig_.left, p_L, left) && near(rig_.right, rig_.X_RL * p_L, right);
+  }
   bool on_one_line(const Gap& gap, double besides_px = 0) const {
     return std::abs(gap.px) <= options_.max_epipolar_px + kSigmas * gap.sigma_px + besides_px;
   }
@@ -162,6 +196,30 @@ int progress(Status status) {
   }
 }
 
+/// Of two objects that look alike, each left contour fits both right ones. The pairs that exchange their order are most
+/// likely wrong: lowers their scores below those of the others.
+void demote_crossed(std::span<const SphereContour> left, std::span<const SphereContour> right,
+                    std::vector<ScoredMatch>& all) {
+  const auto seen = [&](size_t i, size_t j) { return all[i * right.size() + j].match.status == Status::kSeen; };
+  constexpr double kCrossed = 1e-6;
+  std::vector<size_t> crossed;
+  for (size_t k = 0; k < all.size(); ++k) {
+    const size_t i = k / right.size(), j = k % right.size();
+    bool crosses = false;
+    for (size_t other_i = 0; other_i < left.size(); ++other_i) {
+      for (size_t other_j = 0; other_j < right.size(); ++other_j) {
+        if (other_i == i || other_j == j || !seen(i, j) || !seen(other_i, other_j)) continue;
+        if (!seen(i, other_j) || !seen(other_i, j)) continue;
+        const double in_left = left[other_i].ray().x() - left[i].ray().x();
+        const double in_right = right[other_j].ray().x() - right[j].ray().x();
+        crosses = crosses || in_left * in_right < 0;
+      }
+    }
+    if (crosses) crossed.push_back(k);
+  }
+  for (const size_t k : crossed) all[k].score *= kCrossed;
+}
+
 const SphereContour& largest(std::span<const SphereContour> contours) {
   return *std::ranges::max_element(contours, {}, &SphereContour::area);
 }
@@ -197,7 +255,7 @@ const char* description(StereoMatch::Status status) {
     case Status::kOccludedTooMuch:
       return "too much of the target is occluded";
     case Status::kWrongRadius:
-      return "the object's radius differs from ball_radius_m";
+      return "size and distance disagree: check ball_radius_m, or calibrate again";
     case Status::kOutsidePredictionGate:
       return "something is seen, but not where the object can be by now";
   }
@@ -214,15 +272,19 @@ StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour
   if (left.empty() || right.empty()) return none;
 
   const CandidateScorer score_of(rig, prediction, options);
-  std::optional<ScoredMatch> best;
+  std::vector<ScoredMatch> all;
   for (size_t i = 0; i < left.size(); ++i) {
     for (size_t j = 0; j < right.size(); ++j) {
-      ScoredMatch scored = score_of(left[i], right[j]);
-      scored.match.left = static_cast<int>(i);
-      scored.match.right = static_cast<int>(j);
-      const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;
-      if (came > best_came || (came == best_came && scored.score > best->score)) best = scored;
+      all.push_back(score_of(left[i], right[j]));
+      all.back().match.left = static_cast<int>(i);
+      all.back().match.right = static_cast<int>(j);
     }
+  }
+  if (!prediction) demote_crossed(left, right, all);
+  const ScoredMatch* best = nullptr;
+  for (const ScoredMatch& scored : all) {
+    const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;
+    if (came > best_came || (came == best_came && scored.score > best->score)) best = &scored;
   }
   return best->match;
 }
