@@ -190,7 +190,8 @@ void run_still(const RealSet& set) {
     const Recipe left_recipe(set.left, object.click), right_recipe(set.right, in_right);
     const auto a = left_recipe.find(set.left), b = right_recipe.find(set.right);
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
-    const double recipe_mm = a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x)) : NAN;
+    const double recipe_mm =
+        a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x + set.disparity_offset_px)) : NAN;
     const auto left = vision::learn_colour_of(set.left, region_around(set.left, object.click).mask);
     const auto right = vision::learn_colour_of(set.right, region_around(set.right, in_right).mask);
     const char* answer = "not learned";

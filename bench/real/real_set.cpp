@@ -106,15 +106,17 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
 }
 
 /// Depths of the region's pixels whose disparity is within a few pixels of that at the click.
-void set_true_depths(const Config& config, const cv::Mat& disparity_px, double fx_baseline, StillObject& object) {
+void set_true_depths(const Config& config, const cv::Mat& disparity_px, double offset_px, double fx_baseline,
+                     StillObject& object) {
   constexpr double kSameObject = 4;  // px of disparity
   object.disparity_px = disparity_px.at<double>(object.click);
-  if (!(object.disparity_px > 0)) config.fail("click", "a point whose true disparity is known");
+  if (!(object.disparity_px > 0 && object.disparity_px < object.click.x))
+    config.fail("click", "a point whose true disparity is known and that is inside the right image too");
   std::vector<double> depths;
   for (int row = object.region.y; row < object.region.br().y; ++row) {
     for (int column = object.region.x; column < object.region.br().x; ++column) {
       const double d = disparity_px.at<double>(row, column);
-      if (d > 0 && std::abs(d - object.disparity_px) < kSameObject) depths.push_back(fx_baseline / d);
+      if (d > 0 && std::abs(d - object.disparity_px) < kSameObject) depths.push_back(fx_baseline / (d + offset_px));
     }
   }
   std::ranges::sort(depths);
@@ -135,10 +137,12 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
   for (int row = 0; row < coded.rows; ++row) {
     for (int column = 0; column < coded.cols; ++column) {
       const int value = coded.at<uint8_t>(row, column);
-      disparity_px.at<double>(row, column) = value > 0 ? value / scale + offset : -1;
+      disparity_px.at<double>(row, column) = value > 0 ? value / scale : -1;
     }
   }
   set.rig = rig_of(config, set.left.size(), fx, baseline);
+  set.rig.right.cx += offset;
+  set.disparity_offset_px = offset;
   const cv::Rect image({0, 0}, set.left.size());
   for (const Config& section : config.sections("objects")) {
     StillObject object;
@@ -149,7 +153,7 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
     object.whole = section.flag("whole", true);
     if (!object.region.contains(object.click)) section.fail("click", "a point inside `region` and the image");
     section.finish();
-    set_true_depths(section, disparity_px, fx * baseline, object);
+    set_true_depths(section, disparity_px, offset, fx * baseline, object);
     set.still.push_back(object);
   }
 }

@@ -25,7 +25,7 @@ struct StillObject {
   cv::Rect region;                 ///< encloses it in the left image
   bool whole = true;               ///< both images show all of it
   double least_m = 0, most_m = 0;  ///< 5 % and 95 % of the true depths of its visible surface
-  double disparity_px = 0;         ///< at the click
+  double disparity_px = 0;         ///< at the click, between the images' columns
 };
 
 /// Real data in one folder, as set.yaml in it describes (docs/vision.md).
@@ -40,6 +40,7 @@ struct RealSet {
   int disparity_px = 0;
   // A stereo pair.
   cv::Mat left, right;
+  double disparity_offset_px = 0;  ///< columns cut off between the images: added to disparities for depths
   std::vector<StillObject> still;
 
   /// Throws InputError.

@@ -14,6 +14,7 @@
 #include "tools/calibrate/colour_region.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "vision/colour/colour_table.hpp"
+#include "vision/colour/find.hpp"
 #include "vision/colour/learn_colour.hpp"
 #include "vision/node/colour_config.hpp"
 
@@ -61,9 +62,10 @@ cv::Rect rectangle_in_window(const Picture& picture, const cv::Mat& bgr) {
   return rectangle;
 }
 
-cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window) {
+/// Where the object is: a rectangle around it, or also its pixels, as clicks show them.
+ObjectRegion region_of(const Picture& picture, const cv::Mat& bgr, bool in_window) {
   const std::string option = "--rectangle-" + picture.name;
-  if (in_window) return rectangle_in_window(picture, bgr);
+  if (in_window) return {rectangle_in_window(picture, bgr), {}};
   if (!picture.rectangle.empty()) {
     const std::vector<int> v = integers(option, picture.rectangle, 4, "X,Y,WIDTH,HEIGHT in pixels");
     const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
@@ -71,26 +73,38 @@ cv::Rect rectangle_of(const Picture& picture, const cv::Mat& bgr, bool in_window
       throw InputError(fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, picture.rectangle,
                                    picture.file, bgr.cols, bgr.rows));
     }
-    return rectangle;
+    return {rectangle, {}};
   }
   if (picture.clicks.empty()) {
     throw InputError(fmt::format("say where the object is: {} X,Y,WIDTH,HEIGHT, or --click-{} X,Y, or --in-window",
                                  option, picture.name));
   }
-  cv::Rect all;
+  std::vector<cv::Point> clicks;
   for (const std::string& click : picture.clicks) {
     const std::vector<int> v = integers("--click-" + picture.name, click, 2, "X,Y in pixels");
     if (!cv::Rect({0, 0}, bgr.size()).contains({v[0], v[1]})) {
       throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", picture.name, click,
                                    picture.file, bgr.cols, bgr.rows));
     }
-    all |= region_around(bgr, {v[0], v[1]}).box;
+    clicks.emplace_back(v[0], v[1]);
   }
-  return all;
+  return region_around(bgr, clicks);
 }
 
-/// The picture, with pixels outside the colour class shown grey and dark, and the rectangle drawn.
-cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const cv::Rect& rectangle) {
+/// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
+std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
+  vision::BlobFinder finder;
+  const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
+  if (found.too_many_runs) return "the learned colours are all over the picture";
+  if (found.blobs.empty()) return "with the learned colours nothing is found, not even the object";
+  const vision::Blob& largest = found.blobs[0];
+  const cv::Point at(cvRound(largest.centroid.x()), cvRound(largest.centroid.y()));
+  if (region.box.contains(at)) return {};
+  return fmt::format("with the learned colours another object is found, at {},{}", at.x, at.y);
+}
+
+/// The picture, with pixels outside the colour class shown grey and dark, and the object's region drawn.
+cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
   const vision::ColourTable members(model);
   cv::Mat shown = bgr.clone();
   for (int row = 0; row < shown.rows; ++row) {
@@ -101,7 +115,13 @@ cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const c
       p = {grey, grey, grey};
     }
   }
-  cv::rectangle(shown, rectangle, {0, 255, 0});
+  if (region.mask.empty()) {
+    cv::rectangle(shown, region.box, {0, 255, 0});
+  } else {
+    std::vector<std::vector<cv::Point>> contours;
+    cv::findContours(region.mask.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+    cv::drawContours(shown, contours, -1, {0, 255, 0});
+  }
   return shown;
 }
 
@@ -109,13 +129,16 @@ struct Learned {
   vision::LearnedColour colour;
   nlohmann::json json;
   cv::Mat shown;
+  std::string fault;  // why the model is of no use; empty when it is
 };
 
 Learned learn(const Picture& picture, const ColourOptions& options) {
   const cv::Mat bgr = read_image(picture.file);
-  const cv::Rect rectangle = rectangle_of(picture, bgr, options.in_window);
+  const ObjectRegion region = region_of(picture, bgr, options.in_window);
+  const cv::Rect& rectangle = region.box;
   Learned learned;
-  learned.colour = vision::learn_colour(bgr, rectangle);
+  learned.colour =
+      region.mask.empty() ? vision::learn_colour(bgr, rectangle) : vision::learn_colour_of(bgr, region.mask);
   const vision::LearnedColour& colour = learned.colour;
   if (colour.status != vision::LearnedColour::Status::kLearned) {
     throw std::runtime_error(fmt::format("{}: {}", picture.file, description(colour.status)));
@@ -134,7 +157,9 @@ Learned learn(const Picture& picture, const ColourOptions& options) {
                   {"kept", colour.kept},
                   {"background", colour.background},
                   {"by_brightness", colour.by_brightness}};
-  if (!options.check_picture.empty()) learned.shown = members_of(bgr, colour.model, rectangle);
+  if (!options.check_picture.empty()) learned.shown = members_of(bgr, colour.model, region);
+  const std::string fault = finder_fault(bgr, colour.model, region);
+  if (!fault.empty()) learned.fault = picture.file + ": " + fault;
   return learned;
 }
 
@@ -154,6 +179,9 @@ int learn_both(const ColourOptions& options) {
     file.finish();
   }
   if (!options.json.empty()) write_json_file(options.json, {{"left", left.json}, {"right", right.json}});
+  for (const Learned* learned : {&left, &right}) {
+    if (!learned->fault.empty()) throw std::runtime_error(learned->fault + "; see --picture");
+  }
   write_text_file(options.output, colour_text({left.colour.model, right.colour.model}));
   return 0;
 }

@@ -30,7 +30,8 @@ inline constexpr double kMinGain = 0.5, kMaxGain = 2;
 /// - its Mahalanobis distance from a component of `object` is at most `tolerance`, where the chroma's covariance from
 /// pixel noise (`noise_grey_levels` in each channel) is added to the component's,
 /// - no component of `background` is more likely.
-/// A clipped channel may have been brighter than its value: it is replaced by the best-fitting value at or above it.
+/// A clipped channel may have been brighter than its value: it is replaced by the best-fitting value at or above it,
+/// and the pixel's Y with that value is at most 360: otherwise near-white pixels would belong to any colour.
 struct ColourModel {
   std::vector<ChromaComponent> object, background;
   double tolerance = 3;
