@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Each driver with its emulator as processes: the arm reaches what the rendered cameras see, and the emulated robot refuses nothing.
-# After a collision the robot stops by itself, the bridge is in a fault, and the documented commands lead back.
+# After a collision the robot stops by itself, the bridge is in a fault, and the documented commands lead back. MULTIREACH_DRIVERS names
+# some of the arms.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 declare -A pids
@@ -10,9 +11,10 @@ status() { "$bin/multireach-robot" status 2>&1; }
 # ask WORD: until the bridge accepts, for 15 s.
 ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
 
-for arm in ${MULTIREACH_DRIVERS:-iiwa14}; do
+for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda ur5e ur5 so101 so101_dynamixel}; do
   folder=$work/$arm
-  cp -r "$root/robots/$arm" "$folder"
+  cp -r "$root/robots/${arm%_dynamixel}" "$folder"
+  [ "$arm" = "${arm%_dynamixel}" ] || sed -i 's/name: feetech/name: dynamixel/' "$folder/robot.yaml"
   sed -i "s#device: .*#device: $work/serial#" "$folder/robot.yaml"
   run vision "$bin/multireach-vision" --config "$folder/vision.yaml"
   run controller "$bin/multireach-controller" --config "$folder"

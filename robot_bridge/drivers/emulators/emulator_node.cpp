@@ -6,6 +6,9 @@
 #include <multireach/perturbation_t.hpp>
 
 #include "robot_bridge/drivers/emulators/iiwa_emulator.hpp"
+#include "robot_bridge/drivers/emulators/panda_emulator.hpp"
+#include "robot_bridge/drivers/emulators/servo_emulator.hpp"
+#include "robot_bridge/drivers/emulators/ur_emulator.hpp"
 #include "runtime/channels.hpp"
 
 namespace multireach::drivers {
@@ -49,7 +52,11 @@ std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverCo
   }
   start = chain.clamped(start);
   if (config.name == "iiwa") return std::make_unique<IiwaEmulator>(chain, start);
-  throw InputError("the driver '" + config.name + "' has no emulator");
+  if (config.name == "panda" && chain.size() == 7) return std::make_unique<PandaEmulator>(chain, start);
+  if (config.name == "ur" && chain.size() == 6) return std::make_unique<UrEmulator>(chain, start, config.ur.e_series);
+  if (config.name == "dynamixel") return std::make_unique<DynamixelEmulator>(chain, start, config.servo);
+  if (config.name == "feetech") return std::make_unique<FeetechEmulator>(chain, start, config.servo);
+  throw InputError("the driver '" + config.name + "' has no emulator for this arm");
 }
 
 }  // namespace multireach::drivers

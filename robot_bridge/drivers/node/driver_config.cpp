@@ -1,14 +1,73 @@
 #include "robot_bridge/drivers/node/driver_config.hpp"
 
+#include <cmath>
+
+#include "robot_bridge/drivers/dynamixel_driver.hpp"
+#include "robot_bridge/drivers/feetech_driver.hpp"
 #include "robot_bridge/drivers/iiwa_driver.hpp"
+#include "robot_bridge/drivers/panda_driver.hpp"
 #include "robot_bridge/drivers/template_driver.hpp"
+#include "robot_bridge/drivers/ur_driver.hpp"
 #include "runtime/config_keys.hpp"
 
 namespace multireach::drivers {
 namespace {
 
 bool is_tcp(const DriverConfig& config) {
-  return config.name == "template";
+  return config.name == "template" || config.name == "ur";
+}
+
+bool is_servo(const DriverConfig& config) {
+  return config.name == "dynamixel" || config.name == "feetech";
+}
+
+std::vector<double> numbers_or_none(const Config& config, const std::string& key) {
+  return config.numbers(key, -1, std::vector<double>{});
+}
+
+/// The keys of the buses of servos.
+void add_servo_keys(ConfigKeys<DriverConfig>& keys) {
+  const std::string list = "list, one number for each joint";
+  keys.only("with name: dynamixel or feetech", is_servo)
+      .text(
+          "device", [](auto& o) -> auto& { return o.servo.device; }, "Serial port.")
+      .integer(
+          "baud", "bit/s", 9600, 4000000, [](auto& o) -> auto& { return o.servo.baud; }, "Rate of the bus.")
+      .number(
+          "period_ms", "ms", 2, 100, [](auto& o) -> auto& { return o.servo.period_us; },
+          "From one cycle on the bus (goals, then positions) to the next.", 1e3)
+      .other("motor_ids", list, "", "1, 2, 3, ...", "Id of each joint's motor.",
+             [](const Config& config, DriverConfig& o) {
+               for (const double id : numbers_or_none(config, "motor_ids")) {
+                 if (id != std::floor(id) || id < 0 || id > 252)
+                   config.fail("motor_ids", "whole numbers from 0 to 252");
+                 o.servo.motor_ids.push_back(static_cast<int>(id));
+               }
+             })
+      .other("motor_signs", list, "", "1 for each", "1, or -1 for a motor that turns the other way.",
+             [](const Config& config, DriverConfig& o) {
+               o.servo.signs = numbers_or_none(config, "motor_signs");
+               for (const double sign : o.servo.signs) {
+                 if (std::abs(sign) != 1) config.fail("motor_signs", "1 or -1 for each joint");
+               }
+             })
+      .other(
+          "motor_zeros", list, "steps of 1/4096 turn", "2048 for each", "Position of each motor where its joint is 0.",
+          [](const Config& config, DriverConfig& o) { o.servo.zero_steps = numbers_or_none(config, "motor_zeros"); });
+}
+
+/// The options with one value for each joint.
+ServoOptions servo_options(const RobotConfig& robot, const DriverConfig& config) {
+  ServoOptions options = config.servo;
+  const auto joints = static_cast<size_t>(robot.chain.size());
+  for (size_t i = 0; config.servo.motor_ids.empty() && i < joints; ++i)
+    options.motor_ids.push_back(static_cast<int>(i) + 1);
+  const auto fits = [&](const auto& values) { return values.empty() || values.size() == joints; };
+  if (options.motor_ids.size() != joints || !fits(options.signs) || !fits(options.zero_steps))
+    throw InputError(robot.file.file() +
+                     ": driver.motor_ids, motor_signs and motor_zeros need one number for each of the " +
+                     std::to_string(joints) + " joints");
+  return options;
 }
 
 ConfigKeys<DriverConfig> driver_keys() {
@@ -16,8 +75,14 @@ ConfigKeys<DriverConfig> driver_keys() {
       "robot.yaml, section driver",
       "The driver of a real robot, or of its emulator (`multireach-robot-driver`); docs/robots.md tells of each.");
   keys.choice<std::string>(
-          "name", {{"iiwa", "iiwa"}, {"template", "template"}}, [](auto& o) -> auto& { return o.name; },
-          "The driver; `--driver` replaces it.")
+          "name",
+          {{"iiwa", "iiwa"},
+           {"panda", "panda"},
+           {"ur", "ur"},
+           {"dynamixel", "dynamixel"},
+           {"feetech", "feetech"},
+           {"template", "template"}},
+          [](auto& o) -> auto& { return o.name; }, "The driver; `--driver` replaces it.")
       .otherwise("none")
       .number(
           "command_timeout_ms", "ms", 5, 1000, [](auto& o) -> auto& { return o.node.command_timeout_us; },
@@ -30,7 +95,17 @@ ConfigKeys<DriverConfig> driver_keys() {
       .only("with a driver for TCP", is_tcp)
       .text(
           "host", [](auto& o) -> auto& { return o.host; }, "Address of the robot.")
-      .only("with name: template", [](const DriverConfig& o) { return o.name == "template"; })
+      .only("with name: ur", [](const DriverConfig& o) { return o.name == "ur"; })
+      .choice<bool>(
+          "series", {{"e", true}, {"cb3", false}}, [](auto& o) -> auto& { return o.ur.e_series; },
+          "`e`: e-Series, 500 Hz; `cb3`: CB3, 125 Hz.")
+      .number(
+          "lookahead_s", "s", 0.03, 0.2, [](auto& o) -> auto& { return o.ur.lookahead_s; },
+          "Smoothing of servoj; a longer one is smoother and later.")
+      .number(
+          "gain", "", 100, 2000, [](auto& o) -> auto& { return o.ur.gain; }, "Gain of servoj.");
+  add_servo_keys(keys);
+  keys.only("with name: template", [](const DriverConfig& o) { return o.name == "template"; })
       .integer(
           "port", "", 1, 65535, [](auto& o) -> auto& { return o.port; }, "TCP port of the robot.");
   return keys;
@@ -50,6 +125,7 @@ DriverConfig driver_config_from(const RobotConfig& robot, const std::string& nam
     driver_keys().read(*section, config);
   }
   if (!name.empty()) config.name = name;
+  if (is_servo(config)) config.servo = servo_options(robot, config);
   if (config.name.empty())
     throw InputError(robot.file.file() + ": no driver is named; expected the key 'driver.name', or --driver NAME");
   return config;
@@ -58,8 +134,18 @@ DriverConfig driver_config_from(const RobotConfig& robot, const std::string& nam
 std::unique_ptr<Driver> make_driver(const RobotConfig& robot, const DriverConfig& config) {
   const int joints = robot.chain.size();
   if (config.name == "iiwa") return std::make_unique<IiwaDriver>(joints);
+  if (config.name == "panda") return std::make_unique<PandaDriver>(joints);
+  if (config.name == "ur") {
+    if (joints != 6) throw InputError(robot.file.file() + ": the driver 'ur' moves six joints");
+    UrOptions options = config.ur;
+    options.host = config.host;
+    return std::make_unique<UrDriver>(options);
+  }
+  if (config.name == "dynamixel") return std::make_unique<DynamixelDriver>(joints, config.servo);
+  if (config.name == "feetech") return std::make_unique<FeetechDriver>(joints, config.servo);
   if (config.name == "template") return std::make_unique<TemplateDriver>(joints, config.host, config.port);
-  throw InputError("--driver: '" + config.name + "' is no driver; expected iiwa or template");
+  throw InputError("--driver: '" + config.name +
+                   "' is no driver; expected iiwa, panda, ur, dynamixel, feetech or template");
 }
 
 std::string driver_config_reference() {

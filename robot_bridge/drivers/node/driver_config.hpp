@@ -5,6 +5,8 @@
 
 #include "robot_bridge/drivers/driver.hpp"
 #include "robot_bridge/drivers/node/driver_node.hpp"
+#include "robot_bridge/drivers/servo_bus.hpp"
+#include "robot_bridge/drivers/ur_driver.hpp"
 #include "runtime/robot_config.hpp"
 
 namespace multireach::drivers {
@@ -15,6 +17,8 @@ struct DriverConfig {
   DriverNodeOptions node{};
   std::string host = "127.0.0.1";  ///< of a robot that is reached over TCP
   int port = 0;                    ///< of the driver `template`
+  UrOptions ur{};
+  ServoOptions servo{};  ///< of the drivers `dynamixel` and `feetech`; with an id for each joint
 };
 
 /// Reads the section; `name`, where it is not empty, replaces the key `name`. Throws InputError, also when no driver is

@@ -88,6 +88,9 @@ void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
     refusal_ = refusal;
     return;
   }
+  if (!commanded_) blend_.emplace(limits_, reading_->position - position, command->utime);
+  if (blend_) blend_->apply(command->utime, position, velocity);
+  if (blend_ && blend_->over(command->utime)) blend_.reset();
   const double seconds = static_cast<double>(command->utime - commanded_utime_) * 1e-6;
   JointVector acceleration = JointVector::Zero(chain_.size());
   if (commanded_ && seconds > 0 && seconds < 0.01) {

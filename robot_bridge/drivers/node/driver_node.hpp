@@ -8,6 +8,7 @@
 
 #include "robot_bridge/drivers/driver.hpp"
 #include "robot_bridge/drivers/node/wire_port.hpp"
+#include "robot_bridge/drivers/start_blend.hpp"
 #include "robot_bridge/drivers/stop_ramp.hpp"
 #include "runtime/command_filter.hpp"
 #include "runtime/robot_config.hpp"
@@ -16,13 +17,14 @@ namespace multireach::drivers {
 
 struct DriverNodeOptions {
   int64_t command_timeout_us = 20000;  ///< without a command for this long, the driver decelerates the arm
-  double max_start_distance = 0.02;    ///< rad or m: largest distance of the first command from the measured position
+  double max_start_distance = 0.3;     ///< rad or m: largest distance of the first command from the measured position
   bool simulated = false;              ///< the robot is emulated
   bool accept_recorded = false;        ///< also obey commands that follow from recorded images, whose time is not now
 };
 
 /// A robot's driver with its messages: receives JOINT_COMMAND and BRIDGE_REQUEST, sends ROBOT_STATE while the robot
-/// obeys commands. It passes the commands of one bridge on, and adds nothing but the deceleration after they ended.
+/// obeys commands. It passes the commands of one bridge on, and adds two things: the deceleration after they ended,
+/// and, where they begin again elsewhere than the arm is, a smooth way from the arm to them.
 class DriverNode : public Node {
  public:
   /// `wall_clock`: microseconds since 1970.
@@ -66,6 +68,7 @@ class DriverNode : public Node {
   std::optional<robot_bridge::MotionState> commanded_;  // the last command, while the arm follows commands
   int64_t commanded_us_ = 0, commanded_utime_ = 0, command_sequence_ = -1;
   std::optional<StopRamp> ramp_;
+  std::optional<StartBlend> blend_;
   std::optional<Reading> reading_;
   int64_t sequence_ = 0, published_us_ = INT64_MIN / 2;
   std::string reported_;

@@ -13,10 +13,15 @@ int64_t from_environment(const char* name, int64_t otherwise) {
   return text ? std::atoll(text) : otherwise;
 }
 
+RobotConfig robot_or_test_robot(const std::string& name) {
+  if (name != "so101_dynamixel") return robot_named(name);
+  return RobotConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/so101_dynamixel/robot.yaml");
+}
+
 class Drivers : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Drivers, MoveForLongWithoutARefusal) {
-  DriverLoop loop(robot_named(GetParam()));
+  DriverLoop loop(robot_or_test_robot(GetParam()));
   const int64_t seconds = from_environment("MULTIREACH_DRIVER_SECONDS", 20);
   loop.run(15000);  // the slowest start of a controller, and the first set-points
   ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state() << "; " << loop.bridge().state();
@@ -63,7 +68,7 @@ std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts
 TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
   const int64_t schedules = from_environment("MULTIREACH_DRIVER_FAULTS", 8);
   for (int64_t seed = 1; seed <= schedules; ++seed) {
-    DriverLoop loop(robot_named(GetParam()));
+    DriverLoop loop(robot_or_test_robot(GetParam()));
     loop.run(15000);
     ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
     const CounterRandom random(static_cast<uint64_t>(seed));
@@ -83,7 +88,7 @@ TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
 }
 
 TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
-  DriverLoop loop(robot_named(GetParam()));
+  DriverLoop loop(robot_or_test_robot(GetParam()));
   loop.run(15000);
   ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
   loop.run(900);  // in motion
@@ -95,7 +100,7 @@ TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
   EXPECT_LT(loop.fastest_share, 1.1) << "no faster while it stops";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Drivers, ::testing::Values("iiwa14"),
+INSTANTIATE_TEST_SUITE_P(All, Drivers, ::testing::Values("iiwa14", "panda", "ur5e", "ur5", "so101", "so101_dynamixel"),
                          [](const auto& each) { return std::string(each.param); });
 
 }  // namespace

@@ -34,6 +34,7 @@ struct WireFaults {
 /// One direction of a stream in memory.
 struct Stream {
   std::deque<std::pair<int64_t, std::vector<uint8_t>>> chunks;  // due times, milliseconds
+  int hang_ups = 0;                                             // of the sender
 };
 
 /// A stream in memory, in virtual time.
@@ -44,12 +45,14 @@ class MemoryTransport : public drivers::Transport {
       : in_(std::move(in)), out_(std::move(out)), now_ms_(&now_ms), faults_(&faults), serial_(serial) {}
 
   bool open(int64_t) override {
-    if (!faults_->cut && !open_) in_->chunks.clear();
-    if (!faults_->cut) open_ = true;
+    if (!faults_->cut && !open_) {
+      hang_ups_ = in_->hang_ups;
+      open_ = true;
+    }
     return open_;
   }
   bool receive(std::vector<uint8_t>& bytes) override {
-    if (faults_->cut && !serial_) return false;
+    if (!serial_ && (faults_->cut || in_->hang_ups != hang_ups_)) return false;
     for (; !in_->chunks.empty() && in_->chunks.front().first <= *now_ms_; in_->chunks.pop_front()) {
       const auto& chunk = in_->chunks.front().second;
       bytes.insert(bytes.end(), chunk.begin(), chunk.end());
@@ -66,10 +69,16 @@ class MemoryTransport : public drivers::Transport {
     }
     return true;
   }
-  void close() override { open_ = false; }
+  void close() override {
+    open_ = false;
+    ++out_->hang_ups;
+    in_->chunks.clear();
+    out_->chunks.clear();
+  }
 
  private:
   std::shared_ptr<Stream> in_, out_;
+  int hang_ups_ = 0;
   const int64_t* now_ms_;
   WireFaults* faults_;
   bool serial_, open_ = false;
@@ -159,6 +168,8 @@ class DriverLoop {
     faults = WireFaults{};
     sends_setpoints = bridge_stalls = false;
     emulator().restart();
+    run(1000);
+    ask(bridge_request_t::ENABLE);
     bool accepted = false;
     for (int attempt = 0; attempt < 10 && !accepted; ++attempt) {
       run(3000);

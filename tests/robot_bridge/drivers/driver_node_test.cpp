@@ -118,7 +118,7 @@ TEST_F(TemplateDriverTest, RefusesByName) {
   auto other = command(start, zero);
   other.robot_run = 78;
   refused(other, "for another robot");
-  refused(command(start + JointVector::Constant(4, -0.11), zero), "far from the arm");
+  refused(command(start + JointVector::Constant(4, -0.31), zero), "far from the arm");
   auto nan = command(start, zero);
   nan.joint_position[2] = NAN;
   refused(nan, "without a valid position");
@@ -171,6 +171,22 @@ TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
     EXPECT_LT(std::abs(acceleration), 60 * 1.01) << k;
   }
   EXPECT_EQ(node->state(), "ready");
+}
+
+TEST_F(TemplateDriverTest, LeadsSmoothlyToCommandsThatBeginElsewhere) {
+  run(20);
+  const JointVector q = start + 0.2 * JointVector::Unit(4, 0);
+  std::vector<double> position(2, echo.q[0]);
+  for (int k = 0; k < 600; ++k) {
+    send(command(q, zero));
+    run(1);
+    position.push_back(echo.q[0]);
+  }
+  EXPECT_NEAR(position.back(), q[0], 1e-12);
+  for (size_t k = 2; k < position.size(); ++k) {
+    EXPECT_LT(std::abs(position[k] - position[k - 1]) * 1e3, 0.5 * 6 * 1.001) << "half of the speed limit, at " << k;
+    EXPECT_LT(std::abs(position[k] - 2 * position[k - 1] + position[k - 2]) * 1e6, 0.5 * 60 * 1.001) << k;
+  }
 }
 
 TEST_F(TemplateDriverTest, IsSilentWhileTheRobotIsGone) {

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "robot_bridge/drivers/driver.hpp"
+
+namespace multireach::drivers {
+
+/// Franka Panda or FR3 through drake-franka-driver in its mode for positions: PANDA_STATUS in, PANDA_COMMAND out, each
+/// command of the 1 kHz stream. That driver holds the last position once a command is older than 0.1 s by the wall
+/// clock, and ends after any error of the robot.
+class PandaDriver : public Driver {
+ public:
+  explicit PandaDriver(int joints) : joints_(joints) {}
+
+  std::vector<Link> links() const override {
+    return {{.kind = Link::Kind::kLcm, .receive = "PANDA_STATUS", .send = "PANDA_COMMAND"}};
+  }
+  void receive(size_t link, std::span<const uint8_t> bytes, const Time& now, WireOutbox& out) override;
+  void tick(const Time& now, WireOutbox& out) override;
+  void command(const JointVector& position, const JointVector& velocity, int64_t utime, const Time& now,
+               WireOutbox& out) override;
+  std::optional<Reading> take_reading() override { return std::exchange(reading_, std::nullopt); }
+  DriverStatus status() const override;
+
+ private:
+  int joints_;
+  std::optional<int64_t> first_status_us_, heard_us_;
+  int8_t robot_mode_ = 0;
+  bool ready_ = false, was_ready_ = false, wrong_size_ = false, clocks_differ_ = false;
+  std::optional<Reading> reading_;
+};
+
+}  // namespace multireach::drivers

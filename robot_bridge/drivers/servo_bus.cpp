@@ -1,0 +1,104 @@
+#include "robot_bridge/drivers/servo_bus.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace multireach::drivers {
+namespace {
+
+constexpr int64_t kSettle = 50000;    // us from switching the torque on to the first goals
+constexpr int64_t kSilence = 100000;  // us without the answers of all motors
+
+}  // namespace
+
+ServoBus::ServoBus(int joints, const ServoOptions& options)
+    : options_(options), divider_(options.period_us), goal_(static_cast<size_t>(joints), 0) {
+  const auto n = static_cast<size_t>(joints);
+  if (options_.signs.empty()) options_.signs.assign(n, 1);
+  if (options_.zero_steps.empty()) options_.zero_steps.assign(n, kStepsPerTurn / 2);
+  for (const int id : options.motor_ids) motors_.push_back({.id = id});
+}
+
+void ServoBus::link_changed(size_t, bool up, const Time&, WireOutbox&) {
+  connected_ = up;
+  started_ = measured_ = false;
+  clear_stream();
+}
+
+void ServoBus::command(const JointVector& position, const JointVector&, int64_t utime, const Time&, WireOutbox&) {
+  if (!divider_.is_due(utime)) return;
+  for (size_t i = 0; i < goal_.size(); ++i) {
+    const double turns = options_.signs[i] * position[static_cast<Eigen::Index>(i)] / (2 * std::numbers::pi);
+    goal_[i] = static_cast<int>(std::lround(options_.zero_steps[i] + turns * kStepsPerTurn));
+  }
+  commanded_ = true;  // sent with the next cycle
+}
+
+void ServoBus::reset(const Time&, WireOutbox& out) {
+  if (fault_.empty() || !connected_) return;
+  std::vector<uint8_t> bytes;
+  append_reset(bytes);
+  out.push_back({0, std::move(bytes)});
+  fault_.clear();
+  started_ = measured_ = false;
+  started_us_ = INT64_MIN / 2;
+}
+
+bool ServoBus::complete() const {
+  return std::ranges::all_of(motors_, [](const Motor& motor) { return motor.answered; });
+}
+
+void ServoBus::answered(int id, int position, int velocity, const std::string& fault, const Time& now) {
+  const auto motor = std::ranges::find(motors_, id, &Motor::id);
+  if (motor == motors_.end()) return;
+  if (!fault.empty() && fault_.empty()) fault_ = "motor " + std::to_string(id) + ": " + fault;
+  const bool was_complete = complete();
+  *motor = {id, true, position, velocity};
+  if (was_complete || !complete()) return;
+  complete_us_ = now.us;
+  Reading reading;
+  const auto n = static_cast<Eigen::Index>(motors_.size());
+  reading.position = reading.velocity = reading.effort = JointVector::Zero(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<size_t>(i);
+    reading.position[i] =
+        options_.signs[k] * (motors_[k].position - options_.zero_steps[k]) / kStepsPerTurn * 2 * std::numbers::pi;
+    reading.velocity[i] = options_.signs[k] * motors_[k].velocity * velocity_unit();
+  }
+  reading_ = std::move(reading);
+  measured_ = true;
+}
+
+void ServoBus::tick(const Time& now, WireOutbox& out) {
+  if (!connected_ || now.us - asked_us_ < options_.period_us) return;
+  if (measured_ && fault_.empty() && now.us - complete_us_ > kSilence) fault_ = "a motor does not answer";
+  asked_us_ = now.us;
+  clear_stream();
+  for (Motor& motor : motors_) motor.answered = false;
+  std::vector<uint8_t> bytes;
+  const bool may_move = enabled_ && measured_ && fault_.empty();
+  if (may_move && !started_) {
+    append_start(bytes);
+    started_ = true;
+    started_us_ = now.us;
+    commanded_ = false;
+  } else if (may_move && std::exchange(commanded_, false)) {
+    append_goals(goal_, bytes);
+  }
+  append_read(bytes);
+  out.push_back({0, std::move(bytes)});
+  ready_ = may_move && started_ && now.us - started_us_ > kSettle;
+}
+
+DriverStatus ServoBus::status() const {
+  using Phase = DriverStatus::Phase;
+  if (!connected_) return {Phase::kWaiting, "cannot open " + options_.device};
+  if (!fault_.empty()) return {Phase::kFault, fault_ + "; then multireach-robot reset"};
+  if (!measured_) return {Phase::kWaiting, "waiting for an answer of all motors"};
+  if (!enabled_) return {Phase::kWaiting, "waiting for multireach-robot enable"};
+  if (!ready_) return {Phase::kWaiting, "the torque is switched on"};
+  return {Phase::kReady, "ready"};
+}
+
+}  // namespace multireach::drivers

@@ -1,0 +1,145 @@
+// The Panda's wire: modes, expiry, the robot's limits, and the stream of the bridge without the rate limiter's help.
+#include <gtest/gtest.h>
+
+#include <drake/lcmt_panda_command.hpp>
+#include <drake/lcmt_panda_status.hpp>
+
+#include "robot_bridge/drivers/emulators/panda_emulator.hpp"
+#include "robot_bridge/drivers/panda_driver.hpp"
+#include "tests/robot_bridge/drivers/driver_loop.hpp"
+
+namespace multireach::testing {
+namespace {
+
+using drivers::WireOutbox;
+
+class PandaWire : public ::testing::Test {
+ protected:
+  void wait(int64_t ms) {
+    for (int64_t k = 0; k < ms; ++k) emulator.tick({us += 1000, us}, out);
+  }
+  drake::lcmt_panda_command command(const JointVector& q) const {
+    drake::lcmt_panda_command message{};
+    message.utime = us;
+    message.num_joint_position = 7;
+    message.joint_position.assign(q.begin(), q.end());
+    message.control_mode_expected = drake::lcmt_panda_command::CONTROL_MODE_POSITION;
+    return message;
+  }
+  void send(const drake::lcmt_panda_command& message) { emulator.receive(0, *encode(message), {us, us}, out); }
+
+  const RobotConfig robot = robot_named("panda");
+  const Chain chain = load_chain(robot.urdf_path, "panda_link0", "panda_hand");
+  const JointVector start = (JointVector(7) << 0, -0.785, 0, -2.356, 0, 1.571, 0.785).finished();
+  drivers::PandaEmulator emulator{chain, start, {.limit_rate = false}};
+  WireOutbox out;
+  int64_t us = 0;
+};
+
+TEST_F(PandaWire, AnotherModeOrOtherArraysEndTheDriver) {
+  wait(1000);
+  auto message = command(start);
+  message.control_mode_expected = drake::lcmt_panda_command::CONTROL_MODE_VELOCITY;
+  send(message);
+  EXPECT_EQ(emulator.fault(), "a command of another control mode");
+  emulator.restart();
+  wait(1000);
+  message = command(start);
+  message.num_joint_velocity = 7;
+  message.joint_velocity.resize(7);
+  send(message);
+  EXPECT_EQ(emulator.fault(), "a command with other arrays than joint positions");
+}
+
+TEST_F(PandaWire, AnExpiredCommandIsNotFollowed) {
+  wait(1000);
+  const JointVector q = start + 0.5 * JointVector::Unit(7, 0);
+  for (const int64_t error : {-102000, 102000}) {
+    auto message = command(q);
+    message.utime += error;
+    send(message);
+    wait(1);
+    EXPECT_NEAR(emulator.position()[0], 0, 1e-12) << error;
+  }
+  EXPECT_EQ(emulator.fault(), "");
+}
+
+TEST_F(PandaWire, AStepIsADiscontinuity) {
+  wait(1000);
+  send(command(start + 1e-3 * JointVector::Unit(7, 1)));  // filtered: 0.16 mrad in 1 ms, 160 rad/s^2
+  wait(1);
+  EXPECT_EQ(emulator.fault(), "joint_motion_generator_velocity_discontinuity");
+}
+
+TEST_F(PandaWire, AJerkIsADiscontinuity) {
+  wait(1000);
+  // Filtered: 5.6 rad/s^2 within 1 ms, 5600 rad/s^3 of 3750.
+  send(command(start + 3.5e-5 * JointVector::Unit(7, 1)));
+  wait(1);
+  EXPECT_EQ(emulator.fault(), "joint_motion_generator_acceleration_discontinuity");
+}
+
+TEST_F(PandaWire, TheRateLimiterKeepsTheRobotMovingAfterAStep) {
+  drivers::PandaEmulator limited{chain, start};
+  for (int k = 0; k < 4000; ++k) {
+    us += 1000;
+    limited.tick({us, us}, out);
+    const JointVector q = start + (k > 1000 ? 0.01 : 0) * JointVector::Unit(7, 1);
+    limited.receive(0, *encode(command(q)), {us, us}, out);
+  }
+  EXPECT_EQ(limited.fault(), "");
+  EXPECT_NEAR(limited.position()[1], start[1] + 0.01, 1e-3);
+}
+
+// The stream of the bridge, each command once, through the filter alone: no limit of the robot is broken.
+TEST(PandaDriver, TheStreamOfTheBridgeNeedsNoRateLimiter) {
+  const RobotConfig robot = robot_named("panda");
+  DriverLoop loop(robot);
+  loop.keep_messages = true;
+  loop.run(30000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
+  ASSERT_GT(loop.commands_sent.size(), 25000U);
+  const Chain chain = load_chain(robot.urdf_path, robot.chain.base(), robot.chain.tip());
+  JointVector start(7);
+  for (int i = 0; i < 7; ++i) start[i] = robot.start.at(chain.joint(i).name);
+  drivers::PandaEmulator strict{chain, start, {.limit_rate = false}};
+  WireOutbox out;
+  int64_t ms = loop.commands_sent.front().first - 1000;
+  const auto wall = [&] {
+    return decode<drake::lcmt_panda_command>(loop.commands_sent.front().second)->utime +
+           (ms - loop.commands_sent.front().first) * 1000;
+  };
+  for (const auto& [at, bytes] : loop.commands_sent) {
+    for (; ms < at; ++ms) strict.tick({ms * 1000, wall()}, out);
+    strict.receive(0, bytes, {ms * 1000, wall()}, out);
+  }
+  EXPECT_EQ(strict.fault(), "");
+  EXPECT_GT((strict.position() - start).norm(), 1e-3);
+}
+
+TEST(PandaDriver, NamesTheRobotsMode) {
+  drivers::PandaDriver driver(7);
+  WireOutbox out;
+  const auto text_of = [&](int8_t mode, int64_t clock_error) {
+    drake::lcmt_panda_status status{};
+    status.num_joints = 7;
+    status.robot_mode = mode;
+    for (auto* field : {&status.joint_position, &status.joint_position_desired, &status.joint_velocity,
+                        &status.joint_velocity_desired, &status.joint_acceleration_desired, &status.joint_torque,
+                        &status.joint_torque_desired, &status.joint_torque_external})
+      field->resize(7);
+    for (int64_t us = 1000; us < 300000; us += 1000) {
+      status.utime = us + clock_error;
+      driver.receive(0, *encode(status), {us, us}, out);
+      driver.tick({us, us}, out);
+    }
+    return driver.status().text;
+  };
+  EXPECT_EQ(text_of(drake::lcmt_panda_status::MOVE, 0), "ready");
+  EXPECT_NE(text_of(drake::lcmt_panda_status::REFLEX, 0).find("reflex"), std::string::npos);
+  EXPECT_NE(text_of(drake::lcmt_panda_status::USER_STOPPED, 0).find("user stop"), std::string::npos);
+  EXPECT_NE(text_of(drake::lcmt_panda_status::MOVE, 60000).find("synchronise the clocks"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace multireach::testing

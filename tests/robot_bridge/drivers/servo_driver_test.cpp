@@ -1,0 +1,116 @@
+// The buses of servos: published bytes, stuffing, corrupt streams, and what the motors do.
+#include <gtest/gtest.h>
+
+#include "robot_bridge/drivers/dynamixel_driver.hpp"
+#include "robot_bridge/drivers/emulators/servo_emulator.hpp"
+#include "robot_bridge/drivers/feetech_driver.hpp"
+#include "tests/robot_bridge/drivers/driver_loop.hpp"
+
+namespace multireach::testing {
+namespace {
+
+namespace dynamixel = drivers::dynamixel;
+namespace feetech = drivers::feetech;
+using Bytes = std::vector<uint8_t>;
+
+// The ping of motor 1 in the maker's manual.
+TEST(Dynamixel, WritesThePublishedPing) {
+  EXPECT_EQ(dynamixel::encode({1, dynamixel::kPing, {}}),
+            (Bytes{0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E}));
+}
+
+TEST(Dynamixel, RandomPacketsSurviveStuffingAndGarbage) {
+  const CounterRandom random(3);
+  uint64_t counter = 0;
+  const auto number = [&](double end) { return static_cast<uint8_t>(random.uniform(counter++, 0, end)); };
+  for (int k = 0; k < 2000; ++k) {
+    SCOPED_TRACE("seed 3, packet " + std::to_string(k));
+    dynamixel::Packet packet{number(250), dynamixel::kWrite, Bytes(number(40))};
+    // Many headers inside, which must be stuffed.
+    for (uint8_t& byte : packet.parameters) byte = number(3) == 0 ? 0xFD : number(2) == 0 ? 0xFF : number(256);
+    const Bytes encoded = dynamixel::encode(packet);
+    dynamixel::Stream stream;
+    stream.add(Bytes{0xFF, 0xFF, 0x00, number(256)});
+    for (const uint8_t byte : encoded) stream.add(std::span(&byte, 1));
+    const auto decoded = stream.next();
+    ASSERT_TRUE(decoded);
+    EXPECT_EQ(decoded->id, packet.id);
+    EXPECT_EQ(decoded->parameters, packet.parameters);
+    Bytes corrupt = encoded;
+    corrupt[4 + number(static_cast<double>(corrupt.size() - 4))] ^= 0x21;
+    stream.add(corrupt);
+    EXPECT_FALSE(stream.next());
+  }
+}
+
+// Read of the position of motor 1: FF FF 01 04 02 38 02, and the complement of the sum.
+TEST(Feetech, WritesTheChecksum) {
+  EXPECT_EQ(feetech::encode({1, feetech::kRead, {56, 2}}), (Bytes{0xFF, 0xFF, 0x01, 0x04, 0x02, 0x38, 0x02, 0xBE}));
+  for (const int value : {0, 1, -1, 4095, -2048, 32767}) {
+    EXPECT_EQ(feetech::from_sign_magnitude(feetech::sign_magnitude(value)), value);
+  }
+  EXPECT_EQ(feetech::sign_magnitude(-5), 0x8005);
+}
+
+TEST(Feetech, FindsPacketsInGarbage) {
+  feetech::Stream stream;
+  const Bytes packet = feetech::encode({3, 0, {1, 2, 3, 4}});
+  stream.add(Bytes{0xFF, 0x00, 0xFF, 0xFF});
+  stream.add(packet);
+  Bytes corrupt = packet;
+  corrupt[6] ^= 4;
+  stream.add(corrupt);
+  stream.add(packet);
+  int found = 0;
+  while (const auto decoded = stream.next()) {
+    EXPECT_EQ(decoded->parameters, (Bytes{1, 2, 3, 4}));
+    ++found;
+  }
+  EXPECT_EQ(found, 2);
+  EXPECT_GE(stream.corrupt(), 1);
+}
+
+RobotConfig with_dynamixel() {
+  return RobotConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/so101_dynamixel/robot.yaml");
+}
+
+TEST(Dynamixel, TheWatchdogStopsTheMotorsWhenTheDriverIsGone) {
+  DriverLoop loop(with_dynamixel());
+  loop.run(3000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+  loop.run(900);
+  loop.faults.cut = true;
+  loop.run(300);
+  const JointVector there = loop.emulator().position();
+  loop.run(500);
+  EXPECT_LT((loop.emulator().position() - there).cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_NE(loop.driver().state().find("fault"), std::string::npos) << loop.driver().state();
+}
+
+TEST(ServoBus, AnOverloadIsNamedAndResetCuresIt) {
+  for (const RobotConfig& robot : {with_dynamixel(), robot_named("so101")}) {
+    DriverLoop loop(robot);
+    loop.run(3000);
+    ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+    loop.emulator().collide();
+    loop.run(1500);
+    EXPECT_NE(loop.driver().state().find("fault: motor 2"), std::string::npos) << loop.driver().state();
+    EXPECT_EQ(loop.bridge_state.state, bridge_state_t::FAULT);
+    loop.ask(bridge_request_t::RESET);
+    loop.run(1000);
+    EXPECT_EQ(loop.emulator().fault(), "");
+    EXPECT_TRUE(loop.ask(bridge_request_t::RESET)) << loop.driver().state();
+  }
+}
+
+TEST(ServoBus, ANoisyLineIsNoFault) {
+  DriverLoop loop(robot_named("so101"));
+  loop.run(3000);
+  loop.faults.corruption = 0.02;
+  loop.run(10000);
+  EXPECT_GT(loop.faults.lost, 10);
+  EXPECT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+}
+
+}  // namespace
+}  // namespace multireach::testing

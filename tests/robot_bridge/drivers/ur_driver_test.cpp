@@ -1,0 +1,130 @@
+// Universal Robots: the bytes of RTDE against those in the tests of Universal Robots' own client library, start-up, the
+// program, protective stops.
+#include <gtest/gtest.h>
+
+#include "robot_bridge/drivers/emulators/ur_emulator.hpp"
+#include "robot_bridge/drivers/ur_driver.hpp"
+#include "tests/robot_bridge/drivers/driver_loop.hpp"
+
+namespace multireach::testing {
+namespace {
+
+namespace rtde = drivers::rtde;
+using drivers::WireOutbox;
+using Bytes = std::vector<uint8_t>;
+
+// Bytes as in Universal_Robots_Client_Library, tests/test_rtde_*.cpp.
+TEST(Rtde, WritesTheBytesOfTheMakersLibrary) {
+  EXPECT_EQ(rtde::request_version(), (Bytes{0x00, 0x05, 0x56, 0x00, 0x02}));
+  EXPECT_EQ(rtde::setup_outputs(500, "actual_q,actual_qd"),
+            (Bytes{0x00, 0x1d, 0x4f, 0x40, 0x7f, 0x40, 0x00, 0x00, 0x00, 0x00, 0x00, 0x61, 0x63, 0x74, 0x75,
+                   0x61, 0x6c, 0x5f, 0x71, 0x2c, 0x61, 0x63, 0x74, 0x75, 0x61, 0x6c, 0x5f, 0x71, 0x64}));
+  EXPECT_EQ(rtde::Writer().i32(-2341).bytes(), (Bytes{0xFF, 0xFF, 0xF6, 0xDB}));
+  EXPECT_EQ(rtde::Writer().i32(2341).bytes(), (Bytes{0x00, 0x00, 0x09, 0x25}));
+}
+
+TEST(Rtde, ReadsTheBytesOfTheMakersLibrary) {
+  rtde::Stream stream;
+  stream.add(Bytes{0x00, 0x14, 0x55, 0x01, 0x40, 0xd0, 0x07, 0x0d, 0x2f, 0x1a});
+  EXPECT_FALSE(stream.next()) << "half a package";
+  stream.add(Bytes{0x9f, 0xbe, 0x3f, 0xf0, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x04, 0x53, 0x01});
+  const auto data = stream.next();
+  ASSERT_TRUE(data);
+  EXPECT_EQ(data->type, rtde::Type::kData);
+  rtde::Reader reader(data->payload);
+  EXPECT_EQ(reader.u8(), 1);
+  EXPECT_NEAR(reader.real(), 16412.2, 0.1);
+  EXPECT_EQ(reader.real(), 1.0);
+  EXPECT_TRUE(reader.at_end());
+  EXPECT_EQ(reader.i32(), 0);
+  EXPECT_FALSE(reader.complete());
+  const auto started = stream.next();
+  ASSERT_TRUE(started);
+  EXPECT_EQ(started->type, rtde::Type::kStart);
+  EXPECT_FALSE(stream.next());
+  stream.add(Bytes{0x00, 0x02, 0x53});
+  EXPECT_TRUE(stream.broken());
+}
+
+TEST(Rtde, ReadsTheJointsOfARecordedPackage) {
+  const Bytes payload{0x01, 0x40, 0xd0, 0x75, 0x8c, 0x49, 0xba, 0x5e, 0x35, 0xbf, 0xf9, 0x9c, 0x77, 0xd1, 0x10,
+                      0xb4, 0x60, 0xbf, 0xfb, 0xa2, 0x33, 0xd1, 0x10, 0xb4, 0x60, 0xc0, 0x01, 0x9f, 0xbe, 0x68,
+                      0x88, 0x5a, 0x30, 0xbf, 0xe9, 0xdb, 0x22, 0xa2, 0x21, 0x68, 0xc0, 0x3f, 0xf9, 0x85, 0x87,
+                      0xa0, 0x00, 0x00, 0x00, 0xbf, 0x9f, 0xbe, 0x74, 0x44, 0x2d, 0x18, 0x00};
+  rtde::Reader reader(payload);
+  EXPECT_EQ(reader.u8(), 1);
+  EXPECT_NEAR(reader.real(), 16854.1919, 1e-4);
+  for (const double q : {-1.6007, -1.7271, -2.203, -0.808, 1.5951, -0.031}) EXPECT_NEAR(reader.real(), q, 1e-4);
+}
+
+TEST(UrProgram, EndsAfterTwentyMillisecondsOfSilenceOnBothSeries) {
+  EXPECT_NE(drivers::ur_program({.e_series = true}, 7).find("while silent < 10:"), std::string::npos);
+  EXPECT_NE(drivers::ur_program({.e_series = false}, 7).find("while silent < 3:"), std::string::npos);
+  EXPECT_NE(drivers::ur_program({.e_series = true}, 7).find("servoj(q, 0, 0, 0.002, 0.03, 500)"), std::string::npos);
+  EXPECT_NE(drivers::ur_program({}, 7).find("write_output_integer_register(24, 7)"), std::string::npos);
+}
+
+TEST(UrDriver, PowersTheRobotOnOnlyWhenItIsEnabled) {
+  drivers::UrDriver driver({});
+  const RobotConfig robot = robot_named("ur5e");
+  drivers::UrEmulator emulator(robot.chain, JointVector::Zero(6), true);
+  WireOutbox to_robot, to_driver;
+  int64_t us = 0;
+  for (size_t link = 0; link < 3; ++link) {
+    emulator.link_changed(link, true, {0, 0}, to_driver);
+    driver.link_changed(link, true, {0, 0}, to_robot);
+  }
+  const auto run = [&](int ms) {
+    for (int k = 0; k < ms; ++k) {
+      us += 1000;
+      for (const auto& message : std::exchange(to_robot, {}))
+        emulator.receive(message.link, message.bytes, {us, us}, to_driver);
+      for (const auto& message : std::exchange(to_driver, {}))
+        driver.receive(message.link, message.bytes, {us, us}, to_robot);
+      driver.tick({us, us}, to_robot);
+      emulator.tick({us, us}, to_driver);
+    }
+  };
+  run(3000);
+  EXPECT_EQ(driver.status().text, "waiting for multireach-robot enable");
+  driver.enable({us, us}, to_robot);
+  run(6000);
+  EXPECT_EQ(driver.status().text, "ready");
+  EXPECT_EQ(emulator.program(), drivers::ur_program({}, 1));
+}
+
+TEST(UrDriver, AProtectiveStopIsUnlockedAfterFiveSeconds) {
+  DriverLoop loop(robot_named("ur5e"));
+  loop.run(12000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+  loop.emulator().collide();
+  loop.run(1500);
+  EXPECT_NE(loop.driver().state().find("protective stop"), std::string::npos);
+  EXPECT_EQ(loop.bridge_state.state, bridge_state_t::FAULT);
+  EXPECT_FALSE(loop.ask(bridge_request_t::RESET)) << "the bridge hears no robot yet";
+  loop.run(2000);
+  EXPECT_NE(loop.emulator().fault(), "") << "not within 5 s";
+  loop.run(5000);
+  EXPECT_EQ(loop.emulator().fault(), "");
+  EXPECT_NE(loop.driver().state().find("ready"), std::string::npos) << loop.driver().state();
+  EXPECT_TRUE(loop.ask(bridge_request_t::RESET));
+}
+
+TEST(UrDriver, TheRobotStopsByItselfWhenTheDriverIsGone) {
+  DriverLoop loop(robot_named("ur5"));
+  loop.run(12000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+  loop.run(900);
+  auto& emulator = dynamic_cast<drivers::UrEmulator&>(loop.emulator());
+  EXPECT_NE(emulator.program(), "");
+  loop.faults.cut = true;
+  loop.run(40);
+  EXPECT_EQ(emulator.program(), "") << "ended after 24 ms";
+  loop.run(500);
+  const JointVector there = emulator.position();
+  loop.run(500);
+  EXPECT_EQ(emulator.position(), there);
+}
+
+}  // namespace
+}  // namespace multireach::testing
