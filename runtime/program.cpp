@@ -67,8 +67,8 @@ std::string this_build() {
 std::string default_robot_file() {
   std::error_code error;
   const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  for (const char* place : {"../share/multireach/robots/hoap2/robot.yaml", "../../../robots/hoap2/robot.yaml"}) {
-    const auto file = (folder / place).lexically_normal();
+  for (const char* path : {"../share/multireach/robots/hoap2/robot.yaml", "../../../robots/hoap2/robot.yaml"}) {
+    const auto file = (folder / path).lexically_normal();
     if (std::filesystem::exists(file, error)) return file.string();
   }
   throw InputError("the default robot.yaml (Hoap2) was not found; give --robot");

@@ -1,9 +1,9 @@
 #include "controller/ik/levenberg_marquardt.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "controller/task/task_rows.hpp"
-#include "numeric/small_solve.hpp"
 #include "numeric/trigonometry.hpp"
 
 namespace multireach::controller {
@@ -42,15 +42,9 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
   auto jacobian = task.jacobian;
   JointVector step = JointVector::Zero(chain_.size());
   for (int round = 0; round < chain_.size(); ++round) {
-    std::array<std::array<double, M>, M> A;  // J J' + damping I; the solver reads its lower triangle
-    std::array<double, M> b;
-    for (int r = 0; r < M; ++r) {
-      for (int c = 0; c <= r; ++c) A[r][c] = jacobian.row(r).dot(jacobian.row(c));
-      A[r][r] += damping;
-      b[r] = error[r];
-    }
-    const auto y = SmallSolve<M, double>(A).solve(b);
-    step = jacobian.transpose().lazyProduct(Eigen::Map<const Eigen::Matrix<double, M, 1>>(y.data()));
+    Eigen::Matrix<double, M, M> A = jacobian.lazyProduct(jacobian.transpose());
+    A.diagonal().array() += damping;
+    step = jacobian.transpose().lazyProduct(A.llt().solve(error));
     bool blocked = false;
     for (int i = 0; i < chain_.size(); ++i) {
       const bool out =

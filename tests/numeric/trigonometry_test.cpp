@@ -58,5 +58,26 @@ TEST(Trigonometry, RotationsAreThoseOfEigen) {
   }
 }
 
+TEST(Trigonometry, RotatesFromZAsEigenDoes) {
+  constexpr uint64_t kSeed = 6;
+  const CounterRandom random(kSeed);
+  const auto expected = [](const Eigen::Vector3d& direction) {
+    return Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), direction).toRotationMatrix();
+  };
+  for (uint64_t k = 0; k < 10000; ++k) {
+    const auto number = [&](uint64_t n) { return 2 * random.uniform(3 * k + n) - 1; };
+    const Eigen::Vector3d direction(number(0), number(1), number(2));
+    ASSERT_EQ(rotation_from_z(direction), expected(direction)) << "seed " << kSeed << ", case " << k;
+  }
+  for (int k = 0; k < 3; ++k) {
+    for (const double sign : {-1.0, 1.0}) {
+      const Eigen::Vector3d direction = sign * Eigen::Vector3d::Unit(k);
+      EXPECT_EQ(rotation_from_z(direction), expected(direction)) << direction.transpose();
+    }
+  }
+  const Eigen::Vector3d almost_opposite(3e-8, -2e-8, -1);
+  EXPECT_LT((rotation_from_z(almost_opposite).col(2) - almost_opposite.normalized()).norm(), 2e-8) << "sqrt(2^-52)";
+}
+
 }  // namespace
 }  // namespace multireach
