@@ -18,6 +18,8 @@ namespace HWY_NAMESPACE {
 
 #include "controller/qp/velocity_bounds.inl.hpp"
 
+#include "numeric/interval.inl.hpp"
+
 #include "controller/qp/box_qp.inl.hpp"
 
 #include "controller/law/guarded_step.inl.hpp"

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "controller/task/task_rows.hpp"
+#include "numeric/interval.hpp"
 #include "numeric/trigonometry.hpp"
 
 namespace multireach::controller {
@@ -47,9 +48,7 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
     step = jacobian.transpose().lazyProduct(A.llt().solve(error));
     bool blocked = false;
     for (int i = 0; i < chain_.size(); ++i) {
-      const bool out =
-          (posture[i] <= chain_.lower()[i] && step[i] < 0) || (posture[i] >= chain_.upper()[i] && step[i] > 0);
-      if (!out) continue;
+      if (!leads_out(posture[i], chain_.lower()[i], chain_.upper()[i], step[i])) continue;
       jacobian.col(i).setZero();
       blocked = true;
     }

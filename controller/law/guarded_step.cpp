@@ -8,6 +8,7 @@
 #include "controller/qp/soft_collision_qp.hpp"
 #include "controller/qp/velocity_bounds.hpp"
 #include "controller/task/task_rows.hpp"
+#include "numeric/interval.hpp"
 
 namespace multireach::controller {
 namespace {

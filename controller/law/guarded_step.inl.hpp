@@ -293,7 +293,7 @@ class GuardedStep {
       Mask changed = Arms::none();
       for (int i = 0; i < n; ++i) {
         const Scalar at = arms.theta_target(i);
-        const Mask outward = ((at <= settings.lower[i]) & (step[i] < 0)) | ((at >= settings.upper[i]) & (step[i] > 0));
+        const Mask outward = leads_out(at, Scalar(settings.lower[i]), Scalar(settings.upper[i]), step[i]);
         const Mask more = active & outward & !frozen[i];
         frozen[i] = frozen[i] | more;
         changed = changed | more;

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "controller/collision/proximity.hpp"
+#include "numeric/interval.hpp"
 
 namespace multireach::controller {
 
@@ -73,7 +74,7 @@ struct SoftCollisionQp {
                 int& iterations) const {
     std::array<bool, kCapacity> held{};
     for (int i = 0; i < n; ++i) {
-      held[i] = lower[i] == upper[i] || (v[i] <= lower[i] && gradient[i] > 0) || (v[i] >= upper[i] && gradient[i] < 0);
+      held[i] = lower[i] == upper[i] || leads_out(v[i], lower[i], upper[i], -gradient[i]);
     }
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kCapacity, kCapacity>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kCapacity, 1>;
@@ -90,8 +91,7 @@ struct SoftCollisionQp {
       ++iterations;
       bool more = false;
       for (int i = 0; i < n; ++i) {
-        const bool outward = (v[i] <= lower[i] && stride[i] < 0) || (v[i] >= upper[i] && stride[i] > 0);
-        if (outward && !held[i]) more = held[i] = true;
+        if (leads_out(v[i], lower[i], upper[i], stride[i]) && !held[i]) more = held[i] = true;
       }
       if (!more) return stride;
     }

@@ -1,0 +1,7 @@
+#pragma once
+
+namespace multireach {
+
+#include "numeric/interval.inl.hpp"
+
+}  // namespace multireach
