@@ -7,7 +7,8 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include "numeric/trigonometry.hpp"
+
+#include "kinematics/joint_frames.hpp"
 
 namespace multireach {
 namespace {
@@ -65,36 +66,11 @@ int Chain::index_of(std::string_view joint_name) const {
 
 namespace {
 
-/// Forward kinematics from W to T. Calls `visit(i, axis_W, origin_W)` with each joint's axis and a point on it. Returns
-/// X_WT.
-template <class Visit>
-Eigen::Isometry3d walk(const Chain& chain, const JointVector& theta, Visit&& visit) {
-  Eigen::Matrix3d R = chain.fixed(0).linear();
-  Eigen::Vector3d p = chain.fixed(0).translation();
-  for (int i = 0; i < chain.size(); ++i) {
-    const Joint& joint = chain.joint(i);
-    const Eigen::Vector3d axis_W = R * joint.axis;
-    visit(i, axis_W, p);
-    if (joint.type == Joint::Type::kPrismatic) {
-      p += axis_W * theta[i];
-    } else {
-      R = R * rotation_about(joint.axis, theta[i]);
-    }
-    const Eigen::Isometry3d& next = chain.fixed(i + 1);
-    p += R * next.translation();
-    R = R * next.linear();
-  }
-  Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
-  X_WT.linear() = R;
-  X_WT.translation() = p;
-  return X_WT;
-}
-
 struct AxesInWorld {
   std::array<Eigen::Vector3d, kMaxJoints> axis, origin;
-  void operator()(int i, const Eigen::Vector3d& axis_W, const Eigen::Vector3d& origin_W) {
+  void operator()(int i, const Eigen::Vector3d& axis_W, const Eigen::Vector3d& p_WJ, const Eigen::Isometry3d&) {
     axis[i] = axis_W;
-    origin[i] = origin_W;
+    origin[i] = p_WJ;
   }
 };
 
@@ -105,12 +81,12 @@ Eigen::Vector3d Chain::position(const JointVector& theta) const {
 }
 
 Eigen::Isometry3d Chain::pose(const JointVector& theta) const {
-  return walk(*this, theta, [](int, const Eigen::Vector3d&, const Eigen::Vector3d&) {});
+  return visit_joints(*this, theta, [](auto&&...) {});
 }
 
 void Chain::position_and_jacobian(const JointVector& theta, Eigen::Vector3d& p_WT, PositionJacobian& jacobian) const {
   AxesInWorld axes;
-  p_WT = walk(*this, theta, axes).translation();
+  p_WT = visit_joints(*this, theta, axes).translation();
   jacobian.resize(3, size());
   for (int i = 0; i < size(); ++i) {
     jacobian.col(i) =
@@ -120,7 +96,7 @@ void Chain::position_and_jacobian(const JointVector& theta, Eigen::Vector3d& p_W
 
 void Chain::pose_and_jacobian(const JointVector& theta, Eigen::Isometry3d& X_WT, PoseJacobian& jacobian) const {
   AxesInWorld axes;
-  X_WT = walk(*this, theta, axes);
+  X_WT = visit_joints(*this, theta, axes);
   jacobian.resize(6, size());
   for (int i = 0; i < size(); ++i) {
     if (joints_[i].type == Joint::Type::kPrismatic) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <variant>
 
+#include "kinematics/joint_frames.hpp"
 #include "numeric/random.hpp"
 #include "numeric/trigonometry.hpp"
 
@@ -230,20 +231,13 @@ bool Proximity::nothing_to_avoid() const {
 }
 
 void Proximity::update_link_poses(const Eigen::Ref<const Eigen::VectorXd>& theta) {
-  Eigen::Isometry3d X = chain_.fixed(0);
-  for (int i = 0; i < chain_.size(); ++i) {
-    const Joint& joint = chain_.joint(i);
-    shapes_->axis[i] = X.linear() * joint.axis;
-    shapes_->origin[i] = X.translation();
-    if (joint.type == Joint::Type::kPrismatic) {
-      X.translation() += shapes_->axis[i] * theta[i];
-    } else {
-      X.linear() = X.linear() * rotation_about(joint.axis, theta[i]);
-    }
-    Shapes::Link& link = shapes_->links[i];
-    if (link.exists) link.X_WK = X * link.X_LK;
-    X = X * chain_.fixed(i + 1);
-  }
+  visit_joints(chain_, theta,
+               [&](int i, const Eigen::Vector3d& axis_W, const Eigen::Vector3d& p_WJ, const Eigen::Isometry3d& X_WL) {
+                 shapes_->axis[i] = axis_W;
+                 shapes_->origin[i] = p_WJ;
+                 Shapes::Link& link = shapes_->links[i];
+                 if (link.exists) link.X_WK = X_WL * link.X_LK;
+               });
 }
 
 /// Calls visit(i, -1, gap) for link i and an obstacle, visit(i, j, gap) for links i and j, of all pairs within
