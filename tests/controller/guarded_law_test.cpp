@@ -340,6 +340,50 @@ TEST(GuardedLaw, GoesToItsTargetWhenTheObstacleAroundItIsGone) {
   EXPECT_LT((law.x() - target).norm(), 1e-4);
 }
 
+/// Steps until the law follows a planned path; `most` when it does not.
+int steps_to_a_path(GuardedLaw& law, int most) {
+  int steps = 0;
+  while (steps < most && !law.following_path()) {
+    law.step();
+    ++steps;
+  }
+  return steps;
+}
+
+TEST(GuardedLaw, ANewGoalIsPlannedForAsSoonAsTheFirstOneHoweverOftenPlansFailed) {
+  const Chain chain = testing::hoap2();
+  const GuardedParameters parameters{.body = {.link_radius_m = 0.02}};
+  JointVector start(4), there(4);
+  start << -0.9, -0.1, 0.3, -1.2;
+  there << -0.9, -1.1, -0.3, -1.1;
+  Obstacle box{.shape = Obstacle::Shape::kBox, .size = {0.10, 0.01, 0.06}};
+  box.X_WO.translation() = 0.5 * (chain.position(start) + chain.position(there));
+  Obstacle ball{.shape = Obstacle::Shape::kSphere, .size = {0.05, 0, 0}};
+  ball.X_WO.translation() = chain.position(there);
+  // For 20 s the goal is inside the ball, so every plan fails and the law waits longer and longer before the next one.
+  GuardedLaw weary(chain, parameters);
+  weary.start(start);
+  weary.set_obstacles(std::vector{box, ball});
+  weary.set_joint_target(there);
+  EXPECT_EQ(steps_to_a_path(weary, 2800), 2800) << "there is no path";
+  weary.set_obstacles({&box, 1});
+  const TaskTarget target{.position = chain.position(there)};
+  const auto after = [&](const auto& set_goal) {
+    GuardedLaw law = weary, fresh(chain, parameters);
+    fresh.start(law.theta());
+    fresh.set_obstacles({&box, 1});
+    set_goal(law);
+    set_goal(fresh);
+    const int steps = steps_to_a_path(law, 1400), first = steps_to_a_path(fresh, 1400);
+    EXPECT_LT(first, 1400);
+    EXPECT_LE(steps, first + 7) << "steps; a tick is 7";
+  };
+  after([&](GuardedLaw& law) { law.set_target(target); });
+  after([&](GuardedLaw& law) { law.set_target(target, there); });
+  after([&](GuardedLaw& law) { law.set_joint_target(there); });
+  EXPECT_GT(steps_to_a_path(weary, 1400), 140) << "the old goal is planned for when its turn comes: the test can fail";
+}
+
 TEST(GuardedLaw, AChangeOfTheTaskIsNoImpulse) {
   for (const auto& [name, chain] : testing::pose_arms()) {
     GuardedLaw law(chain);
