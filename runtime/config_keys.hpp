@@ -50,7 +50,7 @@ class ConfigKeys {
     const T defaults{};
     const auto& initial = member(defaults);
     std::string text = "none";
-    if constexpr (!is_optional<std::remove_cvref_t<decltype(initial)>>) {
+    if constexpr (!kIsOptional<std::remove_cvref_t<decltype(initial)>>) {
       text = config_number(static_cast<double>(initial) / scale);
     }
     return add({name, config_range(min, max), unit, text, meaning}, [=](const Config& config, T& options) {
@@ -73,7 +73,7 @@ class ConfigKeys {
     const T defaults{};
     const auto& initial = member(defaults);
     std::string text = "none";
-    if constexpr (!is_optional<std::remove_cvref_t<decltype(initial)>>) text = fmt::format("{}", initial);
+    if constexpr (!kIsOptional<std::remove_cvref_t<decltype(initial)>>) text = fmt::format("{}", initial);
     const std::string type = max == INT64_MAX ? fmt::format("whole number of at least {}", min)
                                               : fmt::format("whole number from {} to {}", min, max);
     return add({name, type, unit, text, meaning}, [=](const Config& config, T& options) {
@@ -96,7 +96,7 @@ class ConfigKeys {
     const T defaults{};
     const auto& initial = member(defaults);
     std::string text = "none";
-    if constexpr (!is_optional<std::remove_cvref_t<decltype(initial)>>) text = "`" + initial + "`";
+    if constexpr (!kIsOptional<std::remove_cvref_t<decltype(initial)>>) text = "`" + initial + "`";
     return add({name, "text", "", text, meaning}, [=](const Config& config, T& options) {
       if (config.has(name)) member(options) = config.text(name);
     });
@@ -191,7 +191,7 @@ class ConfigKeys {
     using Type = Value;
   };
   template <class Value>
-  static constexpr bool is_optional = !std::is_same_v<typename Plain<Value>::Type, Value>;
+  static constexpr bool kIsOptional = !std::is_same_v<typename Plain<Value>::Type, Value>;
 
   struct Entry {
     ConfigKey key;

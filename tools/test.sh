@@ -40,7 +40,8 @@ fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh b
 damaged_logs() { MULTIREACH_LOG_MUTATIONS=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='LogFuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
-tidy() { sources | grep '\.cpp$' | grep -v '^tests/' | xargs -P 2 -n 4 clang-tidy -p build/release --quiet; }
+# With the flags and the generated headers of the build by Clang. tests/package is a project of its own.
+tidy() { sources | grep '\.cpp$' | grep -v '^tests/package/' | xargs -P 2 -n 4 clang-tidy -p build/clang --quiet; }
 
 [ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
 stage "build" tools/setup.sh tests
@@ -54,8 +55,8 @@ stage "the stages alone" build_and_test core
 stage "the installed package" tests/package/run.sh build/core
 stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan
 if [ $full = yes ]; then
-  stage "clang-tidy" tidy
   stage "Clang" build_and_test clang
+  stage "clang-tidy" tidy
   stage "thread sanitizer" build_and_test tsan
   stage "10^7 fuzzed calls, with the sanitizers" fuzz
   stage "libFuzzer, with the sanitizers" fuzzers
