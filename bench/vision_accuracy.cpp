@@ -196,7 +196,7 @@ class Accuracy {
 int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const std::string& only,
             const std::string& json_path) {
   std::printf(
-      "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d places a case, seed "
+      "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, seed "
       "%llu, radius %s\n\n",
       positions, static_cast<unsigned long long>(seed), radius_known ? "known" : "not known");
   std::printf(

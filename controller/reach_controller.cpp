@@ -60,7 +60,8 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
           "prediction_us must not be negative, and at most 1e9");
   require(options.lost_after_us >= 0, "lost_after_us must not be negative");
   require(options.disturbance_threshold >= 0, "disturbance_threshold must not be negative");
-  require(options.ik.samples >= 3 && options.ik.starts >= 0, "the posture search needs at least 3 samples");
+  require(options.ik.samples >= 3 && options.ik.starts >= 0,
+          "inverse kinematics needs at least 3 samples, and starts must not be negative");
   law_ = make_law(chain, options, steps_per_second());
   for (JointVector& command : commands_) command = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;

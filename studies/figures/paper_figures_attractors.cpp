@@ -114,13 +114,13 @@ Figure weight_scene(const SceneArm& arm) {
     const double angle = lower + range * k / 200.0;
     figure.curves.row({angle * degrees, literal(angle), here(angle), guarded(angle), lower * degrees, upper * degrees});
   }
-  const std::array<std::pair<const char*, double>, 6> places{{{"at a limit", 0},
+  const std::array<std::pair<const char*, double>, 6> angles{{{"at a limit", 0},
                                                               {"5 % of the range inside", 0.05},
                                                               {"a quarter of the range inside", 0.25},
                                                               {"in the middle", 0.5},
                                                               {"5 % of the range outside", -0.05},
                                                               {"half the range outside", -0.5}}};
-  for (const auto& [name, share] : places) {
+  for (const auto& [name, share] : angles) {
     const double angle = lower + share * range;
     figure.add("Eq. (28) literally", std::string("w / γ ") + name, literal(angle));
     figure.add("paper", std::string("w / γ ") + name, here(angle));

@@ -202,13 +202,13 @@ void fuzz_controller(uint64_t seed, int64_t calls) {
   LimitCheck limits{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = 1e6 / static_cast<double>(options.tick_us);
   int64_t now = 1'000'000'000;
-  Eigen::Vector3d place = 0.5 * chain.reach() * Eigen::Vector3d::Ones();
+  Eigen::Vector3d position = 0.5 * chain.reach() * Eigen::Vector3d::Ones();
   for (int64_t k = 0; k < calls; ++k) {
     const int call = input.below(100);
     if (call < 45) {
-      place += input.vector(0.01, 0);
-      if (input.chance(0.02)) place = input.vector(chain.reach());
-      TargetObservation seen{.utime = input.time(now), .seen = !input.chance(0.1), .position = place};
+      position += input.vector(0.01, 0);
+      if (input.chance(0.02)) position = input.vector(chain.reach());
+      TargetObservation seen{.utime = input.time(now), .seen = !input.chance(0.1), .position = position};
       if (input.chance(0.02)) seen.position = input.vector(1e9, 0.3);
       if (input.chance(0.3)) seen.velocity = input.vector(0.3, 0.01);
       if (input.chance(0.3)) seen.covariance = input.vector(1e-4, 0.05).asDiagonal();

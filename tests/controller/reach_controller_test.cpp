@@ -24,15 +24,15 @@ class Reaching : public ::testing::Test {
     return c;
   }
 
-  /// Runs the controller for `seconds` and returns the last output. `place` gives the target position at each frame, or
-  /// nothing when the target is not seen. Checks that no joint moves more between two ticks than its speed allows.
-  template <class Place>
-  ReachOutput run(ReachController& c, double seconds, Place&& place) {
+  /// Runs the controller for `seconds` and returns the last output. `position` gives the target position at each frame,
+  /// or nothing when the target is not seen. Checks that no joint moves more between two ticks than its speed allows.
+  template <class Position>
+  ReachOutput run(ReachController& c, double seconds, Position&& position) {
     const int64_t end = now_ + static_cast<int64_t>(seconds * 1e6);
     ReachOutput last;
     if (!c.next_tick()) c.restart_grid(now_);
     for (int64_t frame = now_; frame < end; frame += kFrame) {
-      const std::optional<Eigen::Vector3d> p = place(static_cast<double>(frame - now_) * 1e-6);
+      const std::optional<Eigen::Vector3d> p = position(static_cast<double>(frame - now_) * 1e-6);
       EXPECT_TRUE(c.observe({.utime = frame, .seen = p.has_value(), .position = p.value_or(Eigen::Vector3d::Zero())}));
       while (*c.next_tick() <= frame) {
         const ReachOutput out = c.tick();

@@ -34,7 +34,7 @@ TEST(TargetFilter, IsCarriedAlongByTheVelocity) {
   EXPECT_LT((filter.position_at(501000) - (kPosition + Eigen::Vector3d(0.5, 0, -1))).norm(), 1e-15);
 }
 
-TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsSightings) {
+TEST(TargetFilter, ANoisyRestingTargetIsKnownBetterThanAnyOfItsMeasurements) {
   const CounterRandom random(kSeed);
   uint64_t counter = 0;
   const double sigma = 0.005;

@@ -5,12 +5,12 @@
 . "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
 calibrate="$bin/multireach-calibrate"
 
-# The hand at eight places, seen by cameras that stand at (1, 2, 3) and look as W does.
+# The hand at eight positions, seen by cameras that stand at (1, 2, 3) and look as W does.
 table() { awk -v line="$1" 'BEGIN { print "seen_x_m,seen_y_m,seen_z_m,hand_x_m,hand_y_m,hand_z_m"
   for (k = 0; k < 8; ++k) { x = line ? k / 10 : (k % 2) / 10; y = line ? k / 5 : int(k / 2) % 2 / 10; z = line ? 1 : 0.5 + int(k / 4) / 10
     print x "," y "," z "," x + 1 "," y + 2 "," z + 3 } }' >"$work/pairs.csv"; }
 table 0
-"$calibrate" hand-eye --pairs "$work/pairs.csv" -o "$work/place.yaml" --json "$work/place.json" >"$work/out" || fail "hand-eye"
+"$calibrate" hand-eye --pairs "$work/pairs.csv" -o "$work/pose.yaml" --json "$work/pose.json" >"$work/out" || fail "hand-eye"
 grep -q 'positions used 8 of 8, 0.00 mm rms' "$work/out" || fail "hand-eye says $(cat "$work/out")"
 table 1
 ends_with 1 "lie on a line" "$calibrate" hand-eye --pairs "$work/pairs.csv" -o "$work/line.yaml"
@@ -95,7 +95,7 @@ value() { awk -v key="\"$1\":" '$1 == key { print $2 + 0; exit }' "$work/real.js
 awk -v rms="$(value stereo_rms_px)" -v left="$(value median_squares)" 'BEGIN { exit !(rms > 0.1 && rms <= 0.22 && left > 0.001 && left <= 0.02) }' ||
   fail "stereo rms $(value stereo_rms_px) px, left-out boards $(value median_squares) squares"
 head -c 8 "$work/real.png" | grep -q PNG || fail "no picture"
-printf 'cameras: {file: out.yaml, left_to_robot: {file: place.yaml}}\ncolour: {references: [{rgb: [220, 40, 110]}]}\n' >"$work/vision.yaml"
+printf 'cameras: {file: out.yaml, left_to_robot: {file: pose.yaml}}\ncolour: {references: [{rgb: [220, 40, 110]}]}\n' >"$work/vision.yaml"
 "$bin/multireach-vision" --config "$work/vision.yaml" --pair $data/left01.jpg $data/right01.jpg >"$work/out" 2>"$work/err"
 grep -q '"lost"' "$work/out" || fail "the vision stage does not take the calibration: $(cat "$work/err")"
 refuses "the cameras are swapped" $(cameras --left "$data/right0[1-5].jpg" --right "$data/left0[1-5].jpg")

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The whole session through separate processes: every place within reach is reached, nothing is lost, no limit is passed.
+# The whole session through separate processes: every reachable position is reached, nothing is lost, no limit is passed.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 "$root/tools/launch.sh" --no-setup --json "$work/report.json" --record "$work/run.lcm" 2>"$work/err" || failed "exit code $?: $(cat "$work/err")"
 report() { tr -d ' \n' <"$work/report.json" | grep -o "\"$1\":[^,}]*" | head -n1 | cut -d: -f2; }
-[ "$(tr -d ' \n' <"$work/report.json" | grep -o '"settle_s"' | wc -l)" -ge 6 ] || failed "fewer than five places and one out of reach"
+[ "$(tr -d ' \n' <"$work/report.json" | grep -o '"settle_s"' | wc -l)" -ge 6 ] || failed "fewer than five reachable positions and one unreachable"
 [ "$(report lcm_lost)" = 0 ] || failed "messages lost: $(report lcm_lost)"
 # One target for each pair of images. What the recorder lost of either, as it does on a busy machine, the sequences say.
 sent() { "$bin/multireach-log" info "$work/run.lcm" | awk -v channel="$1" '$1 == channel { print $3 + $7 }'; }

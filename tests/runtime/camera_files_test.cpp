@@ -248,38 +248,40 @@ TEST_F(CameraFilesTest, DamagedFilesAreRefusedOrMakeSense) {
 
 TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
   const std::string colour = "colour: {references: [{rgb: [220, 40, 110]}]}\n";
-  const std::string place = "  left_to_robot: {translation_m: [1, 2, 3]}\n";
+  const std::string extrinsics = "  left_to_robot: {translation_m: [1, 2, 3]}\n";
   write_text_file(path("stereo.yml"), camera_file_texts(rig_, CameraFormat::kOpenCv).front());
-  write_text_file(path("place.yaml"), "left_to_robot:\n" + transform_text(rig_.X_WL, "  "));
+  write_text_file(path("pose.yaml"), "left_to_robot:\n" + transform_text(rig_.X_WL, "  "));
   const VisionConfig named =
-      VisionConfig::load(written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n" + place));
+      VisionConfig::load(written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n" + extrinsics));
   expect_same(rig_, named.rig, 1e-12);
   EXPECT_EQ(named.rig.X_WL.translation(), Eigen::Vector3d(1, 2, 3));
   const VisionConfig both = VisionConfig::load(
-      written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n  left_to_robot: {file: place.yaml}\n"));
+      written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n  left_to_robot: {file: pose.yaml}\n"));
   EXPECT_TRUE(both.rig.X_WL.isApprox(rig_.X_WL, 1e-15));
 
   // What the named files hold belongs to the digest.
-  write_text_file(path("place.yaml"), "left_to_robot:\n  translation_m: [0, 0, 0]\n");
+  write_text_file(path("pose.yaml"), "left_to_robot:\n  translation_m: [0, 0, 0]\n");
   EXPECT_NE(VisionConfig::load(path("vision.yaml")).digest, both.digest);
 
   const std::vector<std::string> ros = written(CameraFormat::kRos, rig_);
   expect_same(
       rig_,
-      VisionConfig::load(written("vision.yaml", colour + "cameras:\n  files: [rig0.yaml, rig1.yaml]\n" + place)).rig,
+      VisionConfig::load(written("vision.yaml", colour + "cameras:\n  files: [rig0.yaml, rig1.yaml]\n" + extrinsics))
+          .rig,
       1e-12);
 
   const auto refusal = [&](const std::string& cameras) {
     return fault([&] { VisionConfig::load(written("vision.yaml", colour + "cameras:\n" + cameras)); });
   };
-  EXPECT_NE(refusal("  file: nothing.yml\n" + place).find("nothing.yml: cannot be opened"), std::string::npos);
-  EXPECT_NE(refusal("  file: vision.yaml\n" + place).find("another file than this one"), std::string::npos);
+  EXPECT_NE(refusal("  file: nothing.yml\n" + extrinsics).find("nothing.yml: cannot be opened"), std::string::npos);
+  EXPECT_NE(refusal("  file: vision.yaml\n" + extrinsics).find("another file than this one"), std::string::npos);
   EXPECT_NE(refusal("  file: stereo.yml\n").find("'cameras.left_to_robot' is missing"), std::string::npos);
-  EXPECT_NE(refusal("  file: stereo.yml\n  width_px: 640\n" + place).find("the given size is 640 x 240"),
+  EXPECT_NE(refusal("  file: stereo.yml\n  width_px: 640\n" + extrinsics).find("the given size is 640 x 240"),
             std::string::npos);
-  EXPECT_NE(refusal("  file: stereo.yml\n  left: {}\n" + place).find("'cameras.left' is allowed only without file"),
-            std::string::npos);
-  EXPECT_NE(refusal("  file: stereo.yml\n  unit: mm\n" + place).find("another unit"), std::string::npos);
+  EXPECT_NE(
+      refusal("  file: stereo.yml\n  left: {}\n" + extrinsics).find("'cameras.left' is allowed only without file"),
+      std::string::npos);
+  EXPECT_NE(refusal("  file: stereo.yml\n  unit: mm\n" + extrinsics).find("another unit"), std::string::npos);
 }
 
 }  // namespace

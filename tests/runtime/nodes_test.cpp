@@ -249,7 +249,7 @@ TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
   EXPECT_EQ(node.counters().refused, 1);
 }
 
-TEST(VisionNode, AnUnreadableImageIsNoSighting) {
+TEST(VisionNode, AnUnreadableImageGivesNoMatch) {
   VisionNode vision(VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"));
   CameraNode camera(std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml"));
   Outbox out;

@@ -91,8 +91,8 @@ Motion minimum_jerk(double pause_at = 2) {
   double t = 0;
   int paused = 0;
   for (int k = 0; k <= 2000; ++k) {
-    const Eigen::Vector3d place(0.2 * t * t * t * (10 - 15 * t + 6 * t * t), 0, 0);
-    append_setpoint(motion, kTick, JointVector::Constant(1, place.x()), place);
+    const Eigen::Vector3d position(0.2 * t * t * t * (10 - 15 * t + 6 * t * t), 0, 0);
+    append_setpoint(motion, kTick, JointVector::Constant(1, position.x()), position);
     if (t >= pause_at && paused++ < 100) continue;
     t = std::min(1.0, t + kTick);
   }

@@ -23,7 +23,7 @@
 namespace multireach {
 namespace {
 
-/// Random places of a hand, seen with noise that grows with the distance, mostly along the line of match.
+/// Random positions of a hand, seen with noise that grows with the distance, mostly along the line of sight.
 class Synthetic {
  public:
   explicit Synthetic(uint64_t seed) : random_(seed) {
