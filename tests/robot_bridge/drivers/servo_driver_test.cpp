@@ -96,10 +96,13 @@ TEST(ServoBus, AnOverloadIsNamedAndResetCuresIt) {
     loop.run(1500);
     EXPECT_NE(loop.driver().state().find("fault: motor 2"), std::string::npos) << loop.driver().state();
     EXPECT_EQ(loop.bridge_state.state, bridge_state_t::FAULT);
-    loop.ask(bridge_request_t::RESET);
+    EXPECT_TRUE(loop.ask(bridge_request_t::RESET));
     loop.run(1000);
     EXPECT_EQ(loop.emulator().fault(), "");
-    EXPECT_TRUE(loop.ask(bridge_request_t::RESET)) << loop.driver().state();
+    EXPECT_NE(loop.driver().state().find("ready"), std::string::npos) << loop.driver().state();
+    loop.restart_controller();
+    loop.run(1000);
+    EXPECT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.bridge().state();
   }
 }
 
