@@ -222,7 +222,7 @@ void BridgeNode::tick(Outbox& out) {
 void BridgeNode::send_state(Outbox& out) {
   bridge_state_t state{};
   state.utime = last_.utime;
-  state.command_sequence = sequence_ - 1;
+  state.sequence = sequence_ - 1;
   state.run = run();
   state.robot_run = bridge_.robot_run();
   state.state = static_cast<int8_t>(bridge_.state());

@@ -31,7 +31,8 @@ grep -q "the target moves while the hand stands still" "$work/err" || fail "hand
 
 # Another format and back.
 vision="$root/robots/hoap2/vision.yaml"
-"$calibrate" convert <(sed -n '/^cameras:/,/^colour:/p' "$vision" | sed '$d') -o "$work/rig.yml" || fail "convert to OpenCV"
+sed -n '/^cameras:/,/^colour:/p' "$vision" | sed '$d' >"$work/cameras.yaml"
+"$calibrate" convert "$work/cameras.yaml" -o "$work/rig.yml" || fail "convert to OpenCV"
 "$calibrate" convert "$work/rig.yml" -o "$work/camchain.yaml" || fail "convert to Kalibr"
 "$calibrate" convert "$work/camchain.yaml" -o "$work/left.yaml" -o "$work/right.yaml" || fail "convert to ROS"
 "$calibrate" convert "$work/left.yaml" "$work/right.yaml" -o "$work/back.yaml" 2>"$work/err" || fail "convert from ROS"

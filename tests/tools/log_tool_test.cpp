@@ -145,7 +145,7 @@ TEST_F(LogTool, OnlyAMessagesOwnSequenceNumberTellsOfLosses) {
   LogWriter log(path("log"));
   for (int64_t k = 0; k < 20; ++k) {
     bridge_state_t state{};
-    state.command_sequence = 50 * k;
+    state.sequence = 50 * k;  // of the newest JOINT_COMMAND
     log.write(50000 * k, "BRIDGE_STATE", *encode(state));
     node_inputs_t inputs{};
     inputs.num_inputs = 1;

@@ -12,6 +12,7 @@ namespace multireach {
 namespace {
 
 constexpr size_t kMaxSentences = 100;
+constexpr std::string_view kSequenceOfCommands = "bridge_state_t";  // its `sequence` is a JOINT_COMMAND's, not its own
 
 void add_event(LogSummary& summary, const LogEvent& event) {
   LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
@@ -27,6 +28,8 @@ void add_event(LogSummary& summary, const LogEvent& event) {
   if (!type) return;
   if (!well_formed(*type, event.data)) {
     ++channel.malformed;
+  } else if (type->name == kSequenceOfCommands) {
+    return;
   } else if (const auto sequence = sequence_of(*type, event.data)) {
     channel.sequence.add(*sequence, event.utime);
   } else if (channel.sequence.started()) {
