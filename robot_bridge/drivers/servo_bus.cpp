@@ -35,7 +35,7 @@ void ServoBus::command(const JointVector& position, const JointVector&, int64_t 
   commanded_ = true;  // sent with the next cycle
 }
 
-void ServoBus::reset(const Time&, WireOutbox& out) {
+void ServoBus::reset(const Time& now, WireOutbox& out) {
   if (fault_.empty() || !connected_) return;
   std::vector<uint8_t> bytes;
   append_reset(bytes);
@@ -43,6 +43,7 @@ void ServoBus::reset(const Time&, WireOutbox& out) {
   fault_.clear();
   started_ = measured_ = false;
   started_us_ = INT64_MIN / 2;
+  deaf_until_us_ = now.us + 2 * options_.period_us;  // answers that are on their way tell of the time before
 }
 
 bool ServoBus::complete() const {
@@ -51,7 +52,7 @@ bool ServoBus::complete() const {
 
 void ServoBus::answered(int id, int position, int velocity, const std::string& fault, const Time& now) {
   const auto motor = std::ranges::find(motors_, id, &Motor::id);
-  if (motor == motors_.end()) return;
+  if (motor == motors_.end() || now.us < deaf_until_us_) return;
   if (!fault.empty() && fault_.empty()) fault_ = "motor " + std::to_string(id) + ": " + fault;
   const bool was_complete = complete();
   *motor = {id, true, position, velocity};

@@ -32,7 +32,7 @@ class ServoBus : public Driver {
   void command(const JointVector& position, const JointVector& velocity, int64_t utime, const Time& now,
                WireOutbox& out) override;
   void enable(const Time&, WireOutbox&) override { enabled_ = true; }
-  void reset(const Time&, WireOutbox& out) override;
+  void reset(const Time& now, WireOutbox& out) override;
   std::optional<Reading> take_reading() override { return std::exchange(reading_, std::nullopt); }
   DriverStatus status() const override;
 
@@ -69,7 +69,7 @@ class ServoBus : public Driver {
   bool connected_ = false, enabled_ = false, measured_ = false, commanded_ = false;
   int64_t started_us_ = INT64_MIN / 2, asked_us_ = INT64_MIN / 2;
   bool started_ = false, ready_ = false;
-  int64_t complete_us_ = 0;
+  int64_t complete_us_ = 0, deaf_until_us_ = INT64_MIN / 2;
   std::string fault_;
   std::optional<Reading> reading_;
 };

@@ -43,7 +43,8 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda ur5e ur5 so101 so101_dynamixel}; d
     iiwa|panda) end emulator; run emulator "$bin/multireach-robot-emulator" --config "$folder" ;;
   esac
   ask reset || failed "$arm: reset: $(cat "$work/reset.out"); $(cat "$work/driver.err")"
-  status | grep -qE 'armed|running' || failed "$arm: after the reset: $(status)"
+  for _ in $(seq 150); do status | grep -qE '^(armed|running)' && break; sleep 0.1; done
+  status | grep -qE '^(armed|running)' || failed "$arm: after the reset: $(status); $(cat "$work/driver.err")"
   end camera driver emulator bridge controller vision
 done
 finish

@@ -15,9 +15,8 @@ namespace {
 TEST(ConfigReference, IsThePageInTheDocs) {
   const std::string printed = robot_config_reference() + "\n" + controller_config_reference() + "\n" +
                               bridge_config_reference() + "\n" + robot_sim_config_reference() + "\n" +
-                              drivers::driver_config_reference() + "\n" +
-                              vision_config_reference() + "\n" + RenderSource::config_reference() + "\n" +
-                              device_config_reference();
+                              drivers::driver_config_reference() + "\n" + vision_config_reference() + "\n" +
+                              RenderSource::config_reference() + "\n" + device_config_reference();
   const std::string page = read_text_file(MULTIREACH_SOURCE_DIR "/docs/configuration.md");
   const size_t begin = page.find("## ");
   ASSERT_NE(begin, std::string::npos);
