@@ -15,9 +15,13 @@ export LC_NUMERIC=C
 usage() {
   cat <<'EOF'
 Usage: tools/launch.sh [options]
-  --session FILE    play this recorded camera session (default: logs/reach.lcm) with lcm-logplayer
+  --session FILE    play this recorded camera session with lcm-logplayer (default: the scene.yaml of the robot, rendered; else
+                    logs/reach.lcm)
   --camera SOURCE   instead of a session, run multireach-camera with these arguments, as --camera "render --config logs/reach.yaml"
   --robot DIR       folder of the robot, with robot.yaml and vision.yaml (default: robots/hoap2)
+  --driver NAME     instead of the simulated robot, the driver of a real one (docs/robots.md): iiwa, panda, ur, dynamixel, feetech
+  --emulator        the driver (default: that of the robot.yaml) with an emulator of the robot instead of the robot
+  --no-robot        start no robot: another process drives it (docs/your-robot.md)
   --vision FILE     vision.yaml (default: NAME.vision.yaml next to the session NAME.lcm if it exists, else the robot's)
   --speed X         seconds of message time per second (default: 1)
   --seconds N       end after N seconds
@@ -34,15 +38,18 @@ EOF
 }
 fail() { echo "launch.sh: $1" >&2; exit "${2:-2}"; }
 
-session="$root/logs/reach.lcm" camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
+session="" driver="" robot_kind=simulated
+camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
 isolated=no setup=yes
 
 read_options() {
   while [ $# -gt 0 ]; do
     case "$1" in
-      --session|--camera|--robot|--vision|--speed|--seconds|--record|--json|--role|--group)
+      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group)
         [ $# -ge 2 ] || fail "$1 needs a value; see --help"
         printf -v "${1#--}" '%s' "$2"; shift 2 ;;
+      --emulator) robot_kind=emulated; shift ;;
+      --no-robot) robot_kind=none; shift ;;
       --isolated) isolated=yes; shift ;;
       --no-setup) setup=no; shift ;;
       --help|-h) usage; exit 0 ;;
@@ -58,8 +65,13 @@ check_options() {
   [[ "$role" =~ ^(all|eyes|robot)$ ]] || fail "--role: '$role' is not one of all, eyes, robot"
   [[ -z $group || $group =~ ^(0|[1-9][0-9]{0,2})$ && $group -le 255 ]] || fail "--group: '$group' is not a number from 0 to 255"
   [ $isolated = no ] || [ "$role" = all ] || fail "--role $role needs the network that --isolated takes away"
-  [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
   [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
+  check_robot_kind
+  if [ -z "$camera$session" ] && [ -r "$robot/scene.yaml" ]; then
+    printf -v camera 'render --config %q' "$robot/scene.yaml"
+  fi
+  : "${session:=$root/logs/reach.lcm}"
+  [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
   if [ -z "$vision" ]; then
     vision="$robot/vision.yaml"
     [ -z "$camera" ] && [ -r "${session%.lcm}.vision.yaml" ] && vision="${session%.lcm}.vision.yaml"
@@ -70,6 +82,19 @@ check_options() {
   done
   [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
   choose_groups
+}
+
+# What takes the place of the simulated robot.
+check_robot_kind() {
+  [ -z "$driver" ] || [ $robot_kind != none ] || fail "--no-robot starts no driver; give only one of --driver and --no-robot"
+  [ -z "$driver" ] || [ $robot_kind != simulated ] || robot_kind=real
+  case $robot_kind in
+    simulated) robot_nodes=(robot_sim) ;;
+    emulated) robot_nodes=(robot_emulator robot_driver) ;;
+    real) robot_nodes=(robot_driver) ;;
+    none) robot_nodes=() ;;
+  esac
+  [ $robot_kind = simulated ] || [[ $speed =~ ^0*1(\.0*)?$ ]] || fail "--speed: the time of a robot cannot be changed; expected 1"
 }
 
 # Sets `control` and `images`. Between two computers only images stay on their own.
@@ -135,6 +160,10 @@ command_of() {
     vision) command=("$bin/multireach-vision" --config "$vision" "${live[@]}") ;;
     controller|bridge) command=("$bin/multireach-$1" --config "$robot/robot.yaml" "${live[@]}") ;;
     robot_sim) command=("$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}") ;;
+    robot_emulator) command=("$bin/multireach-robot-emulator" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}") ;;
+    robot_driver)
+      command=("$bin/multireach-robot-driver" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}")
+      [ $robot_kind = real ] || command+=(--simulated) ;;
     control_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
     image_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
@@ -150,9 +179,9 @@ command_of() {
 with_buffer() { [[ $1 == *\?* ]] && echo "$1&recv_buf_size=4194304" || echo "$1?recv_buf_size=4194304"; }
 
 choose_processes() {
-  nodes=(vision controller bridge robot_sim) loggers=(control_log image_log) others=()
-  [ "$role" != eyes ] || { nodes=(vision controller); others=(bridge robot_sim); }
-  [ "$role" != robot ] || { nodes=(bridge robot_sim); loggers=(control_log); }
+  nodes=(vision controller bridge "${robot_nodes[@]}") loggers=(control_log image_log) others=()
+  [ "$role" != eyes ] || { nodes=(vision controller); others=(bridge "${robot_nodes[@]}"); }
+  [ "$role" != robot ] || { nodes=(bridge "${robot_nodes[@]}"); loggers=(control_log); }
   live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
   camera_arguments=()
   [ -z "$camera" ] || eval "camera_arguments=($camera)"
@@ -168,6 +197,19 @@ start_nodes() {
   await 10 "the nodes did not start" "${nodes[@]}"
   [ ${#others[@]} -eq 0 ] || echo "launch.sh: waiting for the robot's computer" >&2
   [ ${#others[@]} -eq 0 ] || await 60 "the robot's computer is not heard" "${others[@]}"
+}
+
+# An emulated robot needs some seconds, e.g. to release its brakes; then the bridge hears it.
+await_emulator() {
+  local end
+  [ $robot_kind = emulated ] && [ "$role" = all ] || return 0
+  read_clock
+  end=$((now + 2000))
+  while [ $interrupted = no ] && ! "$bin/multireach-robot" --lcm-url "$control" status 2>/dev/null | grep -q '^armed'; do
+    keep "${supervised[@]}" || give_up_at_start
+    [ "$now" -lt $end ] || { cat "$work/robot_driver.err" >&2; fail "the emulated robot is not ready" 1; }
+    pause
+  done
 }
 
 # await SECONDS SENTENCE NODE...: until all of them have sent NODE_STATUS.
@@ -257,6 +299,7 @@ interrupted=no
 make_folder
 choose_processes
 start_nodes
+await_emulator
 feed
 stop_all
 report

@@ -28,7 +28,7 @@ declare -A packages=(
 )
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
-  [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-view multireach-log multireach-robot"
+  [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish"
   [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay
   [studies]="multireach-trace multireach-study multireach-figures"
   [spy]=multireach_types_jar [docs]="" [tests]=all
