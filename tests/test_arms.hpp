@@ -60,6 +60,7 @@ struct NamedArm {
 /// links of 0.35, 0.3 and 0.1 m.
 inline NamedArm seven_joint_arm() {
   std::vector<Joint> joints;
+  joints.reserve(7);
   for (int i = 0; i < 7; ++i) {
     joints.push_back({.name = {static_cast<char>('a' + i)},
                       .axis = i % 2 == 0 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY(),
@@ -80,6 +81,7 @@ inline NamedArm seven_joint_arm() {
 /// 0.4 and 0.35 m.
 inline NamedArm six_joint_arm() {
   std::vector<Joint> joints;
+  joints.reserve(6);
   for (int i = 0; i < 6; ++i) {
     joints.push_back({.name = {static_cast<char>('a' + i)},
                       .axis = i == 0 || i == 4 ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY(),

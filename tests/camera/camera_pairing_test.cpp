@@ -79,6 +79,7 @@ std::string fault_of(const Outcome& run, int64_t max_skew) {
 int64_t plain_pairs(const Outcome& run, int64_t max_skew, int64_t margin) {
   const auto nearest = [](const std::vector<int64_t>& times, int64_t t) {
     std::vector<int64_t> apart;
+    apart.reserve(times.size());
     for (const int64_t other : times) apart.push_back(std::abs(other - t));
     std::ranges::sort(apart);
     return apart;

@@ -94,7 +94,7 @@ Chain arm(uint64_t which) {
   if (which % 16 == 6) return without_limits(testing::odd_arm(6, which), 1e5);
   if (which % 4 == 0) return testing::hoap2();
   const int joints = which % 16 == 1 ? 11 : 2 + static_cast<int>(which % 8);
-  const Chain odd = testing::odd_arm(joints, which);
+  Chain odd = testing::odd_arm(joints, which);
   if (which % 4 != 1) return odd;
   std::vector<Joint> list = odd.joints();
   std::vector<Eigen::Isometry3d> fixed;

@@ -23,7 +23,7 @@ using Mat = std::vector<Vec>;
 
 class KdlArm {
  public:
-  explicit KdlArm(KDL::Chain chain) : chain_(std::move(chain)), fk_(chain_), jac_(chain_) {}
+  explicit KdlArm(const KDL::Chain& chain) : chain_(chain), fk_(chain_), jac_(chain_) {}
   size_t n() const { return chain_.getNrOfJoints(); }
   Vec position(const Vec& q) {
     KDL::Frame frame;

@@ -245,7 +245,7 @@ TEST_F(Reaching, GoesToTheNearestPointWhenTheTargetIsOutOfReach) {
     const Eigen::Vector3d nearest = shoulder + chain_.reach() * Eigen::Vector3d(1, 0, 0);
     ReachController c = controller();
     run(c, 2, [&](double) { return front_; });
-    const ReachOutput out = run(c, 4, [&](double) { return target; });
+    const ReachOutput out = run(c, 4, [&](double) { return Eigen::Vector3d(target); });
     EXPECT_EQ(out.mode, ReachMode::kReaching);
     EXPECT_TRUE(out.target_unreachable);
     EXPECT_LT(out.velocity.norm(), 1e-3) << "calm";

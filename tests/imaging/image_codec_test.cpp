@@ -112,7 +112,7 @@ cv::Mat busy_picture(int width, int height, uint64_t seed) {
   cv::Mat image(height, width, CV_8UC3);
   for (int row = 0; row < height; ++row) {
     for (int column = 0; column < width; ++column) {
-      const auto patch = static_cast<uint64_t>((row / 3) * 1000 + column / 5);
+      const auto patch = static_cast<uint64_t>(row / 3) * 1000 + static_cast<uint64_t>(column / 5);
       for (int k = 0; k < 3; ++k) {
         image.at<cv::Vec3b>(row, column)[k] = static_cast<uint8_t>(random.bits(3 * patch + static_cast<uint64_t>(k)));
       }

@@ -36,7 +36,7 @@ class Bridging : public ::testing::Test {
   }
   /// A tick of a robot that does what it is told and says so.
   Command obeyed_tick(Bridge& bridge) const {
-    const Command command = bridge.tick();
+    Command command = bridge.tick();
     EXPECT_TRUE(bridge.measured(at(command.theta, command.utime)));
     return command;
   }
