@@ -1,9 +1,9 @@
 #include "controller/ik/levenberg_marquardt.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "controller/task/task_rows.hpp"
+#include "numeric/cholesky.hpp"
 #include "numeric/interval.hpp"
 #include "numeric/trigonometry.hpp"
 
@@ -45,7 +45,7 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
   for (int round = 0; round < chain_.size(); ++round) {
     Eigen::Matrix<double, M, M> A = jacobian.lazyProduct(jacobian.transpose());
     A.diagonal().array() += damping;
-    step = jacobian.transpose().lazyProduct(A.llt().solve(error));
+    step = jacobian.transpose().lazyProduct(cholesky_solve<M>(A, error));
     bool blocked = false;
     for (int i = 0; i < chain_.size(); ++i) {
       if (!leads_out(posture[i], chain_.lower()[i], chain_.upper()[i], step[i])) continue;
