@@ -33,7 +33,8 @@ inline Columns3 goal_axes(const TaskTarget& target, const Eigen::Matrix3d& tool)
 /// The orientation error from the axes `from` to the axes `to`, m. For a pose: the rotation vector in W. For pointing:
 /// its components along the first two axes of `from`.
 template <int M>
-std::array<double, M - 3> orientation_error(const Columns3& from, const Columns3& to, double length) {
+[[gnu::always_inline]] inline std::array<double, M - 3> orientation_error(const Columns3& from, const Columns3& to,
+                                                                          double length) {
   std::array<double, M - 3> error;
   if constexpr (M == 6) {
     const Vector3 w = rotation_vector(from, to);
