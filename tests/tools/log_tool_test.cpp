@@ -98,6 +98,8 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
     message.utime = second * 1'000'000 - 3'200'000;  // its clock is behind
     message.uptime_us = uptime_s * 1'000'000;
     message.late = late;
+    message.lateness[2] = 100 * uptime_s;  // before the last restarts: 200 and 100 ticks of 32 to 64 us
+    message.lateness[5] = late;            // and 5, 2 and 1 of 256 to 512 us
     auto bytes = *encode(message);
     set_checksum(bytes);
     log.write(second * 1'000'000, "NODE_STATUS", bytes);
@@ -115,7 +117,10 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 3);
   EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
   EXPECT_NEAR(report.json["nodes"]["bridge"]["clock_lead_ms"].get<double>(), -3200, 1e-9);
+  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us"]["p50"], 64);
+  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us"]["p99"], 512) << "8 of 308 ticks";
   const std::string table = table_of(report.json);
+  EXPECT_NE(table.find("ticks of bridge began late by < 512 us (99 %)"), std::string::npos) << table;
   EXPECT_NE(table.find("restarts: bridge 3"), std::string::npos) << table;
   EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }

@@ -11,6 +11,7 @@
 #include <multireach/node_status_t.hpp>
 #include <multireach/robot_state_t.hpp>
 #include <multireach/target_t.hpp>
+#include <numeric>
 #include <set>
 
 #include "controller/ik/multi_start.hpp"
@@ -86,19 +87,43 @@ struct NodeRecord {
     return status.uptime_us < newest.uptime_us || (status.uptime_us < kYoung && later > kOtherStart);
   }
   NodeCounters total() const {
-    return {.received = before.received + newest.received,
-            .dropped = before.dropped + newest.dropped,
-            .refused = before.refused + newest.refused,
-            .late = before.late + newest.late,
-            .limited = before.limited + newest.limited,
-            .sent = before.sent + newest.sent};
+    NodeCounters sum{.received = before.received + newest.received,
+                     .dropped = before.dropped + newest.dropped,
+                     .refused = before.refused + newest.refused,
+                     .late = before.late + newest.late,
+                     .limited = before.limited + newest.limited,
+                     .sent = before.sent + newest.sent};
+    for (size_t bin = 0; bin < sum.lateness.size(); ++bin) {
+      sum.lateness[bin] = before.lateness[bin] + std::max<int64_t>(newest.lateness[bin], 0);
+    }
+    return sum;
+  }
+  /// How late a tick began at most in `share` of all ticks, us, to the upper end of its bin; null without ticks or
+  /// where the last bin has no end.
+  json lateness_us(double share) const {
+    const auto bins = total().lateness;
+    const double ticks = static_cast<double>(std::accumulate(bins.begin(), bins.end(), int64_t{0}));
+    double sum = 0;
+    for (size_t bin = 0; ticks > 0 && bin + 1 < bins.size(); ++bin) {
+      sum += static_cast<double>(bins[bin]);
+      if (sum >= share * ticks) return int64_t{16} << bin;
+    }
+    return nullptr;
   }
   json to_json() const {
     const NodeCounters sum = total();
-    return {{"state", newest.state},      {"restarts", restarts},   {"clock_lead_ms", quantile(clock_lead_ms, 0.5)},
-            {"received", sum.received},   {"dropped", sum.dropped}, {"refused", sum.refused},
-            {"late", sum.late},           {"limited", sum.limited}, {"sent", sum.sent},
-            {"build_id", newest.build_id}};
+    return {{"state", newest.state},
+            {"restarts", restarts},
+            {"clock_lead_ms", quantile(clock_lead_ms, 0.5)},
+            {"received", sum.received},
+            {"dropped", sum.dropped},
+            {"refused", sum.refused},
+            {"late", sum.late},
+            {"limited", sum.limited},
+            {"sent", sum.sent},
+            {"build_id", newest.build_id},
+            {"lateness_us", {{"p50", lateness_us(0.5)}, {"p99", lateness_us(0.99)}, {"p99.9", lateness_us(0.999)}}},
+            {"lateness_bins", sum.lateness}};
   }
 };
 
@@ -347,6 +372,35 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   return report;
 }
 
+namespace {
+
+/// Lateness of the nodes' ticks, their clocks and restarts.
+std::string lines_on_nodes(const json& nodes) {
+  std::string lines;
+  for (const auto& [name, node] : nodes.items()) {
+    const json& lateness = node["lateness_us"];
+    if (!lateness["p50"].is_number()) continue;
+    const auto under = [&](const char* share) {
+      return lateness[share].is_number() ? "< " + lateness[share].dump() + " us" : std::string("> 16384 us");
+    };
+    lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("p99"), under("p99.9"));
+  }
+  std::string restarts;
+  for (const auto& [name, node] : nodes.items()) {
+    if (node["restarts"] > 0) restarts += (restarts.empty() ? "" : ", ") + name + " " + node["restarts"].dump();
+  }
+  for (const auto& [name, node] : nodes.items()) {
+    const double lead = node["clock_lead_ms"].is_number() ? node["clock_lead_ms"].get<double>() : 0;
+    if (!(std::abs(lead) > kSameClock)) continue;  // NaN: no clock was told
+    lines += fmt::format("clock of {}: {:.0f} ms {} the recorder's\n", name, std::abs(lead),
+                         lead > 0 ? "ahead of" : "behind");
+  }
+  if (!restarts.empty()) lines += "restarts: " + restarts + "\n";
+  return lines;
+}
+
+}  // namespace
+
 std::string table_of(const json& report) {
   const auto number = [](const json& value, const char* format) {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
@@ -356,9 +410,9 @@ std::string table_of(const json& report) {
   for (const char* list : {"reaches", "unreachable"}) {
     for (const json& reach : report[list]) {
       const json& p = reach["target_m"];
-      const std::string place =
+      const std::string position =
           fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
-      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>12}{}\n", place,
+      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>12}{}\n", position,
                            reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
                            number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
                            list == std::string("reaches") ? "" : "  unreachable");
@@ -383,17 +437,7 @@ std::string table_of(const json& report) {
       100 * report["max_command_speed_share"].get<double>(), 100 * report["max_measured_speed_share"].get<double>());
   table += fmt::format("late ticks {}; messages lost {}, not recorded {}; refused {}\n", report["late_ticks"].dump(),
                        report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
-  std::string restarts;
-  for (const auto& [name, node] : report["nodes"].items()) {
-    if (node["restarts"] > 0) restarts += (restarts.empty() ? "" : ", ") + name + " " + node["restarts"].dump();
-  }
-  for (const auto& [name, node] : report["nodes"].items()) {
-    const double lead = node["clock_lead_ms"].is_number() ? node["clock_lead_ms"].get<double>() : 0;
-    if (!(std::abs(lead) > kSameClock)) continue;  // NaN: no clock was told
-    table += fmt::format("clock of {}: {:.0f} ms {} the recorder's\n", name, std::abs(lead),
-                         lead > 0 ? "ahead of" : "behind");
-  }
-  if (!restarts.empty()) table += "restarts: " + restarts + "\n";
+  table += lines_on_nodes(report["nodes"]);
   if (report["damaged"].get<int64_t>() > 0) {
     table += fmt::format("{} messages have damaged sequence numbers or times; `check` tells more\n",
                          report["damaged"].dump());
