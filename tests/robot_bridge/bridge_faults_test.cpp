@@ -1,6 +1,8 @@
 // Seeded schedules of faults against the bridge, in virtual time: lost, repeated, reordered, late and corrupt
-// set-points and measurements, foreign senders, gaps in the ticks, robots that are blocked, displaced, silent or
-// restarted, and requests of a user. MULTIREACH_FAULT_SCHEDULES sets their number.
+// set-points and measurements, foreign senders, gaps in the ticks, controllers that are restarted or whose clock steps,
+// stalls of all processes, robots that are blocked, displaced, silent or restarted, and requests of a user. When the
+// faults end, the bridge must follow the controller again, if need be after the documented requests.
+// MULTIREACH_FAULT_SCHEDULES sets their number.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +18,7 @@
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr int64_t kTicks = 2000, kRobot = 21, kController = 22;
+constexpr int64_t kTicks = 2000, kQuiet = 3000, kRobot = 21, kController = 22;
 
 /// One schedule: which faults it has, and how often.
 class Schedule {
@@ -30,11 +32,12 @@ class Schedule {
   double next() { return draw(1000 + drawn_++); }
   /// Whether the fault of this kind happens now, at `share` of its rate.
   bool happens(size_t kind, double share = 1) { return rates_[kind] > 0 && next() < share * rates_[kind]; }
+  void end() { rates_.fill(0); }
 
  private:
   const CounterRandom& random_;
   uint64_t number_, drawn_ = 0;
-  std::array<double, 12> rates_{};
+  std::array<double, 15> rates_{};
 };
 enum Fault : size_t {
   kLost,
@@ -48,7 +51,10 @@ enum Fault : size_t {
   kDisplaced,
   kSilent,
   kRestarted,
-  kAsked
+  kAsked,
+  kControllerRestarted,
+  kClockStep,
+  kAllStalled
 };
 
 class FaultRun {
@@ -75,7 +81,7 @@ class FaultRun {
       if (jumped_) return "tick " + std::to_string(ms) + ": a jump across a gap";
       if (bridge_.state() == BridgeState::kFault && !*bridge_.cause()) return "a fault without a cause";
     }
-    return "";
+    return recovers() ? "" : "does not run again after the faults: " + std::string(bridge_.cause());
   }
   int64_t faults() const { return faults_; }
   int64_t running() const { return running_; }
@@ -84,11 +90,32 @@ class FaultRun {
   Setpoint wanted(int64_t k) const {
     const double t = 0.05 * static_cast<double>(k), ramp = std::min(t, 1.0), w = 6.28 * frequency_;
     const double phase = ramp < 1 ? w * t * t / 2 : w * (t - 0.5), speed = ramp < 1 ? w * t : w;
-    return {.run = kController,
-            .utime = k * 50000,
-            .sequence = k,
+    if (hold_.size() > 0) {
+      return {.run = controller_run_,
+              .utime = k * 50000 + clock_step_,
+              .sequence = k - first_,
+              .theta = hold_,
+              .velocity = JointVector::Zero(hold_.size())};
+    }
+    return {.run = controller_run_,
+            .utime = k * 50000 + clock_step_,
+            .sequence = k - first_,
             .theta = centre_ + amplitude_ * (1 - std::cos(phase)) / 2,
             .velocity = amplitude_ * std::sin(phase) * speed / 2};
+  }
+
+  /// Whether the bridge follows a controller that holds the robot's position, once all faults are over.
+  bool recovers() {
+    schedule_.end();
+    queue_.clear();
+    for (int64_t ms = kTicks; ms < kTicks + kQuiet; ++ms) {
+      if (ms == kTicks + kQuiet / 2) hold_ = measured_;  // as BRIDGE_STATE.far_run asks for
+      if (ms % 100 == 0 && bridge_.state() == BridgeState::kFault) (void)bridge_.reset();
+      if (ms % 100 == 0 && bridge_.state() == BridgeState::kIdle) bridge_.enable();
+      step(ms);
+      if (!check_.keeps() || jumped_) return false;
+    }
+    return bridge_.state() == BridgeState::kRunning;
   }
 
   void send(Setpoint setpoint) {
@@ -128,6 +155,17 @@ class FaultRun {
   }
 
   void step(int64_t ms) {
+    if (schedule_.happens(kAllStalled, 0.002)) {
+      stalled_until_ = ms + static_cast<int64_t>(1500 * schedule_.next());
+      if (bridge_.next_tick()) bridge_.skip(stalled_until_ - ms);
+      check_.begin();
+    }
+    if (ms < stalled_until_) return;
+    if (schedule_.happens(kControllerRestarted, 0.003)) {
+      ++controller_run_;
+      first_ = ms / 50;
+    }
+    if (schedule_.happens(kClockStep, 0.003)) clock_step_ += static_cast<int64_t>(4e6 * (schedule_.next() - 0.5));
     if (ms % 50 == 0 && !schedule_.happens(kLost)) {
       int64_t delay = static_cast<int64_t>(5 * schedule_.next());
       if (schedule_.happens(kLate)) delay += static_cast<int64_t>(200 * schedule_.next());
@@ -167,9 +205,9 @@ class FaultRun {
       check_.begin();
       gap_ = 0;
     }
-    running_ += bridge_.state() == BridgeState::kRunning;
+    running_ += ms < kTicks && bridge_.state() == BridgeState::kRunning;
     if (bridge_.state() == BridgeState::kFault) {
-      ++faults_;
+      faults_ += ms < kTicks;
       if (schedule_.next() < 0.01) (void)bridge_.reset();
     }
   }
@@ -199,7 +237,9 @@ class FaultRun {
   JointVector centre_, amplitude_, measured_, commanded_;
   double frequency_ = 1;
   std::deque<std::pair<int64_t, Setpoint>> queue_;
-  int64_t blocked_until_ = -1, silent_until_ = -1, robot_run_ = kRobot;
+  JointVector hold_;  // once the faults are over: the position that the controller holds
+  int64_t controller_run_ = kController, first_ = 0, clock_step_ = 0;
+  int64_t blocked_until_ = -1, silent_until_ = -1, stalled_until_ = -1, robot_run_ = kRobot;
   int64_t faults_ = 0, running_ = 0, gap_ = 0;
   bool jumped_ = false, new_stream_ = true;
 };
