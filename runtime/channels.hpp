@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,32 @@ inline constexpr std::string_view kReplayDone = "REPLAY_DONE";
 inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
 inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
 inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
+
+/// A process of the loop and the channels that it publishes, whose messages a replay computes again and compares. The
+/// first channel counts the messages; the others carry the sequence numbers of the first.
+struct Publisher {
+  std::string_view node;
+  std::array<std::string_view, 3> channels;  ///< "" for none
+
+  std::string_view main_channel() const { return channels[0]; }
+};
+
+/// In the order in which messages depend on one another. The robot is simulated (by physics or ideally) or real.
+inline constexpr std::array kPublishers{
+    Publisher{"vision", {kTarget, kTrackerState}}, Publisher{"controller", {kJointSetpoint, kControllerState}},
+    Publisher{"bridge", {kJointCommand, kBridgeState}}, Publisher{"robot_sim", {kRobotState, kSimStep}},
+    Publisher{"ideal_robot", {kRobotState}}};
+
+/// The process that publishes on a channel; for ROBOT_STATE the simulated robot. "" for a channel that comes from
+/// outside the loop.
+constexpr std::string_view publisher_of(std::string_view channel) {
+  for (const Publisher& publisher : kPublishers) {
+    for (const std::string_view published : publisher.channels) {
+      if (!published.empty() && published == channel) return publisher.node;
+    }
+  }
+  return "";
+}
 
 /// Images have a UDP group of their own: every socket of a group receives all of its traffic, so images on the control
 /// group would make the 1 kHz stream lose messages. TARGET_TRUTH is sent with the rendered image that it belongs to.

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -133,6 +134,11 @@ class Node {
     auto message = decode<Message>(bytes);
     ++(message ? counters_.received : counters_.refused);
     return message;
+  }
+
+  /// For a message on a channel that receive() forgot although inputs() names it.
+  std::logic_error unknown_input(std::string_view channel) const {
+    return std::logic_error(name() + " does not handle its input " + std::string(channel));
   }
 
   NodeCounters counters_;

@@ -279,8 +279,10 @@ std::vector<std::string_view> ControllerNode::inputs() const {
 
 Receipt ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kTarget) return receive_target(bytes);
+  if (channel == channel::kObstacles) return receive_obstacles(bytes);
+  if (channel == channel::kRobotState) return receive_robot_state(bytes);
   if (channel == channel::kBridgeState) return receive_bridge_state(bytes);
-  return channel == channel::kObstacles ? receive_obstacles(bytes) : receive_robot_state(bytes);
+  throw unknown_input(channel);
 }
 
 Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {

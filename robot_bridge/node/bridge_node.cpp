@@ -91,8 +91,10 @@ std::vector<std::string_view> BridgeNode::inputs() const {
 }
 
 Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
+  if (channel == channel::kJointSetpoint) return receive_setpoint(bytes, out);
   if (channel == channel::kRobotState) return receive_robot_state(bytes);
-  return channel == channel::kJointSetpoint ? receive_setpoint(bytes, out) : receive_request(bytes, out);
+  if (channel == channel::kBridgeRequest) return receive_request(bytes, out);
+  throw unknown_input(channel);
 }
 
 Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes) {

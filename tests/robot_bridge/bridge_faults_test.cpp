@@ -12,7 +12,7 @@
 
 #include "numeric/random.hpp"
 #include "robot_bridge/bridge.hpp"
-#include "tests/robot_bridge/stream_check.hpp"
+#include "robot_bridge/stream_check.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach::robot_bridge {

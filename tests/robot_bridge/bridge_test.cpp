@@ -5,8 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "robot_bridge/stream_check.hpp"
 #include "tests/allocation_count.hpp"
-#include "tests/robot_bridge/stream_check.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach::robot_bridge {

@@ -8,8 +8,8 @@
 #include <iostream>
 
 #include "numeric/random.hpp"
+#include "robot_bridge/stream_check.hpp"
 #include "tests/allocation_count.hpp"
-#include "tests/robot_bridge/stream_check.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach::robot_bridge {

@@ -15,6 +15,8 @@
 #include <set>
 
 #include "controller/ik/multi_start.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
+#include "robot_bridge/stream_check.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/joint_fields.hpp"
@@ -49,9 +51,6 @@ struct Dwell {
   }
   int64_t duration() const { return matches.back().utime - matches.front().utime; }
 };
-
-/// A clock that differs by more is reported: far more than a message takes on a busy machine.
-constexpr double kSameClock = 20;  // ms
 
 /// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, and the recorder's own
 /// is about as large.
@@ -127,10 +126,31 @@ struct NodeRecord {
   }
 };
 
+/// The commands of one start of a bridge, in the order of their receipt.
+struct CommandStream {
+  robot_bridge::StreamCheck derivatives;  ///< by message time, over periods without a gap
+  SpeedWindow speed{};                    ///< by time of arrival
+  int64_t commands = 0, newest_utime = 0;
+
+  void add(const Chain& chain, int64_t received_utime, int64_t utime, const JointVector& position) {
+    if (utime != newest_utime + kPeriodUs) derivatives.begin();
+    newest_utime = utime;
+    derivatives.add(position);
+    speed.add(chain, received_utime, position);
+    ++commands;
+  }
+
+ private:
+  static constexpr int64_t kPeriodUs = 1000;
+};
+
 /// Collects all data for the report in one pass over the log.
 class RecordedData {
  public:
-  RecordedData(const std::string& log_path, const Chain& chain) : chain_(chain) {
+  RecordedData(const std::string& log_path, const RobotConfig& robot) : chain_(robot.chain) {
+    const robot_bridge::BridgeOptions bridge = bridge_options_from(robot);
+    smooth = bridge.shape == robot_bridge::BridgeOptions::Shape::kSmooth;
+    limits_ = robot_bridge::motion_limits(robot.chain, bridge.speed_where_unlimited, bridge.acceleration, bridge.jerk);
     LogReader log(log_path);
     while (const auto event = log.next()) add(*event);
   }
@@ -145,8 +165,9 @@ class RecordedData {
   /// Runs of the publishers of a channel.
   std::map<std::string, std::set<int64_t>, std::less<>> publishers;
   std::map<std::pair<std::string, int64_t>, SequenceGaps> sequences;  // by channel and run
-  /// By run: of the bridge, of the robot.
-  std::map<int64_t, SpeedWindow> command_speed, measured_speed;
+  std::map<int64_t, CommandStream> command_streams;                   // by the bridge's run
+  std::map<int64_t, SpeedWindow> measured_speed;                      // by the robot's run
+  bool smooth = true;  // whether the bridge limits accelerations and jerks
 
  private:
   void add(const LogEvent& event) {
@@ -188,7 +209,8 @@ class RecordedData {
     command_utime_[command->sequence] = command->utime;
     if (const auto theta = from_fields(chain_, command->joint_name, command->joint_position)) {
       limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
-      command_speed[command->run].add(chain_, event.utime, *theta);
+      command_streams.try_emplace(command->run, CommandStream{.derivatives = robot_bridge::StreamCheck(limits_)})
+          .first->second.add(chain_, event.utime, command->utime, *theta);
     }
     if (const auto velocity = from_fields(chain_, command->joint_name, command->joint_velocity)) {
       velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain_.velocity()).maxCoeff());
@@ -207,6 +229,7 @@ class RecordedData {
   }
 
   const Chain& chain_;
+  robot_bridge::MotionLimits limits_;
   std::map<int64_t, int64_t> command_utime_;
 };
 
@@ -291,7 +314,7 @@ json vision_error_of(const RecordedData& run) {
 }  // namespace
 
 RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
-  const RecordedData run(log_path, robot.chain);
+  const RecordedData run(log_path, robot);
   const auto count = [&run](std::string_view channel) {
     const auto found = run.counts.find(channel);
     return found == run.counts.end() ? int64_t{0} : found->second;
@@ -334,13 +357,24 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   out["max_limit_violation_rad"] = run.limit_excess;
   out["max_measured_limit_violation_rad"] = run.measured_limit_excess;
   out["max_velocity_violation_rad_s"] = std::max(run.velocity_excess, 0.0);
-  const auto largest = [](const std::map<int64_t, SpeedWindow>& by_run) {
-    double share = 0;
-    for (const auto& [run_number, window] : by_run) share = std::max(share, window.largest());
-    return share;
-  };
-  out["max_command_speed_share"] = largest(run.command_speed);
-  out["max_measured_speed_share"] = largest(run.measured_speed);
+  double command_speed = 0, acceleration = 0, jerk = 0, measured_speed = 0;
+  out["command_streams"] = json::array();
+  for (const auto& [run_number, stream] : run.command_streams) {
+    out["command_streams"].push_back({{"run", run_number},
+                                      {"commands", stream.commands},
+                                      {"speed_share", stream.speed.largest()},
+                                      {"acceleration_share", stream.derivatives.acceleration()},
+                                      {"jerk_share", stream.derivatives.jerk()}});
+    command_speed = std::max(command_speed, stream.speed.largest());
+    acceleration = std::max(acceleration, stream.derivatives.acceleration());
+    jerk = std::max(jerk, stream.derivatives.jerk());
+  }
+  for (const auto& [run_number, window] : run.measured_speed)
+    measured_speed = std::max(measured_speed, window.largest());
+  out["max_command_speed_share"] = command_speed;
+  out["max_measured_speed_share"] = measured_speed;
+  out["max_command_acceleration_share"] = run.smooth ? json(acceleration) : json();
+  out["max_command_jerk_share"] = run.smooth ? json(jerk) : json();
   json publishers = json::object();
   for (const auto& [channel, runs] : run.publishers) publishers[channel] = runs.size();
   out["publishers"] = publishers;
@@ -363,90 +397,13 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
                                 reaches.size(), 1e3 * kReached);
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
-  } else if (out["max_command_speed_share"].get<double>() > kFasterThanTheLimit) {
+  } else if (command_speed > kFasterThanTheLimit) {
     report.reason = fmt::format("the commands moved at {:.0f} % of a joint's speed limit, by their time of arrival",
-                                100 * out["max_command_speed_share"].get<double>());
+                                100 * command_speed);
   } else {
     report.succeeded = true;
   }
   return report;
-}
-
-namespace {
-
-/// Lateness of the nodes' ticks, their clocks and restarts.
-std::string lines_on_nodes(const json& nodes) {
-  std::string lines;
-  for (const auto& [name, node] : nodes.items()) {
-    const json& lateness = node["lateness_us"];
-    if (!lateness["p50"].is_number()) continue;
-    const auto under = [&](const char* share) {
-      return lateness[share].is_number() ? "< " + lateness[share].dump() + " us" : std::string("> 16384 us");
-    };
-    lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("p99"), under("p99.9"));
-  }
-  std::string restarts;
-  for (const auto& [name, node] : nodes.items()) {
-    if (node["restarts"] > 0) restarts += (restarts.empty() ? "" : ", ") + name + " " + node["restarts"].dump();
-  }
-  for (const auto& [name, node] : nodes.items()) {
-    const double lead = node["clock_lead_ms"].is_number() ? node["clock_lead_ms"].get<double>() : 0;
-    if (!(std::abs(lead) > kSameClock)) continue;  // NaN: no clock was told
-    lines += fmt::format("clock of {}: {:.0f} ms {} the recorder's\n", name, std::abs(lead),
-                         lead > 0 ? "ahead of" : "behind");
-  }
-  if (!restarts.empty()) lines += "restarts: " + restarts + "\n";
-  return lines;
-}
-
-}  // namespace
-
-std::string table_of(const json& report) {
-  const auto number = [](const json& value, const char* format) {
-    return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
-  };
-  std::string table =
-      fmt::format("\n{:<24}{:>10}{:>12}{:>12}\n", "position (m, in W)", "dwell (s)", "error (mm)", "settle (s)");
-  for (const char* list : {"reaches", "unreachable"}) {
-    for (const json& reach : report[list]) {
-      const json& p = reach["target_m"];
-      const std::string position =
-          fmt::format("{:6.3f} {:6.3f} {:6.3f}", p[0].get<double>(), p[1].get<double>(), p[2].get<double>());
-      table += fmt::format("{:<24}{:>10.1f}{:>12}{:>12}{}\n", position,
-                           reach["end_s"].get<double>() - reach["begin_s"].get<double>(),
-                           number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
-                           list == std::string("reaches") ? "" : "  unreachable");
-    }
-  }
-  for (const json& lost : report["lost_intervals"]) {
-    table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(),
-                         lost["end_s"].get<double>(), lost["frames"].get<int>());
-  }
-  if (report["vision_error_mm"].is_object()) {
-    const json& error = report["vision_error_mm"];
-    table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n",
-                         error["median"].get<double>(), error["p95"].get<double>(), error["max"].get<double>());
-  }
-  table += fmt::format("images {}, targets {}, set-points {}, commands {}, robot states {}\n", report["images"].dump(),
-                       report["targets"].dump(), report["setpoints"].dump(), report["commands"].dump(),
-                       report["robot_states"].dump());
-  table += fmt::format(
-      "beyond a position limit: commands {:.3g}, robot {:.3g} rad; speed, by time of arrival: commands {:.0f} %, "
-      "robot {:.0f} % of the limit\n",
-      report["max_limit_violation_rad"].get<double>(), report["max_measured_limit_violation_rad"].get<double>(),
-      100 * report["max_command_speed_share"].get<double>(), 100 * report["max_measured_speed_share"].get<double>());
-  table += fmt::format("late ticks {}; messages lost {}, not recorded {}; refused {}\n", report["late_ticks"].dump(),
-                       report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
-  table += lines_on_nodes(report["nodes"]);
-  if (report["damaged"].get<int64_t>() > 0) {
-    table += fmt::format("{} messages have damaged sequence numbers or times; `check` tells more\n",
-                         report["damaged"].dump());
-  }
-  for (const auto& [channel, runs] : report["publishers"].items()) {
-    if (runs.get<int>() > 1)
-      table += fmt::format("{}: {} publishers, or one that was restarted\n", channel, runs.dump());
-  }
-  return table;
 }
 
 }  // namespace multireach

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "runtime/channels.hpp"
 #include "tools/replay/message_difference.hpp"
-#include "tools/replay/publishers.hpp"
 #include "tools/replay/recorded_log.hpp"
 
 namespace multireach {
@@ -18,7 +18,7 @@ struct ComparedChannel {
 /// Channels in the order in which their messages depend on one another.
 std::vector<ComparedChannel> compared_channels() {
   std::vector<ComparedChannel> compared{{channel::kStereoImages, ""}, {channel::kObstacles, ""}};
-  for (const Publisher& publisher : kPublishers) {
+  for (const channel::Publisher& publisher : channel::kPublishers) {
     if (publisher.node == "ideal_robot") continue;
     for (const std::string_view channel : publisher.channels) {
       if (!channel.empty()) compared.push_back({channel, publisher.node == "robot_sim" ? "robot" : publisher.node});

@@ -12,7 +12,6 @@
 #include "runtime/message_clock.hpp"
 #include "runtime/message_schema.hpp"
 #include "tools/replay/message_difference.hpp"
-#include "tools/replay/publishers.hpp"
 
 namespace multireach {
 namespace {
@@ -38,7 +37,7 @@ class Player : public VirtualLoop::Observer {
       Process& process = processes_[node->name()];
       process.step.replay = replay;
       process.step.node = node->name();
-      for (const Publisher& publisher : kPublishers) {
+      for (const channel::Publisher& publisher : channel::kPublishers) {
         if (publisher.node != node->name()) continue;
         for (const std::string_view output : publisher.channels) {
           if (output.empty()) continue;
@@ -80,7 +79,10 @@ class Player : public VirtualLoop::Observer {
 
   void sent(int64_t, std::string_view channel, std::span<const uint8_t> bytes) override {
     if (channel == channel::kNodeInputs) return;
-    const auto process = processes_.find(std::string(publisher_of(channel)));
+    const std::string publisher(channel::publisher_of(channel));
+    if (publisher.empty())
+      throw std::logic_error("channel " + std::string(channel) + " has no publisher in runtime/channels.hpp");
+    const auto process = processes_.find(publisher);
     if (process == processes_.end()) {
       publish(channel, bytes);  // from the ideal robot, which runs in this process
       return;
@@ -201,7 +203,7 @@ class Player : public VirtualLoop::Observer {
   }
 
   bool sender_is_done(std::string_view channel) const {
-    const auto process = processes_.find(std::string(publisher_of(channel)));
+    const auto process = processes_.find(std::string(channel::publisher_of(channel)));
     return process == processes_.end() || process->second.done;
   }
 
@@ -215,8 +217,9 @@ class Player : public VirtualLoop::Observer {
       if (sent_message.channel != channel || sequence_of(*schema, sent_message.bytes).value_or(-1) != sequence)
         continue;
       const MessageDifference difference = difference_of(bytes, sent_message.bytes);
-      result_.failure = fmt::format("{} {}: {} is {} from {}, and {} when computed here", channel, sequence,
-                                    difference.field, difference.first, publisher_of(channel), difference.second);
+      result_.failure =
+          fmt::format("{} {}: {} is {} from {}, and {} when computed here", channel, sequence, difference.field,
+                      difference.first, channel::publisher_of(channel), difference.second);
       return;
     }
   }

@@ -13,7 +13,6 @@
 #include "runtime/message_schema.hpp"
 #include "runtime/program.hpp"
 #include "tools/replay/message_difference.hpp"
-#include "tools/replay/publishers.hpp"
 #include "tools/replay/robot_sim_check.hpp"
 
 namespace multireach {
@@ -27,9 +26,9 @@ class Verifier {
   Verifier(const RecordedLog& log, const NodeConfigs& configs) : log_(log), configs_(configs) {}
 
   Verification verify(const std::function<void(double)>& progress) {
-    for (size_t i = 0; i < kPublishers.size(); ++i) {
-      verify_node(kPublishers[i]);
-      progress(0.5 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(kPublishers.size()));
+    for (size_t i = 0; i < channel::kPublishers.size(); ++i) {
+      verify_node(channel::kPublishers[i]);
+      progress(0.5 + 0.5 * static_cast<double>(i + 1) / static_cast<double>(channel::kPublishers.size()));
     }
     for (const std::string_view channel : kWithChecksum) {
       if (log_.valid_count(channel) == 0) continue;
@@ -91,7 +90,7 @@ class Verifier {
     return schema ? sequence_of(*schema, bytes).value_or(-1) : -1;
   }
 
-  void verify_node(const Publisher& publisher) {
+  void verify_node(const channel::Publisher& publisher) {
     if (publisher.node == "robot_sim") return verify_simulated_robot();
     const auto runs = log_.runs(publisher.node);
     std::map<std::string_view, Digests> computed;
@@ -116,7 +115,7 @@ class Verifier {
     return found;
   }
 
-  void recompute_run(const Publisher& publisher, RecomputedRun& recomputed, size_t number,
+  void recompute_run(const channel::Publisher& publisher, RecomputedRun& recomputed, size_t number,
                      std::map<std::string_view, Digests>& computed) {
     const RecordedRun& run = *recomputed.run;
     std::map<std::string_view, int64_t> next;  // sequence number, by channel
@@ -186,8 +185,8 @@ class Verifier {
     return last;
   }
 
-  void compare(const Publisher& publisher, std::string_view channel, const std::vector<RecomputedRun>& recomputed,
-               const Digests& computed) {
+  void compare(const channel::Publisher& publisher, std::string_view channel,
+               const std::vector<RecomputedRun>& recomputed, const Digests& computed) {
     const auto& messages = log_.messages(channel);
     if (messages.empty() || (recomputed.empty() && channel == channel::kRobotState)) return;
     Verification::Channel& sum = sum_of(channel);
@@ -232,7 +231,7 @@ class Verifier {
   }
 
   /// Computes the run once more to find out what the message should have been.
-  void report(const Publisher& publisher, std::string_view channel, const RecordedRun& run,
+  void report(const channel::Publisher& publisher, std::string_view channel, const RecordedRun& run,
               const RecordedMessage& message, int64_t expected) {
     std::vector<uint8_t> nearest;
     size_t fewest = SIZE_MAX;

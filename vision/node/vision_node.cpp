@@ -144,6 +144,7 @@ Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> b
     if (const auto request = decode_and_count<debug_request_t>(bytes)) picture_of_ = request->name;
     return {};
   }
+  if (channel != channel::kStereoImages) throw unknown_input(channel);
   StereoFrames frames(bytes);
   for (const Side side : kSides) frames.set_buffer(side, buffers_[index(side)]);
   const Receipt receipt = process(frames, out);

@@ -1,6 +1,9 @@
 #include "robot_bridge/drivers/node/driver_config.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "robot_bridge/drivers/dynamixel_driver.hpp"
 #include "robot_bridge/drivers/feetech_driver.hpp"
@@ -13,12 +16,59 @@
 namespace multireach::drivers {
 namespace {
 
-bool is_tcp(const DriverConfig& config) {
-  return config.name == "template" || config.name == "ur";
+using Make = std::unique_ptr<Driver> (*)(const DriverConfig& config, int joints);
+
+/// A driver: one row here, and its own keys below. An emulator has its row in drivers/emulators/emulator_node.cpp.
+struct DriverKind {
+  std::string_view name;
+  enum class Transport { kLcm, kTcp, kServoBus } transport;
+  int joints;  ///< that it moves; 0 for any number
+  Make make;
+};
+
+const std::array kDrivers{
+    DriverKind{"iiwa", DriverKind::Transport::kLcm, 0,
+               [](auto&, int joints) -> std::unique_ptr<Driver> { return std::make_unique<IiwaDriver>(joints); }},
+    DriverKind{"panda", DriverKind::Transport::kLcm, 0,
+               [](auto&, int joints) -> std::unique_ptr<Driver> { return std::make_unique<PandaDriver>(joints); }},
+    DriverKind{"ur", DriverKind::Transport::kTcp, 6,
+               [](auto& config, int) -> std::unique_ptr<Driver> {
+                 UrOptions options = config.ur;
+                 options.host = config.host;
+                 return std::make_unique<UrDriver>(options);
+               }},
+    DriverKind{"dynamixel", DriverKind::Transport::kServoBus, 0,
+               [](auto& config, int joints) -> std::unique_ptr<Driver> {
+                 return std::make_unique<DynamixelDriver>(joints, config.servo);
+               }},
+    DriverKind{"feetech", DriverKind::Transport::kServoBus, 0,
+               [](auto& config, int joints) -> std::unique_ptr<Driver> {
+                 return std::make_unique<FeetechDriver>(joints, config.servo);
+               }},
+    DriverKind{"template", DriverKind::Transport::kTcp, 0, [](auto& config, int joints) -> std::unique_ptr<Driver> {
+                 return std::make_unique<TemplateDriver>(joints, config.host, config.port);
+               }}};
+
+const DriverKind* kind_of(const std::string& name) {
+  const auto found = std::ranges::find(kDrivers, name, &DriverKind::name);
+  return found == kDrivers.end() ? nullptr : &*found;
 }
 
+bool uses(const DriverConfig& config, DriverKind::Transport transport) {
+  const DriverKind* kind = kind_of(config.name);
+  return kind && kind->transport == transport;
+}
+bool is_tcp(const DriverConfig& config) {
+  return uses(config, DriverKind::Transport::kTcp);
+}
 bool is_servo(const DriverConfig& config) {
-  return config.name == "dynamixel" || config.name == "feetech";
+  return uses(config, DriverKind::Transport::kServoBus);
+}
+
+std::vector<std::pair<std::string, std::string>> names_of_drivers() {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const DriverKind& kind : kDrivers) names.emplace_back(kind.name, kind.name);
+  return names;
 }
 
 std::vector<double> numbers_or_none(const Config& config, const std::string& key) {
@@ -75,14 +125,7 @@ ConfigKeys<DriverConfig> driver_keys() {
       "robot.yaml, section driver",
       "The driver of a real robot, or of its emulator (`multireach-robot-driver`); docs/robots.md tells of each.");
   keys.choice<std::string>(
-          "name",
-          {{"iiwa", "iiwa"},
-           {"panda", "panda"},
-           {"ur", "ur"},
-           {"dynamixel", "dynamixel"},
-           {"feetech", "feetech"},
-           {"template", "template"}},
-          [](auto& o) -> auto& { return o.name; }, "The driver; `--driver` replaces it.")
+          "name", names_of_drivers(), [](auto& o) -> auto& { return o.name; }, "The driver; `--driver` replaces it.")
       .otherwise("none")
       .number(
           "command_timeout_ms", "ms", 5, 1000, [](auto& o) -> auto& { return o.node.command_timeout_us; },
@@ -132,20 +175,18 @@ DriverConfig driver_config_from(const RobotConfig& robot, const std::string& nam
 }
 
 std::unique_ptr<Driver> make_driver(const RobotConfig& robot, const DriverConfig& config) {
-  const int joints = robot.chain.size();
-  if (config.name == "iiwa") return std::make_unique<IiwaDriver>(joints);
-  if (config.name == "panda") return std::make_unique<PandaDriver>(joints);
-  if (config.name == "ur") {
-    if (joints != 6) throw InputError(robot.file.file() + ": the driver 'ur' moves six joints");
-    UrOptions options = config.ur;
-    options.host = config.host;
-    return std::make_unique<UrDriver>(options);
+  const DriverKind* kind = kind_of(config.name);
+  if (!kind) {
+    std::string names;
+    for (const DriverKind& known : kDrivers) names += (names.empty() ? "" : ", ") + std::string(known.name);
+    throw InputError("--driver: '" + config.name + "' is no driver; expected one of " + names);
   }
-  if (config.name == "dynamixel") return std::make_unique<DynamixelDriver>(joints, config.servo);
-  if (config.name == "feetech") return std::make_unique<FeetechDriver>(joints, config.servo);
-  if (config.name == "template") return std::make_unique<TemplateDriver>(joints, config.host, config.port);
-  throw InputError("--driver: '" + config.name +
-                   "' is no driver; expected iiwa, panda, ur, dynamixel, feetech or template");
+  const int joints = robot.chain.size();
+  if (kind->joints != 0 && joints != kind->joints) {
+    throw InputError(robot.file.file() + ": the driver '" + config.name + "' moves " + std::to_string(kind->joints) +
+                     " joints, not " + std::to_string(joints));
+  }
+  return kind->make(config, joints);
 }
 
 std::string driver_config_reference() {

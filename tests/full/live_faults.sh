@@ -1,0 +1,103 @@
+#!/usr/bin/env bash
+# Seeded faults of the running system: real processes stopped, killed and restarted, foreign senders, malformed datagrams.
+#   tests/full/live_faults.sh BIN [RUNS] [FIRST]     default 200 runs, the seeds FIRST = 1, 2, ...
+# In each run: the commands keep the limits of position, speed by time of arrival, acceleration and jerk by message time; then the
+# bridge runs again by itself, or is in a fault that names its cause and ends by a reset.
+bin=$1 runs=${2:-200} first=${3:-1}
+. "$(dirname "$0")/../live/namespace.sh"
+robot="$root/robots/hoap2/robot.yaml" url='udpm://239.255.76.67:7667?ttl=0'
+declare -A pids
+run() { "$bin/multireach-$1" --config "$2" 2>"$work/$1.err" & pids[$1]=$!; }
+start() { if [ "$1" = vision ]; then run vision "$root/robots/hoap2/vision.yaml"; else run "$1" "$robot"; fi; }
+status() { "$bin/multireach-robot" status 2>&1; }
+pause() { sleep "$(awk -v ms="$1" 'BEGIN { print ms / 1000 }')"; }
+numbers() { tr -d ' \n' <"$1" | grep -o "\"$2\":[0-9.e+-]*" | cut -d: -f2; }
+
+stall() {
+  local names=() name
+  for name in vision controller bridge robot-sim camera; do ((RANDOM % 2)) && names+=("$name"); done
+  [ ${#names[@]} -gt 0 ] || names=(bridge)
+  what="stopped ${names[*]} for $1 ms"
+  for name in "${names[@]}"; do kill -STOP "${pids[$name]}"; done
+  pause "$1"
+  for name in "${names[@]}"; do kill -CONT "${pids[$name]}"; done
+}
+kill_one() {
+  local all=(vision controller bridge robot-sim) name
+  name=${all[RANDOM % 4]}
+  what="killed $name, started again after $1 ms"
+  kill -KILL "${pids[$name]}"; wait "${pids[$name]}" 2>/dev/null
+  pause "$1"
+  start "$name"
+}
+foreign_log() {
+  what="an old log for $1 ms"
+  lcm-logplayer --lcm-url="$url" "$root/logs/load.lcm" >/dev/null 2>&1 & local player=$!
+  pause "$1"
+  kill $player 2>/dev/null; wait $player 2>/dev/null
+}
+second_pipeline() {
+  what="a second controller and bridge for $1 ms"
+  "$bin/multireach-controller" --config "$robot" 2>/dev/null & local other=$!
+  "$bin/multireach-bridge" --config "$robot" 2>/dev/null & local bridge=$!
+  pause "$1"
+  kill $other $bridge; wait $other $bridge 2>/dev/null
+}
+garbage() {
+  what="malformed datagrams"
+  "$bin/multireach-test-garbage" >/dev/null 2>&1
+}
+fault() {
+  local ms=$((20 + (RANDOM % 38) * (RANDOM % 38)))
+  case $((RANDOM % 8)) in
+    0 | 1 | 2) stall $ms ;;
+    3 | 4) kill_one $ms ;;
+    5) foreign_log $((ms + 300)) ;;
+    6) second_pipeline $((ms + 300)) ;;
+    *) garbage ;;
+  esac
+}
+
+# Waits until the bridge follows a controller again; a fault must name its cause and end by a reset.
+recovers() {
+  local said
+  for _ in $(seq 40); do
+    said=$(status)
+    case "$said" in
+      *running*) return 0 ;;
+      *"fault: "?*) resets=$((resets + 1)); "$bin/multireach-robot" reset >/dev/null 2>&1 ;;
+      *fault*) return 1 ;;
+    esac
+    sleep 0.2
+  done
+  return 1
+}
+
+reset_runs=0 known=$("$bin/multireach-log" report "$root/logs/load.lcm" --robot "$robot" --json "$work/load.json" >/dev/null 2>&1; numbers "$work/load.json" run)
+for seed in $(seq "$first" $((first + runs - 1))); do
+  RANDOM=$seed resets=0 said=()
+  for name in vision controller bridge robot-sim; do start $name; done
+  "$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 10 2>/dev/null || failed "seed $seed: the nodes did not start"
+  LD_PRELOAD="$bin/libmultireach-datagram-guard.so" chrt --fifo 10 lcm-logger --lcm-url="$url&recv_buf_size=4194304" --force --quiet "$work/run.lcm" & logger=$!
+  "$bin/multireach-camera" render --config "$root/logs/reach.yaml" --seconds 20 2>/dev/null & pids[camera]=$!
+  pause $((1200 + RANDOM % 800))
+  for _ in $(seq $((1 + RANDOM % 2))); do fault; said+=("$what"); pause $((RANDOM % 500)); done
+  recovers || failed "seed $seed (${said[*]}): does not run again: $(status)"
+  sleep 0.3
+  for name in camera vision controller bridge robot-sim; do kill "${pids[$name]}" 2>/dev/null; wait "${pids[$name]}" 2>/dev/null; done
+  kill -INT $logger; wait $logger 2>/dev/null
+  "$bin/multireach-log" report "$work/run.lcm" --robot "$robot" --json "$work/report.json" >/dev/null 2>&1
+  # Of the recorded streams, those of the old log are not this bridge's.
+  tr -d ' \n' <"$work/report.json" | grep -o '"command_streams":\[[^]]*' | grep -o '{[^}]*}' >"$work/streams"
+  for old in $known; do grep -v "\"run\":$old\b" "$work/streams" >"$work/own"; mv "$work/own" "$work/streams"; done
+  for limit in speed:1.06 acceleration:1.0001 jerk:1.0001; do
+    share=$(grep -o "\"${limit%:*}_share\":[0-9.e+-]*" "$work/streams" | cut -d: -f2 | sort -g | tail -n1)
+    awk -v share="$share" -v most="${limit#*:}" 'BEGIN { exit !(share != "" && share <= most) }' ||
+      failed "seed $seed (${said[*]}): ${limit%:*} of the commands $share of the limit"
+  done
+  awk -v excess="$(numbers "$work/report.json" max_limit_violation_rad)" 'BEGIN { exit !(excess <= 1e-9) }' || failed "seed $seed (${said[*]}): beyond a position limit"
+  [ $resets -eq 0 ] || reset_runs=$((reset_runs + 1))
+  [ -z "${MULTIREACH_STALLS_TABLE:-}" ] || echo "seed $seed: ${said[*]}; resets $resets"
+done
+echo "$runs runs, $reset_runs of them with a fault that was reset, $failures failures"
+finish
