@@ -19,7 +19,7 @@ awk -F, '
          if ($NF != "" && (!(name in tail) || $NF < tail[name])) tail[name] = $NF
          if (!(name in seen)) { seen[name] = 1; order[++n] = name } }
   END {
-    print "| what | ns | 99.9th percentile, ns | of the peer |"; print "|---|---|---|---|"
+    print "| what | ns | 99.9th percentile, ns | of the reference implementation |"; print "|---|---|---|---|"
     for (i = 1; i <= n; ++i) {
       name = order[i]; arm = name; sub(/.*\//, "", arm); ratio = ""
       if (name ~ /^guarded_step\//) {
