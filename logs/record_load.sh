@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Records logs/load.lcm anew, and logs/damaged.lcm from it: the whole loop as live processes on a machine that is busy with
-# something else, while the recorder stops twice and controller and bridge are killed and started again.
+# Records logs/load.lcm again, and logs/damaged.lcm from it: the whole loop as live processes on a machine that is busy with
+# other work, while the recorder stops twice and controller and bridge are killed and restarted.
 #   logs/record_load.sh [FOLDER]        where to write; default: this folder
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

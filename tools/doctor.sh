@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Checks whether this computer is set up for multireach, and says how to cure what is not.
+# Checks whether this computer is set up for multireach, and prints how to fix what is not.
 #   tools/doctor.sh [--fix] [--seconds N]
-#     --fix        cure what can be cured, as root; settings are also written for the next start of the computer
+#     --fix        fix what can be fixed, as root; settings are also written for the next start of the computer
 #     --seconds N  how long to look for lost packets (default: 2), best while the processes run
 # Checked: route for multicast, receive buffers, fragments, real-time rights, clock, cameras, serial ports, lost packets.
 # Exit code: 0 all is well, 1 there are findings, 2 wrong usage.
@@ -13,7 +13,7 @@ while [ $# -gt 0 ]; do
     --seconds)
       [[ $# -ge 2 && $2 =~ ^[0-9]+$ ]] || { echo "doctor.sh: --seconds needs a whole number" >&2; exit 2; }
       seconds=$2; shift 2 ;;
-    --help|-h) sed -n '2,8p' "$0" | cut -c3-; exit 0 ;;
+    --help|-h) sed -n '2,7p' "$0" | cut -c3-; exit 0 ;;
     *) echo "doctor.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
   esac
 done
@@ -22,7 +22,7 @@ findings=0
 
 well() { printf 'ok       %s\n' "$1"; }
 note() { printf 'note     %s\n' "$1"; }
-# finding SENTENCE CURE [CHECK]: the cure is a shell command, and with --fix it is run. `CHECK` then tells whether it has helped; without it, it helps later.
+# finding SENTENCE FIX [CHECK]: FIX is a shell command, which --fix runs. CHECK then tells whether it has helped; without CHECK, it takes effect later.
 finding() {
   printf 'FINDING  %s\n' "$1"
   if [ $fix = yes ] && bash -c "$2" >/dev/null 2>&1; then
@@ -31,7 +31,7 @@ finding() {
   findings=$((findings + 1))
   printf '         cure:  %s\n' "$2"
 }
-# advice SENTENCE CURE: nothing that --fix could do.
+# advice SENTENCE FIX: a fix that is no shell command, which --fix cannot apply.
 advice() {
   findings=$((findings + 1))
   printf 'FINDING  %s\n         cure:  %s\n' "$1" "$2"
@@ -46,7 +46,7 @@ multicast_device() { ip route get 239.255.76.67 2>/dev/null | sed -n 's/.* dev \
 check_route() {
   local device
   if device=$(multicast_device); then
-    well "multicast goes over $device$([ "$device" != lo ] || echo ' and stays on this computer')"
+    well "multicast uses $device$([ "$device" != lo ] || echo ' and stays on this computer')"
   else
     finding "no route for multicast: LCM cannot start" 'ip link set lo up && ip route add 224.0.0.0/4 dev lo' multicast_device
     echo "         between two computers, instead of lo the interface between them, as  ip route add 224.0.0.0/4 dev eth0"
@@ -62,7 +62,7 @@ check_buffers() {
 
 short_fragments() { [ "$(setting net.ipv4.ipfrag_time)" -le 1 ]; }
 check_fragments() {
-  if short_fragments; then well "incomplete packets are given up after $(setting net.ipv4.ipfrag_time) s"; return; fi
+  if short_fragments; then well "incomplete packets are dropped after $(setting net.ipv4.ipfrag_time) s"; return; fi
   finding "incomplete packets are kept for $(setting net.ipv4.ipfrag_time) s: between two computers, one lost fragment in twenty stops all images" \
     "$(keep_setting net.ipv4.ipfrag_time 1)" short_fragments
 }
@@ -112,7 +112,7 @@ check_serial() {
   for timer in "$system"/sys/bus/usb-serial/devices/*/latency_timer; do
     [ -e "$timer" ] || continue
     port=${timer%/*} port=${port##*/}
-    if [ "$(cat "$timer")" -le 1 ]; then well "serial port $port answers at once"; continue; fi
+    if [ "$(cat "$timer")" -le 1 ]; then well "serial port $port answers without delay"; continue; fi
     finding "serial port $port holds its answers for $(cat "$timer") ms" \
       "echo 1 >$timer && mkdir -p ${rule%/*} && echo 'ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", ATTR{latency_timer}=\"1\"' >$rule" low_latency
   done

@@ -1,5 +1,5 @@
 # shellcheck shell=bash disable=SC2034,SC2154  # variables are shared with the script that sources this
-# Sourced by scripts: the UDP groups of a stack of processes.
+# Sourced by scripts: the UDP groups of one instance of the pipeline.
 
 # groups_of [N [TTL]]: sets `control` and `images`, the URLs of the two groups. Without N: LCM_DEFAULT_URL, else the default groups.
 # Each N has ports of its own, too: a socket receives what is sent to its port on any group that a process of its host has joined.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The whole loop as separate processes: vision, controller, bridge and the simulated robot, fed by a recorded camera session
-# or a camera; all traffic recorded; processes that die are started again; a live line while it runs and a table at the end.
+# or a camera. Records all traffic, restarts processes that exit, shows a status line while it runs and prints a table at the end.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 bin="$root/build/release/bin"
@@ -21,16 +21,16 @@ Usage: tools/launch.sh [options]
   --robot DIR       folder of the robot, with robot.yaml and vision.yaml (default: robots/hoap2)
   --driver NAME     instead of the simulated robot, the driver of a real one (docs/robots.md): iiwa, panda, ur, dynamixel, feetech
   --emulator        the driver (default: that of the robot.yaml) with an emulator of the robot instead of the robot
-  --no-robot        start no robot: another process drives it (docs/your-robot.md)
+  --no-robot        start no robot: another process publishes ROBOT_STATE (docs/your-robot.md)
   --vision FILE     vision.yaml (default: NAME.vision.yaml next to the session NAME.lcm if it exists, else the robot's)
   --speed X         seconds of message time per second (default: 1)
   --seconds N       end after N seconds
   --record FILE     keep the log of all traffic
   --json FILE       write the report
-  --role ROLE       of two computers: eyes (camera, vision, controller) or robot (bridge, robot); default: all, on one computer
-  --group N         UDP groups and ports of their own, 0 to 255, for several stacks on one computer or network
+  --role ROLE       which part runs on this computer: eyes (camera, vision, controller), robot (bridge, robot) or all (default)
+  --group N         UDP groups and ports of its own, 0 to 255, for several instances on one computer or network
                     (default: LCM_DEFAULT_URL, else LCM's default group)
-  --isolated        in a network namespace of its own, so that nothing leaves the machine
+  --isolated        in a network namespace of its own, so that no message leaves the machine
   --no-setup        do not install or build anything
   --help
 Exit code: 0 if every reachable position was reached and no limit exceeded, 1 if not or if a process failed, 2 for wrong usage.
@@ -84,7 +84,7 @@ check_options() {
   choose_groups
 }
 
-# What takes the place of the simulated robot.
+# Chooses what replaces the simulated robot.
 check_robot_kind() {
   [ -z "$driver" ] || [ $robot_kind != none ] || fail "--no-robot starts no driver; give only one of --driver and --no-robot"
   [ -z "$driver" ] || [ $robot_kind != simulated ] || robot_kind=real
@@ -123,7 +123,7 @@ finish_commands() {
   printf '  %s\n' "tools/multireach log merge $1/*.lcm -o run.lcm" "tools/multireach log report run.lcm --robot $(cat "$1/robot")" "rm -r $1"
 }
 
-# Says where runs are that nobody finished.
+# Prints where unfinished runs are.
 tell_unfinished() {
   local folder
   for folder in "$runs"/*; do
@@ -185,7 +185,7 @@ choose_processes() {
   live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
   camera_arguments=()
   [ -z "$camera" ] || eval "camera_arguments=($camera)"
-  # lcm-logger holds 30 messages of a channel, 30 ms of commands: where the system allows it, it goes before the others.
+  # lcm-logger queues 30 messages of a channel, 30 ms of commands: it gets a higher priority than the nodes where the system allows this.
   urgent=()
   if chrt --fifo 10 true 2>/dev/null; then urgent=(chrt --fifo 10); fi
   supervised=("${loggers[@]}" "${nodes[@]}")
@@ -196,10 +196,10 @@ start_nodes() {
   for name in "${supervised[@]}"; do start "$name"; done
   await 10 "the nodes did not start" "${nodes[@]}"
   [ ${#others[@]} -eq 0 ] || echo "launch.sh: waiting for the robot's computer" >&2
-  [ ${#others[@]} -eq 0 ] || await 60 "the robot's computer is not heard" "${others[@]}"
+  [ ${#others[@]} -eq 0 ] || await 60 "no NODE_STATUS arrives from the robot's computer" "${others[@]}"
 }
 
-# An emulated robot needs some seconds, e.g. to release its brakes; then the bridge hears it.
+# An emulated robot needs some seconds, e.g. to release its brakes, before its ROBOT_STATE arrives at the bridge.
 await_emulator() {
   local end
   [ $robot_kind = emulated ] && [ "$role" = all ] || return 0
@@ -235,7 +235,7 @@ give_up_at_start() {
   fail "$given_up" 1
 }
 
-# Lets the source of images run; its end is the end of the run.
+# Runs the source of images; the run ends with it.
 feed() {
   local end="" feeds=(source)
   keep_folder=yes
@@ -252,13 +252,13 @@ feed() {
     [ -z "${due[source]:-}" ] || keep source
     pause
   done
-  [ $interrupted = yes ] || sleep 0.5  # what is still on its way
+  [ $interrupted = yes ] || sleep 0.5  # for messages in transit
 }
 
-# A camera is started again; a session cannot be continued where it was.
+# A camera is restarted; a session cannot be continued where it ended.
 source_failed() {
   [ $interrupted = no ] || return 1
-  if [ -n "$camera" ]; then mourn source "$1"; else given_up="the source of images $(cause_of source "$1")"; fi
+  if [ -n "$camera" ]; then schedule_restart source "$1"; else given_up="the source of images $(cause_of source "$1")"; fi
   [ "$1" -ne 2 ] || { given_up="the source of images $(cause_of source 2)" given_up_code=2; cat "$work/source.err" >&2; }
   [ -z "$given_up" ]
 }
@@ -283,9 +283,9 @@ report() {
   "$bin/multireach-log" report "$full" --robot "$robot/robot.yaml" ${json:+--json "$json"}
   code=$?
   keep_folder=no
-  restarts "${loggers[@]}" >&2  # what sends NODE_STATUS is in the report
+  restarts "${loggers[@]}" >&2  # the report has the restarts of the nodes
   [ -z "$given_up" ] || fail "$given_up" "$given_up_code"
-  # The robot's computer does not know when the run is over: it is told by a signal.
+  # The robot's computer does not know when the run is over: a signal ends its run.
   if [ $interrupted = yes ] && [ "$role" != robot ]; then return 130; fi
   return $code
 }

@@ -5,7 +5,7 @@
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
 # --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
-# messages, 10^6 damaged logs, a thousand odd arms, a thousand changed bytes, and the studies of docs/guarantees.md (two hours or three).
+# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, and the studies of docs/guarantees.md (two hours or three).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -19,7 +19,7 @@ esac
 
 declare -a results=()
 failed=0
-# stage NAME COMMAND...: runs a command and remembers how it ended.
+# stage NAME COMMAND...: runs a command and records whether it passed.
 stage() {
   local name=$1 begin=$SECONDS; shift
   printf '\n=== %s\n' "$name"
@@ -61,7 +61,7 @@ if [ $full = yes ]; then
   stage "10^7 fuzzed calls, with the sanitizers" fuzz
   stage "libFuzzer, with the sanitizers" fuzzers
   stage "10^6 damaged logs" damaged_logs
-  stage "a thousand odd arms" odd_arms
+  stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
   stage "millions of reaches" tests/full/reaches.sh build/release/bin
 fi

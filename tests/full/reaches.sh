@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The studies of docs/guarantees.md, as rows of its table; fails when a reach does not arrive, passes a limit, or is not finite.
+# The studies of docs/guarantees.md, as rows of its table; fails when a reach does not arrive, exceeds a limit, or is not finite.
 #   tests/full/reaches.sh BIN_FOLDER [SAMPLES [SAMPLES_OF_OTHER_ARMS]]     default 2000000 and 100000
 set -euo pipefail
 bin=$(cd "$1" && pwd)

@@ -111,7 +111,7 @@ expect 2 "'nan' is not a finite number" $(trace --urdf "$urdf" --tip right_hand 
 expect 2 "has no robot.yaml" "$root/tools/launch.sh" --no-setup --robot "$work/none"
 expect 2 "unknown option" "$root/tools/launch.sh" --faster
 
-# Without a route for multicast: said, with the cure.
+# Without a route for multicast: one sentence, with the fix.
 ip route del 224.0.0.0/4 dev lo
 expect 2 "ip route add 224.0.0.0/4 dev lo" "$bin/multireach-controller" --config "$root/robots/hoap2/robot.yaml" --seconds 1
 finish

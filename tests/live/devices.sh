@@ -34,7 +34,7 @@ device "/dev/null': is not a camera device" --left /dev/null --right right.avi
 printf 'left: 0\nrate: 30\nright: 1\n' >bad.yaml
 device "bad.yaml:2: key 'rate' is not known" --config bad.yaml
 
-# Who looks asks; nobody answers here.
+# multireach-view requests pictures; without vision none arrives.
 begin_recording asked
 "$bin/multireach-view" --picture "$work/picture.jpg" --seconds 1.5 2>view.err; code=$?
 end_recording

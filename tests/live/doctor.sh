@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tools/doctor.sh finds what is wrong with a network namespace that is set up badly, cures it, and then finds nothing.
+# tools/doctor.sh finds the faults of a network namespace that is set up badly, fixes them, and then finds none.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 export DOCTOR_ROOT="$work/system"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Garbled messages on every channel: counted, ignored, and every node lives and still does its work.
+# Garbled messages on every channel: every node counts and ignores them, and continues its work.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 robot="$root/robots/hoap2/robot.yaml"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Ctrl-C ends launch.sh and every process that it started, soon; so does the death of the script itself.
+# Ctrl-C ends launch.sh and every process that it started, soon; so does killing the script itself.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 left_over() { pgrep -f "$work/" | wc -l; }

@@ -17,7 +17,7 @@ play --robot-model sim || failed "with the simulated robot: $(cat "$work/out")"
 cat "$work/out"
 sleep 1; kill -INT $logger; wait $logger 2>/dev/null
 "$bin/multireach-replay" run "$root/logs/reach.lcm" --robot-model sim -o "$work/run.lcm" >/dev/null || failed "run"
-# The simulated robot also speaks before and after, in another life.
+# The simulated robot also sends before and after the replay, under another run.
 "$bin/multireach-log" filter "$work/control.lcm" --channel ROBOT_STATE SIM_STEP --without -o "$work/live.lcm" 2>/dev/null || failed "filter"
 # The recorder may have lost some of what came so fast, but what it has is what run gives.
 "$bin/multireach-replay" bisect "$work/run.lcm" "$work/live.lcm" --common >"$work/bisect" 2>&1 || failed "other bytes than run: $(cat "$work/bisect")"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The recording survives every death: of its recorders, and of launch.sh itself.
+# The recording survives when its recorders are killed, and when launch.sh is.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
@@ -19,7 +19,7 @@ for channel in JOINT_COMMAND:1000 TARGET:30 STEREO_IMAGES:30; do
   if [ "$events" -le $((6 * hz)) ] || [ "$lost" -ge "$hz" ]; then failed "${channel%:*}: $events recorded, $lost lost"; fi
 done
 
-# launch.sh is killed: the parts stay, and its own words finish them.
+# launch.sh is killed: the parts stay, and the commands that it prints finish them.
 launch killed --record "$work/killed.lcm"
 sleep 3; killed 'lcm-logger.*control'
 sleep 4; kill -KILL $launched; wait $launched 2>/dev/null

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Cameras as FIFOs, whose writers are what is plugged in: one that is unplugged, plugged in again, sends garbage or another size is said
-# and outlived.
+# Cameras as FIFOs, whose writers are what is plugged in: one that is unplugged, plugged in again, sends garbage or another size is
+# reported, and the program continues.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/recording.sh"
 
-# A camera each, at some 30 Hz. A writer that nobody reads any more ends by itself.
+# One camera each, at some 30 Hz. A writer whose FIFO has no reader any more ends by itself.
 mkfifo left right
 for size in 320x240 640x480; do "$video" jpeg $size.jpg 3 ${size%x*} ${size#*x}; done
 head -c 60000 /dev/urandom >garbage

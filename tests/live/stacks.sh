@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Two stacks at once on one network, each with groups of its own: both reach, and neither hears the other.
+# Two instances at once on one network, each with groups of its own: both reach, and neither receives the other's messages.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Each process that launch.sh started is killed: it is started again and the motion resumes as docs/safety.md says; one that dies again
-# and again, or that refuses its configuration, ends the run.
+# Each process that launch.sh started is killed: it is restarted and the motion resumes as docs/safety.md says; one that exits
+# repeatedly, or that refuses its configuration, ends the run.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
@@ -31,7 +31,7 @@ wait $launched
 says '^restarts: bridge 1, robot_sim 1$'
 slow_enough
 
-# In the middle of a motion, the ball having jumped at 10 s: the new process goes on from where the robot is.
+# In the middle of a motion, after the ball jumped at 10 s: the new process continues from the robot's position.
 launch moving-controller
 sleep 10.5; killed multireach-controller
 sleep 1.5; await_state 3 running
