@@ -66,15 +66,15 @@ class Bridge {
 
   /// Takes what the robot measures. A real robot is disabled until enable(), at first and after each of its restarts.
   /// Returns false, and ignores it, when it is not finite, beyond 1e6, of another size,
-  /// or from another run than that of a robot that is heard.
+  /// or from another run than that of a robot whose states still arrive.
   [[nodiscard]] bool measured(const Measurement& measurement);
   /// There was a measurement, which is not known any more: a recorder lost it.
   void heard() { monitor_.heard(); }
   /// Takes a set-point, or returns why it is refused. `restarted` is set when the ticks restart at its time.
   [[nodiscard]] SetpointVerdict setpoint(const Setpoint& setpoint, bool& restarted);
 
-  /// Requests from a user. Disabling decelerates first. reset() leaves a fault when the robot is heard and stands
-  /// still.
+  /// Requests from a user. Disabling decelerates first. reset() leaves a fault when states of the robot arrive and
+  /// it is at standstill.
   void enable();
   void disable();
   [[nodiscard]] bool reset();
@@ -102,7 +102,7 @@ class Bridge {
   /// The run of the robot that the commands are for; 0 before the first motion. It stays the same while commands are
   /// sent: a robot that was restarted meanwhile must not obey the old motion.
   int64_t robot_run() const { return robot_run_; }
-  /// Whether the robot that was heard last reports a fault of its own.
+  /// Whether the newest state of the robot reports a fault of its own.
   bool robot_faulted() const { return monitor_.knows_robot() && monitor_.newest().faulted; }
   const MotionLimits& limits() const { return generator_.limits(); }
 

@@ -24,14 +24,14 @@ struct MonitorOptions {
   int64_t robot_lost_us = 1000000;    ///< without one for this long, the robot counts as lost
 };
 
-/// Compares what the robot measures with what it was told.
+/// Compares the robot's measurements with its commands.
 class RobotMonitor {
  public:
   /// `period_us`: of the commands.
   RobotMonitor(const MotionLimits& limits, const MonitorOptions& options, int64_t period_us);
 
   /// Takes a measurement. Returns false, and ignores it, when it is invalid or from another run than that of a robot
-  /// that is heard. While `commanded`, a new run and a jump are faults.
+  /// whose states still arrive. While `commanded`, a new run and a jump are faults.
   [[nodiscard]] bool update(const Measurement& measurement, bool commanded);
   /// There was a measurement, which is not known: its age starts again.
   void heard() { age_us_ = 0; }

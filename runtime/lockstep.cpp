@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t kMaxWaiting = 5000;            // messages, per channel
 constexpr size_t kMaxBytesWaiting = 256 << 20;  // bytes, all channels together
-constexpr int64_t kRestartSteps = 2;            // steps 0 and 1 start afresh; at step 1 all nodes are in lockstep
+constexpr int64_t kRestartSteps = 2;            // steps 0 and 1 restart; at step 1 all nodes are in lockstep
 
 InputJournal journal_of(const Node& node, int64_t replay) {
   return {node.name(), replay, node.run(), node.config_digest().value_or(0), 0};

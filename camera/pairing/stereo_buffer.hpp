@@ -49,7 +49,7 @@ class StereoBuffer {
   std::array<std::string, 2> fault_;
   std::string failure_;
   std::array<bool, 2> ended_{};
-  int64_t unsent_ = 0;  // pairs dropped because they were not taken in time
+  int64_t unsent_ = 0;  // pairs dropped because they were not fetched in time
   std::optional<int64_t> newest_pair_, first_frame_;
 };
 

@@ -20,14 +20,15 @@ struct DriverStatus {
   enum class Phase {
     kWaiting,  ///< for the connection, or for the user to enable the robot
     kReady,    ///< the robot is measured and obeys commands
-    kFault,    ///< the robot has stopped; reset() may cure it
+    kFault,    ///< the robot has stopped; reset() may clear it
   };
   Phase phase = Phase::kWaiting;
   std::string text;  ///< what it waits for, or what is wrong and what the user can do about it
 };
 
-/// Speaks one robot's wire: joint positions in, bytes out; bytes in, measured joint positions out. It only encodes the
-/// commands that it gets: they come from the bridge and keep all limits. docs/your-robot.md tells how to write one.
+/// Implements one robot's protocol: joint positions in, bytes out; bytes in, measured joint positions out. It only
+/// encodes the commands that it gets: they come from the bridge and keep all limits. docs/your-robot.md tells how to
+/// write one.
 class Driver : public WireEnd {
  public:
   /// Joint positions (rad or m) and velocities for now. Called once for each JOINT_COMMAND, about 1000 times per second
@@ -35,7 +36,8 @@ class Driver : public WireEnd {
   /// nominal time of the command, microseconds, on an exact grid of the bridge.
   virtual void command(const JointVector& position, const JointVector& velocity, int64_t utime, const Time& now,
                        WireOutbox& out) = 0;
-  /// The user enables the robot: power, brakes and torque may be switched on. Robots that do this elsewhere ignore it.
+  /// The user enables the robot: power, brakes and torque may be switched on. Drivers of robots that are enabled
+  /// otherwise ignore it.
   virtual void enable(const Time&, WireOutbox&) {}
   /// The user asks to leave a fault, where the robot allows it.
   virtual void reset(const Time&, WireOutbox&) {}

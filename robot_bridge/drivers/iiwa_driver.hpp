@@ -6,7 +6,7 @@ namespace multireach::drivers {
 
 /// KUKA iiwa through drake-iiwa-driver, with its application for positions: IIWA_STATUS in, IIWA_COMMAND out, one
 /// command in each 5 ms. That driver ends when it gets a command within 0.25 s of its first status; it holds the last
-/// position for ever when commands end; and it tells no fault but by its silence.
+/// position indefinitely when commands end; and it reports no fault, but sends no status any more.
 class IiwaDriver : public Driver {
  public:
   explicit IiwaDriver(int joints) : joints_(joints) {}

@@ -19,7 +19,7 @@ struct ServoOptions {
 
 /// The cycle on a bus of servos: the torque is switched on, then in each period one packet with all goals and one that
 /// asks for all positions. A motor that does not answer for 100 ms, or reports an error, stops everything: goals are
-/// no longer sent, and the torque stays as it is. The wire's packets are of the subclass.
+/// no longer sent, and the torque stays as it is. The subclass implements the packets.
 class ServoBus : public Driver {
  public:
   ServoBus(int joints, const ServoOptions& options);
@@ -42,7 +42,7 @@ class ServoBus : public Driver {
   struct Motor {
     int id = 0;
     bool answered = false;
-    int position = 0, velocity = 0;  // steps; the wire's own unit
+    int position = 0, velocity = 0;  // steps; the protocol's own unit
   };
 
   /// Packets, each as a whole: to prepare the motors and switch their torque on; the goals; what asks for all

@@ -7,8 +7,8 @@
 
 namespace multireach::drivers {
 
-/// Leads from where the arm rests to commands that begin elsewhere: the distance is added to the commands and falls to
-/// zero with minimum jerk, each joint within half of its velocity, acceleration and jerk limits.
+/// Leads from the arm's standstill to commands that begin at another position: the distance is added to the commands
+/// and falls to zero with minimum jerk, each joint within half of its velocity, acceleration and jerk limits.
 class StartBlend {
  public:
   /// `distance`: from the first command to the arm. `utime`: of the first command, microseconds.

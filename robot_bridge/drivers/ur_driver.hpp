@@ -19,7 +19,7 @@ std::string ur_program(const UrOptions& options, int id);
 
 /// Universal Robots: joint positions through RTDE registers (port 30004) to a program that the driver sends (port
 /// 30002); power, brakes and protective stops through the dashboard server (port 29999). A counter in each period tells
-/// the program that the driver lives, also while nothing is commanded.
+/// the program that the driver is running, also while nothing is commanded.
 class UrDriver : public Driver {
  public:
   explicit UrDriver(const UrOptions& options) : options_(options), divider_(period_us()) {}

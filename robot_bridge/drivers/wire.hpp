@@ -8,10 +8,10 @@
 
 namespace multireach::drivers {
 
-/// The time as a driver or an emulator is told it.
+/// The time that each call of a driver or an emulator receives.
 struct Time {
   int64_t us = 0;       ///< since any origin, monotonic, microseconds; for all time-outs
-  int64_t wall_us = 0;  ///< since 1970, microseconds; only for wires that carry it
+  int64_t wall_us = 0;  ///< since 1970, microseconds; only for protocols that carry it
 };
 
 /// One connection of a driver to its robot.
@@ -35,8 +35,8 @@ struct WireBytes {
 };
 using WireOutbox = std::vector<WireBytes>;
 
-/// One side of a robot's wire: bytes and times in, bytes out. It has no socket, so the same object runs live and in a
-/// test in virtual time.
+/// One side of a robot's protocol: bytes and times in, bytes out. It has no socket, so the same object runs live and in
+/// a test in virtual time.
 class WireEnd {
  public:
   virtual ~WireEnd() = default;

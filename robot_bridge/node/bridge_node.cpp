@@ -196,8 +196,8 @@ std::optional<OutMessage> BridgeNode::shutdown_request() const {
   return OutMessage{channel::kBridgeRequest, std::move(*bytes)};
 }
 
-/// A robot whose states the recorder lost was heard all the same. Most inputs are such states, so an unknown one counts
-/// as one.
+/// States of the robot that the recorder lost had arrived at the bridge. Most inputs are such states, so an unknown one
+/// counts as one.
 void BridgeNode::skip_inputs(int64_t inputs, std::string_view channel) {
   if (!channel.empty() && channel != channel::kRobotState) return;
   bridge_.heard();
@@ -238,7 +238,7 @@ void BridgeNode::send_state(Outbox& out) {
   send(out, channel::kBridgeState, state);
 }
 
-/// The cause of the bridge's state; where the robot itself reports a fault, in its words.
+/// The cause of the bridge's state; where the robot itself reports a fault, its fault text.
 std::string BridgeNode::cause() const {
   const bool stands_still = bridge_.state() == BridgeState::kIdle || bridge_.state() == BridgeState::kFault;
   return stands_still && bridge_.robot_faulted() ? "the robot reports: " + robot_fault_ : bridge_.cause();

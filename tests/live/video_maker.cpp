@@ -1,4 +1,4 @@
-// Makes videos and images of which each frame can be told from the others, and tells them.
+// Makes videos and images whose frames can be distinguished, and identifies their frames.
 #include <cstdlib>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>

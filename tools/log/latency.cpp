@@ -19,7 +19,7 @@
 namespace multireach {
 namespace {
 
-/// A message that another one names can only be near it in time: sequence numbers begin anew with each run.
+/// A message that another one names can only be near it in time: sequence numbers restart with each run.
 constexpr int64_t kNear = 10000000;  // us
 
 /// A message by its two times, microseconds.

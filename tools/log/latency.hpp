@@ -12,8 +12,8 @@ struct DelayStatistics {
   double p50_ms = 0, p95_ms = 0, p99_ms = 0, max_ms = 0;
 };
 
-/// Where the time goes from a stereo pair to the first command that follows from it, over the targets that a tick of
-/// the controller takes up. "By arrival" is by the times at which the logger received the messages, "by message" by the
+/// The delay of each step from a stereo pair to the first command computed from it, over the targets that a tick of
+/// the controller uses. "By arrival" is by the times at which the logger received the messages, "by message" by the
 /// times in them: capture of the pair, nominal times of the set-point and of the command.
 struct LatencyReport {
   struct Stage {

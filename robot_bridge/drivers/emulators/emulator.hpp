@@ -7,7 +7,7 @@
 
 namespace multireach::drivers {
 
-/// Stands in for a robot's controller: answers on its wire as the real one does, with its rates, time-outs, limits and
+/// Replaces a robot's controller: answers by its protocol as the real one does, with its rates, time-outs, limits and
 /// faults.
 class Emulator : public WireEnd {
  public:

@@ -43,7 +43,7 @@ void EmulatorNode::tick(Outbox& out) {
 }
 
 std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverConfig& config) {
-  // The maker's limits, not the gentler ones of the robot.yaml.
+  // The manufacturer's limits, not the gentler ones of the robot.yaml.
   const Chain chain = load_chain(robot.urdf_path, robot.chain.base(), robot.chain.tip());
   JointVector start(chain.size());
   for (int i = 0; i < chain.size(); ++i) {

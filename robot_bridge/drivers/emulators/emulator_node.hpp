@@ -10,7 +10,7 @@
 
 namespace multireach::drivers {
 
-/// An emulator with its wire. A push on the robot (PERTURBATION) of 20 N or more is a collision.
+/// An emulator with its transports. An external force on the robot (PERTURBATION) of 20 N or more is a collision.
 class EmulatorNode : public Node {
  public:
   EmulatorNode(std::unique_ptr<Emulator> emulator, Transports transports, std::function<int64_t()> wall_clock)

@@ -11,7 +11,7 @@ namespace multireach::drivers {
 namespace {
 
 constexpr int64_t kStartTicks = 300;       // ms from the start of the driver to its first status, assumed
-constexpr int64_t kSubscribedTicks = 100;  // ms from the start of the driver until it hears commands, assumed
+constexpr int64_t kSubscribedTicks = 100;  // ms from the start of the driver until it receives commands, assumed
 constexpr int64_t kStepTicks = 5;          // ms: sendPeriod of the application for positions
 constexpr int64_t kStartGuard = 250000;    // us: --start_command_guard
 constexpr int64_t kUntimedStatuses = 200;

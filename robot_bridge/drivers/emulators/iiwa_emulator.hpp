@@ -6,12 +6,13 @@
 
 namespace multireach::drivers {
 
-/// drake-iiwa-driver with an iiwa that runs its application for positions, in steps of 5 ms. It ends, and is silent
-/// until restart(): after a command that comes before the first status or within 0.25 s of it, one with a wrong number
-/// of joints, a collision, or a step that is faster than a joint's largest speed (the robot then ends the FRI session).
+/// drake-iiwa-driver with an iiwa that runs its application for positions, in steps of 5 ms. It ends, and sends
+/// nothing until restart(): after a command that comes before the first status or within 0.25 s of it, one with a wrong
+/// number of joints, a collision, or a step that is faster than a joint's largest speed (the robot then ends the FRI
+/// session).
 class IiwaEmulator : public Emulator {
  public:
-  /// `chain` has the maker's speed limits. `start`: joint positions, rad.
+  /// `chain` has the manufacturer's speed limits. `start`: joint positions, rad.
   IiwaEmulator(const Chain& chain, const JointVector& start);
 
   std::vector<Link> links() const override {

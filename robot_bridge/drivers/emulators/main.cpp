@@ -1,4 +1,4 @@
-// multireach-robot-emulator: stands in for a robot's controller on its wire.
+// multireach-robot-emulator: replaces a robot's controller, on the robot's side of its protocol.
 #include "robot_bridge/drivers/emulators/emulator_node.hpp"
 #include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"

@@ -12,7 +12,7 @@ namespace {
 constexpr double kDt = 1e-3;               // s
 constexpr double kFilterGain = 0.16;       // per ms: libfranka's low-pass filter at 30 Hz
 constexpr int64_t kStartTicks = 300;       // ms until the first status, assumed
-constexpr int64_t kSubscribedTicks = 100;  // ms until commands are heard, assumed
+constexpr int64_t kSubscribedTicks = 100;  // ms until commands are received, assumed
 constexpr int64_t kExpires = 100000;       // us: --expire_sec
 constexpr double kServo = 200;             // rad/s, assumed
 constexpr double kTolerance = 1e-3;        // of a limit, for rounding
@@ -73,7 +73,7 @@ void PandaEmulator::tick(const Time& now, WireOutbox& out) {
 
 void PandaEmulator::control(const Time& now) {
   const bool expired = !wanted_ || std::llabs(now.wall_us - wanted_utime_) > kExpires;
-  // The filter starts from what the robot was told last, after the limiter.
+  // The filter starts from the robot's last set-point, after the limiter.
   const JointVector target = expired ? desired_ : *wanted_;
   const JointVector wanted_velocity = kFilterGain / kDt * (target - desired_);
   JointVector velocity = wanted_velocity;

@@ -11,12 +11,12 @@ struct PandaEmulatorOptions {
 };
 
 /// drake-franka-driver in its mode for positions with a Panda: 1 kHz, low-pass filter, rate limiter, and the robot's
-/// checks of position, velocity, acceleration and jerk on what comes out. It ends, and is silent until restart(), after
-/// any error of the robot, a command of another mode, and a collision. Commands whose time is more than 0.1 s off the
-/// wall clock are expired: the last position is held.
+/// checks of position, velocity, acceleration and jerk on what comes out. It ends, and sends nothing until restart(),
+/// after any error of the robot, a command of another mode, and a collision. Commands whose time is more than 0.1 s off
+/// the wall clock are expired: the last position is held.
 class PandaEmulator : public Emulator {
  public:
-  /// `chain` has the maker's speed limits and seven joints. `start`: joint positions, rad.
+  /// `chain` has the manufacturer's speed limits and seven joints. `start`: joint positions, rad.
   PandaEmulator(const Chain& chain, const JointVector& start, const PandaEmulatorOptions& options = {});
 
   std::vector<Link> links() const override {
@@ -38,7 +38,7 @@ class PandaEmulator : public Emulator {
   Chain chain_;
   PandaEmulatorOptions options_;
   EmulatedJoints joints_;
-  JointVector desired_, velocity_, acceleration_;  // what the robot is told, and its derivatives
+  JointVector desired_, velocity_, acceleration_;  // the robot's set-point, and its derivatives
   std::optional<JointVector> wanted_;              // the newest command
   int64_t wanted_utime_ = 0;
   std::string fault_;

@@ -14,7 +14,7 @@ namespace multireach::drivers {
 /// for 300 ms no motor answers.
 class ServoEmulator : public Emulator {
  public:
-  /// `chain` has the maker's speed limits. `start`: joint positions, rad. `options` must have the ids.
+  /// `chain` has the manufacturer's speed limits. `start`: joint positions, rad. `options` must have the ids.
   ServoEmulator(const Chain& chain, const JointVector& start, ServoOptions options);
 
   std::vector<Link> links() const override {

@@ -13,7 +13,7 @@ namespace multireach::drivers {
 /// the dashboard server unlocks after 5 s. restart() boots it again.
 class UrEmulator : public Emulator {
  public:
-  /// `chain`: six joints with the maker's speed limits. `start`: joint positions, rad.
+  /// `chain`: six joints with the manufacturer's speed limits. `start`: joint positions, rad.
   UrEmulator(const Chain& chain, const JointVector& start, bool e_series);
 
   std::vector<Link> links() const override;

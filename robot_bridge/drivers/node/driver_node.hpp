@@ -24,7 +24,7 @@ struct DriverNodeOptions {
 
 /// A robot's driver with its messages: receives JOINT_COMMAND and BRIDGE_REQUEST, sends ROBOT_STATE while the robot
 /// obeys commands. It passes the commands of one bridge on, and adds two things: the deceleration after they ended,
-/// and, where they begin again elsewhere than the arm is, a smooth way from the arm to them.
+/// and, where they begin at another position than the arm's, a smooth transition from the arm to them.
 class DriverNode : public Node {
  public:
   /// `wall_clock`: microseconds since 1970.

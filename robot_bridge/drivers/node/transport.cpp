@@ -203,7 +203,7 @@ class PseudoTerminal : public DescriptorTransport {
     if (descriptor_ < 0 || ::grantpt(descriptor_) != 0 || ::unlockpt(descriptor_) != 0)
       throw InputError(std::string("no pseudo-terminal can be made: ") + strerror(errno));
     const char* device = ::ptsname(descriptor_);
-    // Held open, so that the terminal lives on while no driver has opened it.
+    // Kept open, so that the terminal persists while no driver has opened it.
     slave_ = ::open(device, O_RDWR | O_NOCTTY | O_CLOEXEC);
     set_raw(slave_, B1000000);
     ::unlink(path_.c_str());

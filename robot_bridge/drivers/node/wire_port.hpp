@@ -6,7 +6,7 @@
 
 namespace multireach::drivers {
 
-/// Connects one side of a wire to its transports, and to LCM for links of that kind.
+/// Connects one side of a protocol to its transports, and to LCM for links of that kind.
 class WirePort {
  public:
   WirePort(WireEnd& end, Transports transports)

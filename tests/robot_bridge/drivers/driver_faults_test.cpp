@@ -1,4 +1,4 @@
-// Each driver against its emulator, in virtual time: long motions, and seeded faults of the wire and the robot.
+// Each driver against its emulator, in virtual time: long motions, and seeded faults of the connection and the robot.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -78,7 +78,7 @@ TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
     const std::string fault = inject(loop, random, lasts_ms);
     SCOPED_TRACE("seed " + std::to_string(seed) + ": " + fault + " for " + std::to_string(lasts_ms) + " ms");
     loop.run(lasts_ms);
-    // Whatever happened, every state has its sentence, and no joint was faster than the maker allows.
+    // Whatever happened, every state has its sentence, and no joint was faster than the manufacturer allows.
     EXPECT_FALSE(loop.driver().state().empty());
     EXPECT_LT(loop.fastest_share, 3.05) << "three times the gentle limit is the maker's";
     EXPECT_TRUE(loop.recover()) << "driver: " << loop.driver().state() << "; bridge: " << loop.bridge().state()

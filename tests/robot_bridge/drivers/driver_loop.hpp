@@ -18,7 +18,7 @@
 
 namespace multireach::testing {
 
-/// What is wrong with the wire between driver and emulator.
+/// Faults of the connection between driver and emulator.
 struct WireFaults {
   bool cut = false;       ///< nothing passes; a stream is closed
   int64_t delay_ms = 0;   ///< of everything

@@ -1,4 +1,4 @@
-// What every driver has in common: which commands it obeys, when it is silent, and the template.
+// What every driver has in common: which commands it obeys, when it sends nothing, and the template.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// The iiwa's wire: published fingerprints, the start guard, the rate, and what the emulator refuses.
+// The iiwa's protocol: published fingerprints, the start guard, the rate, and what the emulator refuses.
 #include <gtest/gtest.h>
 
 #include <drake/lcmt_iiwa_command.hpp>

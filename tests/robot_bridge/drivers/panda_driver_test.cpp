@@ -1,4 +1,5 @@
-// The Panda's wire: modes, expiry, the robot's limits, and the stream of the bridge without the rate limiter's help.
+// The Panda's protocol: modes, expiry, the robot's limits, and the stream of the bridge without the rate limiter's
+// help.
 #include <gtest/gtest.h>
 
 #include <drake/lcmt_panda_command.hpp>

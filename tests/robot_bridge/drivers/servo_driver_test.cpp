@@ -13,7 +13,7 @@ namespace dynamixel = drivers::dynamixel;
 namespace feetech = drivers::feetech;
 using Bytes = std::vector<uint8_t>;
 
-// The ping of motor 1 in the maker's manual.
+// The ping of motor 1 in the manufacturer's manual.
 TEST(Dynamixel, WritesThePublishedPing) {
   EXPECT_EQ(dynamixel::encode({1, dynamixel::kPing, {}}),
             (Bytes{0xFF, 0xFF, 0xFD, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19, 0x4E}));
