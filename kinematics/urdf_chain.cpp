@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <locale>
@@ -47,6 +48,41 @@ std::map<std::string, Eigen::Vector3d> rpy_of_joints(const tinyxml2::XMLDocument
     if (numbers >> rpy.x() >> rpy.y() >> rpy.z()) found[name] = rpy;
   }
   return found;
+}
+
+/// Which soft limits the URDF writes. urdfdom reads those that are not written as 0.
+struct WrittenSoftLimits {
+  bool lower = false, upper = false;
+};
+
+std::map<std::string, WrittenSoftLimits> soft_limits_of_joints(const tinyxml2::XMLDocument& document) {
+  std::map<std::string, WrittenSoftLimits> found;
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const auto* safety = joint->FirstChildElement("safety_controller");
+    const char* name = joint->Attribute("name");
+    if (!name || !safety) continue;
+    found[name] = {safety->Attribute("soft_lower_limit") != nullptr, safety->Attribute("soft_upper_limit") != nullptr};
+  }
+  return found;
+}
+
+/// Narrows the limits of a joint to the soft limits of its `safety_controller`. Two equal ones, as 0 and 0, are those
+/// of a file that means none.
+void narrow_to_soft_limits(const urdf::Joint& source, const WrittenSoftLimits& written, Joint& joint) {
+  if (!source.safety || !joint.limited()) return;
+  const double lower = source.safety->soft_lower_limit, upper = source.safety->soft_upper_limit;
+  if (written.lower && written.upper && lower == upper) return;
+  const std::string quoted = "joint '" + source.name + "'";
+  if (!std::isfinite(lower) || !std::isfinite(upper))
+    throw std::invalid_argument(quoted + " has a soft limit that is not a finite number");
+  if (written.lower) joint.lower = std::max(joint.lower, lower);
+  if (written.upper) joint.upper = std::min(joint.upper, upper);
+  if (joint.lower > joint.upper) {
+    throw std::invalid_argument(quoted + " has soft limits from " + std::to_string(lower) + " to " +
+                                std::to_string(upper) + ", which leave nothing of its limits " +
+                                std::to_string(source.limits->lower) + " to " + std::to_string(source.limits->upper));
+  }
 }
 
 Eigen::Isometry3d isometry(const urdf::Joint& joint, const std::map<std::string, Eigen::Vector3d>& rpy) {
@@ -152,6 +188,13 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
     throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
   }
   const auto rpy = rpy_of_joints(document);
+  const auto soft_limits = soft_limits_of_joints(document);
+  const auto joint_of = [&](const urdf::Joint& source, bool reversed) {
+    Joint joint = joint_from(source, reversed);
+    const auto written = soft_limits.find(source.name);
+    if (written != soft_limits.end()) narrow_to_soft_limits(source, written->second, joint);
+    return joint;
+  };
   std::vector<urdf::LinkConstSharedPtr> up = ancestry(base_link), down = ancestry(tip_link);
   while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
     up.pop_back();
@@ -163,7 +206,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
   for (size_t i = 0; i + 1 < up.size(); ++i) {
     const urdf::Joint& source = *up[i]->parent_joint;
     if (source.type != urdf::Joint::FIXED) {
-      joints.push_back(joint_from(source, true));
+      joints.push_back(joint_of(source, true));
       fixed.push_back(Eigen::Isometry3d::Identity());
     }
     fixed.back() = fixed.back() * isometry(source, rpy).inverse();
@@ -172,7 +215,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
     const urdf::Joint& source = *down[i]->parent_joint;
     fixed.back() = fixed.back() * isometry(source, rpy);
     if (source.type == urdf::Joint::FIXED) continue;
-    joints.push_back(joint_from(source, false));
+    joints.push_back(joint_of(source, false));
     fixed.push_back(Eigen::Isometry3d::Identity());
   }
   return Chain(std::move(joints), std::move(fixed), base, tip);

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 
+#include "kinematics/default_limits.hpp"
 #include "robot_bridge/guard.hpp"
 #include "robot_bridge/interpolate.hpp"
 #include "robot_bridge/motion_generator.hpp"
@@ -22,7 +23,7 @@ struct BridgeOptions {
   int64_t setpoint_period_us = 50000;  ///< period of the controller
   int64_t robot_timeout_us = 20000;    ///< without a command for this long, the robot stops by itself
   int64_t delay_us = 5000;             ///< how late a set-point may arrive without affecting the motion
-  double speed_where_unlimited = 3;    ///< rad/s or m/s, for joints whose URDF gives no speed limit
+  double speed_where_unlimited = kSpeedWhereUnlimited;  ///< rad/s or m/s, for joints whose URDF gives no speed limit
   JointVector acceleration{}, jerk{};  ///< limits of each joint; empty for the defaults of motion_limits()
   Shape shape = Shape::kSmooth;
   int64_t max_setpoint_age_us = 100000;  ///< an older set-point is refused

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "kinematics/default_limits.hpp"
+
 namespace multireach::robot_bridge {
 namespace {
 
@@ -25,7 +27,7 @@ MotionLimits motion_limits(const Chain& chain, double speed_where_unlimited, con
     if (!std::isfinite(velocity)) velocity = speed_where_unlimited;
   }
   check_positive(limits.velocity, chain.size(), "speed");
-  if (acceleration.size() == 0) limits.acceleration = limits.velocity / kDefaultTimeToSpeed;
+  if (acceleration.size() == 0) limits.acceleration = default_acceleration(limits.velocity);
   check_positive(limits.acceleration, chain.size(), "acceleration");
   if (jerk.size() == 0) limits.jerk = limits.acceleration / kDefaultTimeToAcceleration;
   check_positive(limits.jerk, chain.size(), "jerk");

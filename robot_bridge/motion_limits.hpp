@@ -22,14 +22,9 @@ struct MotionLimits {
   JointVector jerk;          ///< rad/s^3 or m/s^3
 };
 
-/// Time in which a joint without a configured acceleration limit may reach its speed limit, s.
-inline constexpr double kDefaultTimeToSpeed = 0.1;
-/// Time in which a joint without a configured jerk limit may reach its acceleration limit, s.
-inline constexpr double kDefaultTimeToAcceleration = 0.01;
-
 /// The limits of the chain's joints. `speed_where_unlimited` (rad/s or m/s) holds for joints without a speed limit;
-/// `acceleration` and `jerk` have size() elements or none, where the defaults above hold. Throws std::invalid_argument
-/// when a value is not positive and finite, or a size differs.
+/// `acceleration` and `jerk` have size() elements or none, where those of kinematics/default_limits.hpp hold. Throws
+/// std::invalid_argument when a value is not positive and finite, or a size differs.
 MotionLimits motion_limits(const Chain& chain, double speed_where_unlimited, const JointVector& acceleration,
                            const JointVector& jerk);
 

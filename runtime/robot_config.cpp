@@ -62,7 +62,7 @@ ConfigKeys<Arm> arm_keys() {
              [](const Config& config, Arm& arm) {
                arm.velocity = config.numbers("joint_velocity_limits", -1, std::vector<double>{});
              });
-  keys.other("joint_acceleration_limits", list, "rad/s² or m/s²", "controller: none; bridge: speed limit / 0.1 s",
+  keys.other("joint_acceleration_limits", list, "rad/s² or m/s²", "speed limit / 0.1 s",
              "Largest acceleration of each joint, which the controller plans with and the bridge enforces.",
              [](const Config& config, Arm& arm) {
                arm.acceleration = config.numbers("joint_acceleration_limits", -1, std::vector<double>{});

@@ -23,7 +23,9 @@ struct GuardedParameters {
   ViteGains gains{0.08, 0.02};  ///< per step; alpha (1 - beta)^2 >= 4 beta (1 - alpha), so that no attractor overshoots
   std::optional<double> gamma{};  ///< rad^2/m^2, the weight of the hand's attractor; default 8.5 / reach^2
   double steps_per_second = 140;  ///< integration steps per second; converts speed and acceleration limits
-  JointVector acceleration{};     ///< rad/s^2 (m/s^2), acceleration limit of each joint; empty for none
+  /// rad/s^2 (m/s^2), acceleration limit of each joint; infinite for none. Empty: those of default_acceleration(), which
+  /// let a joint reach its speed limit in 0.1 s.
+  JointVector acceleration{};
   Tool tool{};
   Body body{};  ///< without a link radius, obstacles and self-collision are ignored
   IkOptions ik{};

@@ -1,10 +1,10 @@
 #include "controller/law/guarded_settings.hpp"
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "controller/law/guarded_law.hpp"
+#include "kinematics/default_limits.hpp"
 
 namespace multireach::controller {
 namespace {
@@ -30,9 +30,9 @@ GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& pa
   require(positive(parameters.steps_per_second), "steps_per_second must be positive");
   require(std::abs(parameters.tool.axis.norm() - 1) < 1e-9, "the tool's axis must be a unit vector");
   require(positive(parameters.tool.orientation_length_m), "orientation_length_m must be positive");
-  const JointVector& acceleration = parameters.acceleration;
-  require(acceleration.size() == 0 || acceleration.size() == chain.size(),
-          "acceleration needs one value per joint, or none");
+  const JointVector acceleration =
+      parameters.acceleration.size() > 0 ? parameters.acceleration : default_acceleration(chain.velocity());
+  require(acceleration.size() == chain.size(), "acceleration needs one value per joint, or none");
   GuardedSettings settings{};
   settings.gains = parameters.gains;
   settings.gamma = gamma;
@@ -45,9 +45,8 @@ GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& pa
     settings.lower[i] = chain.lower()[i];
     settings.upper[i] = chain.upper()[i];
     settings.speed[i] = chain.velocity()[i] / rate;
-    const double limit = acceleration.size() > 0 ? acceleration[i] : std::numeric_limits<double>::infinity();
-    require(limit > 0, "an acceleration limit must be positive");
-    settings.acceleration[i] = limit / (rate * rate);
+    require(acceleration[i] > 0, "an acceleration limit must be positive");
+    settings.acceleration[i] = acceleration[i] / (rate * rate);
   }
   return settings;
 }

@@ -122,6 +122,8 @@ ProtocolRun run_protocol(const Chain& chain, ProtocolLaw law, const JointVector&
                          const std::vector<ProtocolTarget>& targets, double seconds,
                          const Eigen::Matrix3d& orientation) {
   ReachOptions options;
+  // The published protocols have no acceleration limits.
+  options.law = GuardedParameters{.acceleration = JointVector::Constant(chain.size(), INFINITY)};
   switch (law) {
     case ProtocolLaw::kPaperLiteral:
       return run_literal(chain, start, targets, seconds);

@@ -12,6 +12,7 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
   if (law.guarded) {
     controller::GuardedParameters parameters;
     parameters.gains = law.gains;
+    parameters.acceleration = law.acceleration;
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
   return std::make_unique<controller::PaperBatch>(

@@ -24,6 +24,7 @@ struct StudyLaw {
   controller::ViteGains gains{0.08, 0.02};
   /// Law paper: theta_T is searched again when K(theta_T) is further than this from the target, m; may be infinite.
   double drift_m = 0.01;
+  JointVector acceleration{};  ///< law guarded: of each joint, rad/s^2 (m/s^2); empty for the defaults of the law
 };
 
 /// Creates a batch of at least `arms` arms under `law`.

@@ -11,13 +11,15 @@
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
+#include "studies/acceleration_option.hpp"
 #include "studies/study/study.hpp"
 
 namespace multireach {
 namespace {
 
 struct Options {
-  std::string urdf, base, tip, law = "guarded", gamma_text, shard = "0/1", targets = "space", json, csv, failures;
+  std::string urdf, base, tip, law = "guarded", gamma_text, acceleration, shard = "0/1", targets = "space", json, csv,
+                               failures;
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
@@ -78,7 +80,10 @@ int print_sample(const Options& options, const ReachSampler& sampler, const std:
         quoted(options.urdf).c_str(), quoted(options.base).c_str(), quoted(options.tip).c_str(), options.law.c_str(),
         list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
         options.alpha, options.beta_of_law(),
-        options.law == "paper" ? (" --drift " + list_of(Eigen::VectorXd::Constant(1, options.drift_m))).c_str() : "");
+        (options.law == "paper"         ? " --drift " + list_of(Eigen::VectorXd::Constant(1, options.drift_m))
+         : options.acceleration.empty() ? ""
+                                        : " --acceleration " + quoted(options.acceleration))
+            .c_str());
   }
   return 0;
 }
@@ -201,7 +206,10 @@ int study(const Options& options) {
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
   check_outputs(options);
-  const StudyLaw law{options.law == "guarded", {options.alpha, options.beta_of_law()}, drift_m_of(options)};
+  const StudyLaw law{options.law == "guarded",
+                     {options.alpha, options.beta_of_law()},
+                     drift_m_of(options),
+                     acceleration_from(options.acceleration, chain)};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
   const StudyResult result =
       run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
@@ -213,6 +221,7 @@ int study(const Options& options) {
                  {"alpha", options.alpha},
                  {"beta", options.beta_of_law()},
                  {"drift_m", options.law == "paper" ? options.drift_m : 0},
+                 {"acceleration", options.acceleration.empty() ? "default" : options.acceleration},
                  {"targets", options.targets},
                  {"seed", options.seed},
                  {"samples_of_all_shards", options.samples},
@@ -251,6 +260,7 @@ int main(int argc, char** argv) {
              "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
       .finite(0.0, 1e6)
       .show_default();
+  cli.option("--acceleration", options.acceleration, multireach::kAccelerationHelp);
   cli.option("--json", options.json, "where to write the results; - for standard output, also without --csv");
   cli.option("--csv", options.csv, "where to write them as a table; - for standard output");
   cli.option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");

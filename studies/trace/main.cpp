@@ -8,12 +8,13 @@
 #include "controller/law/guarded_law.hpp"
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
+#include "studies/acceleration_option.hpp"
 
 namespace multireach {
 namespace {
 
 struct Options {
-  std::string urdf, base, tip, law = "paper", start, target, target_posture, csv = "-";
+  std::string urdf, base, tip, law = "paper", start, target, target_posture, acceleration, csv = "-";
   double gamma = 0, alpha = 0;
   std::optional<double> beta;
   double drift_m = 0;
@@ -41,6 +42,7 @@ void add_options(CommandLine& cli, Options& options) {
              "printed in the paper")
       .finite(0.0, 1e6)
       .show_default();
+  cli.option("--acceleration", options.acceleration, kAccelerationHelp);
   cli.option("--steps", options.steps, "integration steps; the output has one row more").required().whole(0, 100000000);
   cli.option("-o,--output", options.csv, "CSV file to write; - for standard output").show_default();
 }
@@ -94,6 +96,7 @@ std::string guarded_rows(const Chain& chain, const Options& options, const Joint
   controller::GuardedParameters parameters;
   parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
   parameters.gamma = options.gamma;
+  parameters.acceleration = acceleration_from(options.acceleration, chain);
   controller::GuardedLaw law(chain, parameters);
   if (!law.start(start) || law.set_target({.position = x_T}, theta_target) == controller::TargetResult::kRefused)
     throw refused();

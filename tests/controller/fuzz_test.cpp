@@ -4,6 +4,7 @@
 
 #include "controller/law/guarded_law.hpp"
 #include "controller/reach_controller.hpp"
+#include "kinematics/default_limits.hpp"
 #include "tests/test_arms.hpp"
 
 // Makes random calls in random order, with any numbers: the output must be finite and inside the limits.
@@ -141,6 +142,8 @@ void fuzz_law(uint64_t seed, int64_t calls) {
   GuardedLaw law(chain, parameters);
   LimitCheck limits{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = parameters.steps_per_second;
+  const JointVector acceleration =
+      parameters.acceleration.size() > 0 ? parameters.acceleration : default_acceleration(chain.velocity());
   int until_call = 0;
   for (int64_t k = 0; k < calls; ++k) {
     if (until_call-- > 0) {
@@ -179,7 +182,7 @@ void fuzz_law(uint64_t seed, int64_t calls) {
         }
       }
     }
-    ASSERT_NO_FATAL_FAILURE(limits.check(law.theta(), law.velocity() * rate, rate, parameters.acceleration))
+    ASSERT_NO_FATAL_FAILURE(limits.check(law.theta(), law.velocity() * rate, rate, acceleration))
         << "seed " << seed << ", call " << k;
     ASSERT_TRUE(law.x().allFinite() && law.x_target().allFinite() && std::isfinite(law.gamma()) &&
                 std::isfinite(law.residual_m()))

@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "kinematics/default_limits.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/test_arms.hpp"
 
@@ -116,6 +117,34 @@ TEST(GuardedLaw, ATargetThatJumpsEveryMomentBreaksNoLimit) {
   for (uint64_t k = 0; k < 2000; ++k) {
     law.set_target({.position = chain.position(testing::random_posture(chain, random, k))});
     expect_within_limits(run(law, Eigen::Vector3d::Zero(), 0.05, acceleration), std::to_string(k));
+  }
+}
+
+/// The largest acceleration of each joint, in shares of its default limit, under targets that jump.
+double largest_share_of_acceleration(const Chain& chain, const GuardedParameters& parameters) {
+  const CounterRandom random(kSeed, 8);
+  GuardedLaw law(chain, parameters);
+  law.start(testing::random_posture(chain, random, 0));
+  const JointVector limit = default_acceleration(chain.velocity());
+  JointVector velocity = law.velocity();
+  double most = 0;
+  for (uint64_t k = 0; k < 200; ++k) {
+    law.set_target({.position = chain.position(testing::random_posture(chain, random, k + 1))});
+    for (int step = 0; step < 70; ++step) {
+      law.step();
+      const JointVector change = (law.velocity() - velocity) * kStepsPerSecond * kStepsPerSecond;
+      most = std::max(most, change.cwiseQuotient(limit).cwiseAbs().maxCoeff());
+      velocity = law.velocity();
+    }
+  }
+  return most;
+}
+
+TEST(GuardedLaw, WithoutConfigurationAJointReachesItsSpeedInATenthOfASecondAtTheEarliest) {
+  for (const Chain& chain : {testing::hoap2(), testing::six_joint_arm().chain, testing::odd_arm(6, 3)}) {
+    EXPECT_LE(largest_share_of_acceleration(chain, {}), 1 + 1e-9);
+    const JointVector none = JointVector::Constant(chain.size(), INFINITY);
+    EXPECT_GT(largest_share_of_acceleration(chain, {.acceleration = none}), 1.2) << "none: the test can fail";
   }
 }
 

@@ -94,6 +94,33 @@ TEST(UrdfChain, AVelocityLimitMustBePositive) {
   EXPECT_EQ(fault(robot(second("continuous", "<axis xyz='0 0 1'/>"))), "") << "without a limit it has none";
 }
 
+TEST(UrdfChain, SoftLimitsNarrowTheLimits) {
+  const auto with = [](const std::string& safety, const std::string& type = "revolute") {
+    return robot(second(type,
+                        "<axis xyz='0 0 1'/><limit lower='-1' upper='1' velocity='1' effort='1'/>"
+                        "<safety_controller k_velocity='10' k_position='20' " +
+                            safety + "/>"));
+  };
+  const auto limits = [&](const std::string& safety) {
+    const Chain chain = chain_from_urdf(with(safety), "a", "c");
+    return std::pair(chain.lower()[1], chain.upper()[1]);
+  };
+  EXPECT_EQ(limits("soft_lower_limit='-0.9' soft_upper_limit='0.8'"), std::pair(-0.9, 0.8));
+  EXPECT_EQ(limits("soft_lower_limit='-2' soft_upper_limit='2'"), std::pair(-1.0, 1.0)) << "never wider";
+  EXPECT_EQ(limits("soft_upper_limit='0.8'"), std::pair(-1.0, 0.8)) << "the lower one is not written";
+  EXPECT_EQ(limits("soft_lower_limit='-0.9'"), std::pair(-0.9, 1.0)) << "the upper one is not written";
+  EXPECT_EQ(limits(""), std::pair(-1.0, 1.0));
+  EXPECT_EQ(limits("soft_lower_limit='0' soft_upper_limit='0'"), std::pair(-1.0, 1.0)) << "means none";
+  EXPECT_EQ(fault(with("soft_lower_limit='2' soft_upper_limit='3'")),
+            "joint 'second' has soft limits from 2.000000 to 3.000000, which leave nothing of its limits -1.000000 to "
+            "1.000000");
+  EXPECT_NE(fault(with("soft_lower_limit='0.5' soft_upper_limit='-0.5'")), "");
+  const Chain turns = chain_from_urdf(with("soft_lower_limit='-0.9' soft_upper_limit='0.8'", "continuous"), "a", "c");
+  EXPECT_TRUE(std::isinf(turns.upper()[1])) << "a continuous joint has no position limits";
+  const Chain back = chain_from_urdf(with("soft_lower_limit='-0.9' soft_upper_limit='0.8'"), "c", "a");
+  EXPECT_EQ(back.lower()[0], -0.9);
+}
+
 TEST(UrdfChain, LinksFormATree) {
   const auto joint = [](const std::string& name, const std::string& parent, const std::string& child) {
     return "<joint name='" + name + "' type='fixed'><parent link='" + parent + "'/><child link='" + child +

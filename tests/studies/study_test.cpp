@@ -42,10 +42,12 @@ TEST(Study, CountsWhatEachReachAloneGives) {
   const ReachSampler sampler(chain, kSeed);
   const std::vector<double> gammas{0, 350, 10000};
   constexpr int64_t kReaches = 100;
-  const StudyResult study = run_study(chain, sampler, {}, gammas, 0, kReaches, 3, true);
+  const JointVector acceleration = JointVector::Constant(4, 20);
+  const StudyResult study = run_study(chain, sampler, {.acceleration = acceleration}, gammas, 0, kReaches, 3, true);
   for (size_t g = 0; g < gammas.size(); ++g) {
     controller::GuardedParameters parameters;
     parameters.gamma = gammas[g];
+    parameters.acceleration = acceleration;
     controller::GuardedLaw law(chain, parameters);
     Tally alone;
     for (int64_t k = 0; k < kReaches; ++k) {

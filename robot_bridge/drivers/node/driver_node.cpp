@@ -5,16 +5,16 @@
 #include <cstdlib>
 #include <multireach/bridge_request_t.hpp>
 
+#include "kinematics/default_limits.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 
 namespace multireach::drivers {
 namespace {
 
-constexpr double kSpeedWhereUnlimited = 3;  // rad/s or m/s, as the bridge's default
-constexpr double kImpossible = 1e6;         // rad or m, rad/s or m/s
-constexpr double kLimitTolerance = 1e-6;    // rad or m
-constexpr int64_t kMaxAge = 1000000;        // us, from images whose time is the wall clock's to their commands
+constexpr double kImpossible = 1e6;       // rad or m, rad/s or m/s
+constexpr double kLimitTolerance = 1e-6;  // rad or m
+constexpr int64_t kMaxAge = 1000000;      // us, from images whose time is the wall clock's to their commands
 
 bool is_valid(const std::optional<JointVector>& values) {
   return values && values->allFinite() && values->cwiseAbs().maxCoeff() < kImpossible;
