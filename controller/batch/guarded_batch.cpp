@@ -145,7 +145,7 @@ HWY_EXPORT(refresh_guarded);
 GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& parameters, int arms)
     : ArmBatch(chain, arms),
       constants_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
-      search_(chain, parameters.ik, parameters.tool) {
+      search_(chain, guarded_ik_options(chain, parameters), parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
   blocks_.resize(running().size());
   reset_all();
@@ -175,8 +175,9 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
 void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target) {
   double distance2 = 0;
   for (int i = 0; i < chain().size(); ++i) {
-    block.joints[i].theta_target[lane] = theta_target[i];
-    const double apart = theta_target[i] - block.joints[i].theta[lane];
+    const double posture = search_.locked()[i] ? block.joints[i].theta[lane] : theta_target[i];
+    block.joints[i].theta_target[lane] = posture;
+    const double apart = posture - block.joints[i].theta[lane];
     distance2 += apart * apart;
   }
   block.progress.stuck[lane] = 0;

@@ -14,7 +14,7 @@ constexpr double kResolution = 0.05;               // rad (m): spacing of collis
 
 }  // namespace
 
-RrtPlanner::RrtPlanner(const Chain& chain) : chain_(chain) {
+RrtPlanner::RrtPlanner(const Chain& chain, const std::array<bool, kMaxJoints>& fixed) : chain_(chain), fixed_(fixed) {
   from_start_.reserve(kMaxNodes);
   from_goal_.reserve(kMaxNodes);
   path_.reserve(2 * kMaxNodes);
@@ -78,6 +78,7 @@ std::span<const JointVector> RrtPlanner::plan(const JointVector& start, const Jo
     Tree& other = even ? from_goal_ : from_start_;
     for (int i = 0; i < chain_.size(); ++i) {
       sample[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
+      if (fixed_[static_cast<size_t>(i)]) sample[i] = start[i];
     }
     const int reached = k == 0 ? 0 : extend(grown, sample, proximity);
     if (reached < 0) continue;

@@ -30,9 +30,10 @@ class Path {
 /// shortened. Allocates all memory at construction.
 class RrtPlanner {
  public:
-  explicit RrtPlanner(const Chain& chain);
+  /// `fixed`: joints that stay where they start.
+  explicit RrtPlanner(const Chain& chain, const std::array<bool, kMaxJoints>& fixed = {});
   /// A copy has its own memory and no path.
-  RrtPlanner(const RrtPlanner& other) : RrtPlanner(other.chain_) {}
+  RrtPlanner(const RrtPlanner& other) : RrtPlanner(other.chain_, other.fixed_) {}
   RrtPlanner& operator=(const RrtPlanner&) = default;
 
   /// Joint configurations from `start` (not included) to `goal`, joined by straight lines in joint space. The clearance
@@ -55,6 +56,7 @@ class RrtPlanner {
   void shorten(Proximity& proximity);
 
   Chain chain_;
+  std::array<bool, kMaxJoints> fixed_;
   Tree from_start_, from_goal_;
   std::vector<JointVector> path_;
   double least_clearance_ = 0;

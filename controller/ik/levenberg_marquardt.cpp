@@ -1,6 +1,8 @@
 #include "controller/ik/levenberg_marquardt.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "controller/task/task_rows.hpp"
 #include "numeric/cholesky.hpp"
@@ -12,8 +14,27 @@ Eigen::Matrix3d tool_frame(const Tool& tool) {
   return rotation_from_z(tool.axis);
 }
 
-LevenbergMarquardtIk::LevenbergMarquardtIk(const Chain& chain, const Tool& tool)
-    : chain_(chain), tool_(tool), tool_frame_(tool_frame(tool)), arm_(chain, tool_frame_) {}
+LevenbergMarquardtIk::LevenbergMarquardtIk(const Chain& chain, const Tool& tool, const JointVector& weights)
+    : chain_(chain),
+      tool_(tool),
+      tool_frame_(tool_frame(tool)),
+      arm_(chain, tool_frame_),
+      lower_(chain.lower()),
+      upper_(chain.upper()) {
+  if (weights.size() == 0 || (weights.array() == weights[0]).all()) return;
+  weight_ = weights;
+  mobile_ = weights.cwiseInverse();
+  for (int i = 0; i < chain.size(); ++i) {
+    if (std::isfinite(weights[i])) continue;
+    weight_[i] = mobile_[i] = 0;
+    lower_[i] = -std::numeric_limits<double>::infinity();
+    upper_[i] = std::numeric_limits<double>::infinity();
+  }
+}
+
+double LevenbergMarquardtIk::distance(const JointVector& from, const JointVector& to) const {
+  return weight_.size() == 0 ? (to - from).norm() : (to - from).cwiseProduct(weight_).norm();
+}
 
 template <int M>
 void LevenbergMarquardtIk::task(const TaskTarget& target, const JointVector& posture, Task<M>& task) const {
@@ -41,6 +62,8 @@ template <int M>
 JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const Task<M>& task,
                                               const Eigen::Matrix<double, M, 1>& error, double damping) const {
   auto jacobian = task.jacobian;
+  const bool weighs = weight_.size() > 0;
+  if (weighs) jacobian = jacobian * mobile_.asDiagonal();
   JointVector step = JointVector::Zero(chain_.size());
   for (int round = 0; round < chain_.size(); ++round) {
     Eigen::Matrix<double, M, M> A = jacobian.lazyProduct(jacobian.transpose());
@@ -48,12 +71,13 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
     step = jacobian.transpose().lazyProduct(cholesky_solve<M>(A, error));
     bool blocked = false;
     for (int i = 0; i < chain_.size(); ++i) {
-      if (!leads_out(posture[i], chain_.lower()[i], chain_.upper()[i], step[i])) continue;
+      if (!leads_out(posture[i], lower_[i], upper_[i], step[i])) continue;
       jacobian.col(i).setZero();
       blocked = true;
     }
     if (!blocked) break;
   }
+  if (weighs) step = step.cwiseProduct(mobile_);
   return step;
 }
 
@@ -70,7 +94,7 @@ double LevenbergMarquardtIk::solve_task(const TaskTarget& target, JointVector& p
     JointVector step = damped_step<M>(posture, now, now.error, damping);
     const double largest = step.cwiseAbs().maxCoeff();
     if (largest > kMaxStep) step *= kMaxStep / largest;
-    const JointVector candidate = chain_.clamped(posture + step);
+    const JointVector candidate = clamped(posture + step);
     task<M>(target, candidate, candidate_task);
     const double candidate_error = candidate_task.error.norm();
     if (candidate_error < error) {
@@ -93,16 +117,19 @@ void LevenbergMarquardtIk::approach_task(const TaskTarget& target, const JointVe
                                          double tolerance_m) const {
   constexpr int kMaxSteps = 40;
   double stride = 1;
-  double distance = (posture - theta).squaredNorm();
+  const auto squared_distance = [&](const JointVector& from) {
+    return weight_.size() == 0 ? (from - theta).squaredNorm() : (from - theta).cwiseProduct(weight_).squaredNorm();
+  };
+  double distance = squared_distance(posture);
   Task<M> now;
   for (int k = 0; k < kMaxSteps && stride > 1e-3; ++k) {
     task<M>(target, posture, now);
     const JointVector wanted = stride * (theta - posture);
     // Remove the part of `wanted` that moves the end effector; damping keeps this finite at singularities.
     const Eigen::Matrix<double, M, 1> moved = now.jacobian * wanted;
-    JointVector candidate = chain_.clamped(posture + wanted - damped_step<M>(posture, now, moved, 1e-9));
+    JointVector candidate = clamped(posture + wanted - damped_step<M>(posture, now, moved, 1e-9));
     const bool reaches = solve_task<M>(target, candidate, tolerance_m) <= tolerance_m;
-    const double candidate_distance = (candidate - theta).squaredNorm();
+    const double candidate_distance = squared_distance(candidate);
     if (reaches && candidate_distance < distance) {
       const bool settled = distance - candidate_distance < 1e-3 * distance + 1e-12;
       posture = candidate;

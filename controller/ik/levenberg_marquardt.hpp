@@ -13,7 +13,14 @@ Eigen::Matrix3d tool_frame(const Tool& tool);
 /// that exclude joints blocked by their limits.
 class LevenbergMarquardtIk {
  public:
-  LevenbergMarquardtIk(const Chain& chain, const Tool& tool);
+  /// `weights`: of the joints (controller/task/joint_weights.hpp); empty when all are equal. Locked joints keep their
+  /// values, also outside the limits.
+  LevenbergMarquardtIk(const Chain& chain, const Tool& tool, const JointVector& weights = {});
+
+  /// The configuration with every joint that is not locked clamped to its limits.
+  JointVector clamped(const JointVector& posture) const { return posture.cwiseMax(lower_).cwiseMin(upper_); }
+  /// |to - from|, each joint times its weight. Locked joints do not count.
+  double distance(const JointVector& from, const JointVector& to) const;
 
   /// Moves `posture` (inside the limits) to a nearby local minimum of the task error and returns the error there, m.
   /// Stops when the error is at most `tolerance_m`.
@@ -45,6 +52,9 @@ class LevenbergMarquardtIk {
   Tool tool_;
   Eigen::Matrix3d tool_frame_;
   Arm arm_;
+  JointVector lower_, upper_;  // infinite for locked joints
+  JointVector weight_,
+      mobile_;  // of each joint: weight, and 1 / weight; both 0 for a locked joint; empty when all are equal
 };
 
 }  // namespace multireach::controller

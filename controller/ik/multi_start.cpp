@@ -17,16 +17,39 @@ constexpr double kFar = 10;
 /// Share of the reach: for an unreachable target, errors that differ by less than this count as equal, and the
 /// configuration nearer to the start wins.
 constexpr double kAsGood = 1e-3;
+/// A joint is heavy when it weighs this many times as much as the lightest.
+constexpr double kHeavy = 4;
 /// How many solutions, the nearest first, are moved along their self-motion towards the given configuration.
 constexpr int kDrawn = 3;
 
 }  // namespace
 
 MultiStartIk::MultiStartIk(const Chain& chain, const IkOptions& options, const Tool& tool)
-    : chain_(chain),
-      options_(options),
-      solver_(chain, tool),
-      closed_form_ik_(ClosedFormIk::from(chain, options.samples)) {}
+    : chain_(chain), options_(options), solver_(chain, tool, options.joint_weights) {
+  const JointVector& weights = options.joint_weights;
+  if (weights.size() == 0 || (weights.array() == weights[0]).all()) {
+    closed_form_ik_ = ClosedFormIk::from(chain, options.samples);  // it knows no weights
+    return;
+  }
+  JointVector light = weights;
+  bool some_heavy = false;
+  for (int i = 0; i < chain.size(); ++i) {
+    locked_[i] = !std::isfinite(weights[i]);
+    heavy_[i] = weights[i] >= kHeavy * weights.minCoeff();
+    if (!heavy_[i]) continue;
+    some_heavy = some_heavy || !locked_[i];
+    light[i] = std::numeric_limits<double>::infinity();
+  }
+  if (some_heavy) light_solver_.emplace(chain, tool, light);
+}
+
+void MultiStartIk::draw(const CounterRandom& random, uint64_t& counter, const JointSet& fixed,
+                        JointVector& posture) const {
+  for (int i = 0; i < chain_.size(); ++i) {
+    const double drawn = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
+    if (!fixed[i]) posture[i] = drawn;
+  }
+}
 
 std::optional<JointVector> MultiStartIk::nearest(const Eigen::Vector3d& x_T, const JointVector& theta) const {
   if (!x_T.allFinite() || !theta.allFinite()) return std::nullopt;
@@ -55,21 +78,22 @@ IkSolution MultiStartIk::best(const TaskTarget& target, const JointVector& theta
       return {*posture, solver_.error(near, *posture)};
     }
   }
-  return multi_start(near, theta);
+  const JointVector from = solver_.clamped(theta);
+  if (light_solver_) {
+    const IkSolution light = multi_start(*light_solver_, heavy_, options_.starts, near, from);
+    if (light.error_m <= options_.tolerance_m) return light;
+  }
+  return multi_start(solver_, locked_, options_.most_starts, near, theta);
 }
 
 IkSolution MultiStartIk::first(const TaskTarget& target, const JointVector& theta) const {
   const TaskTarget near = within_ten_reaches(chain_, target);
   const CounterRandom random(options_.seed);
-  IkSolution best{chain_.clamped(theta), std::numeric_limits<double>::infinity()};
+  IkSolution best{solver_.clamped(theta), std::numeric_limits<double>::infinity()};
   JointVector posture = best.theta;
   uint64_t counter = 0;
   for (int start = 0; start <= options_.most_starts; ++start) {
-    if (start > 0) {
-      for (int i = 0; i < chain_.size(); ++i) {
-        posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
-      }
-    }
+    if (start > 0) draw(random, counter, locked_, posture);
     const double error = solver_.solve(near, posture, options_.tolerance_m);
     if (error < best.error_m) best = {posture, error};
     if (error <= options_.tolerance_m) break;
@@ -77,38 +101,36 @@ IkSolution MultiStartIk::first(const TaskTarget& target, const JointVector& thet
   return best;
 }
 
-IkSolution MultiStartIk::multi_start(const TaskTarget& target, const JointVector& theta) const {
+IkSolution MultiStartIk::multi_start(const LevenbergMarquardtIk& solver, const JointSet& fixed, int most_starts,
+                                     const TaskTarget& target, const JointVector& theta) const {
   const CounterRandom random(options_.seed);
   struct Candidate {
     JointVector posture;
     double distance = std::numeric_limits<double>::infinity();
   };
   std::array<Candidate, kDrawn> nearest;  // sorted by distance
-  IkSolution best{chain_.clamped(theta), std::numeric_limits<double>::infinity()};
+  IkSolution best{solver_.clamped(theta), std::numeric_limits<double>::infinity()};
   uint64_t counter = 0;
   int solutions = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (int start = 0; start <= options_.most_starts; ++start) {
+  for (int start = 0; start <= most_starts; ++start) {
     if (solutions >= options_.solutions || (solutions > 0 && start > options_.starts)) break;
-    JointVector posture = chain_.clamped(theta);
-    if (start > 0) {
-      for (int i = 0; i < chain_.size(); ++i) {
-        posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
-      }
-    }
-    const double error = solver_.solve(target, posture, options_.tolerance_m);
+    JointVector posture = solver_.clamped(theta);
+    if (start > 0) draw(random, counter, fixed, posture);
+    const double error = solver.solve(target, posture, options_.tolerance_m);
     for (int i = 0; i < chain_.size(); ++i) {
-      if (!chain_.joint(i).limited()) posture[i] -= kTurn * std::round((posture[i] - theta[i]) / kTurn);
+      if (!chain_.joint(i).limited() && !fixed[i]) posture[i] -= kTurn * std::round((posture[i] - theta[i]) / kTurn);
     }
     // Of two configurations with nearly the same error, e.g. two stretched ones, prefer the one nearer to theta.
     const double slack = kAsGood * chain_.reach();
-    if (error < least - slack || (error < least + slack && (posture - theta).norm() < (best.theta - theta).norm())) {
+    if (error < least - slack ||
+        (error < least + slack && solver_.distance(posture, theta) < solver_.distance(best.theta, theta))) {
       best = {posture, error};
     }
     least = std::min(least, error);
     if (error > options_.tolerance_m) continue;
     ++solutions;
-    Candidate candidate{posture, (posture - theta).norm()};
+    Candidate candidate{posture, solver_.distance(posture, theta)};
     for (Candidate& kept : nearest) {
       if (candidate.distance < kept.distance) std::swap(candidate, kept);
     }
@@ -117,8 +139,8 @@ IkSolution MultiStartIk::multi_start(const TaskTarget& target, const JointVector
   double distance = std::numeric_limits<double>::infinity();
   for (Candidate& candidate : nearest) {
     if (!std::isfinite(candidate.distance)) continue;
-    solver_.approach(target, theta, candidate.posture, options_.tolerance_m);
-    const double drawn = (candidate.posture - theta).norm();
+    solver.approach(target, theta, candidate.posture, options_.tolerance_m);
+    const double drawn = solver_.distance(candidate.posture, theta);
     if (drawn >= distance) continue;
     distance = drawn;
     best = {candidate.posture, solver_.error(target, candidate.posture)};

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "controller/ik/closed_form.hpp"
 #include "controller/ik/ik_options.hpp"
 #include "controller/ik/levenberg_marquardt.hpp"
 #include "kinematics/chain.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::controller {
 
@@ -15,13 +17,16 @@ struct IkSolution {
   double error_m = 0;
 };
 
+using JointSet = std::array<bool, kMaxJoints>;
+
 /// Limits a finite target to ten times the arm's reach, along its direction from the shoulder, and its velocity to one
 /// reach per step.
 TaskTarget within_ten_reaches(const Chain& chain, TaskTarget target);
 
 /// Finds the IK solution inside the joint limits that is nearest to a given configuration: the first theta_T of Sect.
 /// 3.4. Position targets of a shoulder-elbow arm have a closed form. All others use damped Newton steps from seeded
-/// random starts, then move the best solutions along their self-motion towards the given configuration.
+/// random starts, then move the best solutions along their self-motion towards the given configuration. Joints that
+/// weigh much more than the lightest move only when no solution without them was found.
 class MultiStartIk {
  public:
   explicit MultiStartIk(const Chain& chain, const IkOptions& options = {}, const Tool& tool = {});
@@ -45,13 +50,21 @@ class MultiStartIk {
   /// Requires closed_form().
   const ClosedFormIk& closed_form_ik() const { return *closed_form_ik_; }
   const IkOptions& options() const { return options_; }
+  /// The joints of infinite weight.
+  const JointSet& locked() const { return locked_; }
+  /// Draws every joint that is not fixed uniformly from its range.
+  void draw(const CounterRandom& random, uint64_t& counter, const JointSet& fixed, JointVector& posture) const;
 
  private:
-  IkSolution multi_start(const TaskTarget& target, const JointVector& theta) const;
+  /// `fixed`: the joints that random starts leave at `theta`, as `solver` does; at most `most_starts` random starts.
+  IkSolution multi_start(const LevenbergMarquardtIk& solver, const JointSet& fixed, int most_starts,
+                         const TaskTarget& target, const JointVector& theta) const;
 
   Chain chain_;
   IkOptions options_;
   LevenbergMarquardtIk solver_;
+  JointSet locked_{}, heavy_{};                       // heavy_: those much heavier than the lightest, and locked ones
+  std::optional<LevenbergMarquardtIk> light_solver_;  // moves only joints that are not heavy; where some are
   std::optional<ClosedFormIk> closed_form_ik_;
 };
 

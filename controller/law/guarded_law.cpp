@@ -44,17 +44,17 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
       parameters_(parameters),
       arm_{FastLinks<0, Double2>(chain, tool_frame(parameters.tool)), tool_frame(parameters.tool),
            guarded_settings(chain, parameters)},
-      search_(chain, parameters.ik, parameters.tool),
-      solver_(chain, parameters.tool),
+      search_(chain, guarded_ik_options(chain, parameters), parameters.tool),
+      solver_(chain, parameters.tool, search_.options().joint_weights),
       proximity_(chain, parameters.body),
-      planner_(chain) {
+      planner_(chain, search_.locked()) {
   start(chain.clamped(JointVector::Zero(chain.size())));
 }
 
 bool GuardedLaw::start(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   state_ = GuardedState{};
-  const JointVector inside = chain_.clamped(theta);
+  const JointVector inside = solver_.clamped(theta);
   for (int i = 0; i < chain_.size(); ++i) {
     state_.theta[i] = theta[i];
     state_.theta_target[i] = inside[i];
@@ -101,12 +101,10 @@ std::optional<JointVector> GuardedLaw::collision_free_solution(uint64_t seed, bo
   std::optional<JointVector> best;
   uint64_t counter = 0;
   for (int k = 0; k < kCollisionFreeTries && (nearest || !best); ++k) {
-    JointVector posture(chain_.size());
-    for (int i = 0; i < chain_.size(); ++i) {
-      posture[i] = random.uniform(counter++, chain_.sample_lower(i), chain_.sample_upper(i));
-    }
+    JointVector posture = theta();
+    search_.draw(random, counter, search_.locked(), posture);
     if (solver_.solve(*target_, posture, tolerance) > tolerance) continue;
-    if (best && (posture - theta()).norm() >= (*best - theta()).norm()) continue;
+    if (best && solver_.distance(posture, theta()) >= solver_.distance(*best, theta())) continue;
     if (proximity_.clearance(posture) >= 0) best = posture;
   }
   return best;
@@ -151,15 +149,23 @@ void GuardedLaw::plan_around_obstruction() {
   }
   // When the arm starts outside its limits, so does the planned path: clamp it.
   path_.clear();
-  for (const JointVector& posture : planned) path_.push_back(chain_.clamped(posture));
+  for (const JointVector& posture : planned) path_.push_back(solver_.clamped(posture));
   path_next_ = 0;
   state_.target_fixed = true;
   state_.gamma = 0;  // follow the planned joint path: no straight hand path
   follow_path();
 }
 
+JointVector GuardedLaw::with_locked_joints(JointVector posture) const {
+  for (int i = 0; i < chain_.size(); ++i) {
+    if (search_.locked()[i]) posture[i] = state_.theta[i];
+  }
+  return posture;
+}
+
 void GuardedLaw::set_theta_target(const JointVector& theta_target) {
-  for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = theta_target[i];
+  const JointVector posture = with_locked_joints(theta_target);
+  for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = posture[i];
   GuardedProgress<double>& progress = state_.progress;
   progress.stuck = 0;
   progress.checked_residual = std::numeric_limits<double>::infinity();
@@ -218,7 +224,7 @@ TargetResult GuardedLaw::update_target(const TaskTarget& target) {
 bool GuardedLaw::set_joint_target(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
   if (theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
-  target_ = TaskTarget{.position = chain_.position(theta)};
+  target_ = TaskTarget{.position = chain_.position(with_locked_joints(theta))};
   begin_reach(true);
   set_theta_target(theta);
   return true;

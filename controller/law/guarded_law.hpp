@@ -23,9 +23,11 @@ struct GuardedParameters {
   ViteGains gains{0.08, 0.02};  ///< per step; alpha (1 - beta)^2 >= 4 beta (1 - alpha), so that no attractor overshoots
   std::optional<double> gamma{};  ///< rad^2/m^2, the weight of the hand's attractor; default 8.5 / reach^2
   double steps_per_second = 140;  ///< integration steps per second; converts speed and acceleration limits
-  /// rad/s^2 (m/s^2), acceleration limit of each joint; infinite for none. Empty: those of default_acceleration(), which
-  /// let a joint reach its speed limit in 0.1 s.
+  /// rad/s^2 (m/s^2), acceleration limit of each joint; infinite for none. Empty: those of default_acceleration(),
+  /// which let a joint reach its speed limit in 0.1 s.
   JointVector acceleration{};
+  /// Weight of each joint; infinite locks it. Empty: those of default_joint_weights(). Only their ratios matter.
+  JointVector joint_weights{};
   Tool tool{};
   Body body{};  ///< without a link radius, obstacles and self-collision are ignored
   IkOptions ik{};
@@ -50,7 +52,8 @@ class GuardedLaw final : public ReachingLaw {
   TargetResult set_target(const TaskTarget& target) override;
   /// Updates a target that has moved a little; theta_T follows without a search.
   TargetResult update_target(const TaskTarget& target) override;
-  /// Goes to a joint configuration instead of a hand target. Returns false when it is outside the limits.
+  /// Goes to a joint configuration instead of a hand target; locked joints stay. Returns false when it is outside the
+  /// limits.
   bool set_joint_target(const JointVector& theta) override;
   /// Sets a new target without a search. `theta_target` should be an IK solution of it. If it is not, theta_T moves
   /// from there towards a solution; a search follows only when theta_T gets stuck.
@@ -102,6 +105,8 @@ class GuardedLaw final : public ReachingLaw {
   void begin_reach(bool posture_only);
   void search_theta_target();
   void set_theta_target(const JointVector& theta_target);
+  /// `posture` with the locked joints where they are.
+  JointVector with_locked_joints(JointVector posture) const;
   /// |theta_T - theta|, summed joint by joint in order, so that batches give bit-identical results.
   double distance_to_go() const;
   void search_if_needed();

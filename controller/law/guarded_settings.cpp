@@ -1,9 +1,11 @@
 #include "controller/law/guarded_settings.hpp"
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "controller/law/guarded_law.hpp"
+#include "controller/task/joint_weights.hpp"
 #include "kinematics/default_limits.hpp"
 
 namespace multireach::controller {
@@ -17,6 +19,12 @@ bool positive(double value) {
 }
 
 }  // namespace
+
+IkOptions guarded_ik_options(const Chain& chain, const GuardedParameters& parameters) {
+  IkOptions options = parameters.ik;
+  options.joint_weights = joint_weights_of(chain, parameters.joint_weights);
+  return options;
+}
 
 GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& parameters) {
   const auto [alpha, beta] = parameters.gains;
@@ -41,12 +49,18 @@ GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& pa
   settings.orientation_length = parameters.tool.orientation_length_m;
   settings.reach = reach;
   const double rate = parameters.steps_per_second;
+  const JointVector mobility = joint_mobility(joint_weights_of(chain, parameters.joint_weights));
   for (int i = 0; i < chain.size(); ++i) {
     settings.lower[i] = chain.lower()[i];
     settings.upper[i] = chain.upper()[i];
     settings.speed[i] = chain.velocity()[i] / rate;
     require(acceleration[i] > 0, "an acceleration limit must be positive");
     settings.acceleration[i] = acceleration[i] / (rate * rate);
+    settings.mobility[i] = mobility[i];
+    if (mobility[i] > 0) continue;
+    settings.lower[i] = -std::numeric_limits<double>::infinity();
+    settings.upper[i] = std::numeric_limits<double>::infinity();
+    settings.speed[i] = 0;
   }
   return settings;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "controller/ik/ik_options.hpp"
 #include "controller/law/vite.hpp"
 #include "controller/qp/barrier_rate.hpp"
 #include "kinematics/chain.hpp"
@@ -17,8 +18,13 @@ struct GuardedSettings {
   BarrierRate barrier_rate{0.04};  // per step, see docs/guarantees.md
   double orientation_length;       // m: an orientation error of 1 rad weighs as much as this distance
   double reach;                    // m: an upper bound of the distance from the first joint to the hand
-  std::array<double, kMaxJoints> lower, upper, speed, acceleration;
+  std::array<double, kMaxJoints> lower, upper, speed,
+      acceleration;                         // a locked joint has speed 0 and no position limits
+  std::array<double, kMaxJoints> mobility;  // 1 / weight^2; 0 for a locked joint
 };
+
+/// The options of the inverse kinematics, with the weights of the law's joints.
+IkOptions guarded_ik_options(const Chain& chain, const GuardedParameters& parameters);
 
 /// Throws std::invalid_argument for invalid parameters; see GuardedLaw.
 GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& parameters);

@@ -161,7 +161,8 @@ class OneArm {
                                        .lower = lower,
                                        .upper = upper,
                                        .pairs = pairs_,
-                                       .rate = settings().barrier_rate.slope};
+                                       .rate = settings().barrier_rate.slope,
+                                       .stiffness = SoftCollisionQp<kCapacity>::stiffness_of(settings().mobility)};
     std::ranges::copy(now_rows(J, size()), program.jacobian.begin());
     std::ranges::copy(hand, program.hand.begin());
     return program.solve(velocity);

@@ -44,7 +44,8 @@ class GuardedStep {
     } else if (any(free.bounded)) {
       const auto& rows = Arms::now_rows(J, n());
       const auto& joints = Arms::now_joints(wanted.joints, n());
-      const BoxQp<kRows, kCapacity, Scalar> program{n(), gamma, rows, joints, wanted.hand, free.lower, free.upper};
+      const BoxQp<kRows, kCapacity, Scalar> program{n(),         gamma,      rows,       joints,
+                                                    wanted.hand, free.lower, free.upper, settings_.mobility};
       Task multiplier;
       for (int m = 0; m < kRows; ++m) multiplier[m] = Arms::now(y[0][m]);
       systems = program.solve(multiplier, free.bounded, free.velocity);
@@ -190,13 +191,14 @@ class GuardedStep {
   [[gnu::noinline]] static void feed_forward(Arms arms, const Rows& J, Joints& drift) {
     const int n = arms.size();
     const double reach = arms.settings().reach;
+    const auto& mobility = arms.settings().mobility;
     typename Solve::Matrix A;
     Task b;
     for (int r = 0; r < kRows; ++r) {
       b[r] = r < 3 ? arms.target_velocity(r) : Scalar(0);
       for (int c = 0; c <= r; ++c) {
         A[r][c] = r == c ? Scalar(Tuning::kFarDamping * reach * reach) : Scalar(0);
-        for (int i = 0; i < n; ++i) A[r][c] += goal(J, r, i) * goal(J, c, i);
+        for (int i = 0; i < n; ++i) A[r][c] += goal(J, r, i) * mobility[i] * goal(J, c, i);
       }
     }
     const Task y = Solve(A).solve(b);
@@ -204,6 +206,7 @@ class GuardedStep {
     for (int i = 0; i < n; ++i) {
       drift[i] = 0;
       for (int m = 0; m < kRows; ++m) drift[i] += goal(J, m, i) * y[m];
+      drift[i] *= mobility[i];
       largest = greater(largest, absolute(drift[i]));
     }
     const Mask fast = largest > Tuning::kMaxTargetStep;
@@ -237,7 +240,7 @@ class GuardedStep {
     for (int r = 0; r < kRows; ++r) {
       for (int k = 0; k <= r; ++k) {
         Register sum{};
-        for (int i = 0; i < n(); ++i) sum += J[c][r][i] * J[c][k][i];
+        for (int i = 0; i < n(); ++i) sum += J[c][r][i] * settings_.mobility[i] * J[c][k][i];
         A[r][k] = Arms::template weighted<c>(gamma, sum);
         if (r == k) A[r][k] += diagonal;
       }
@@ -251,7 +254,7 @@ class GuardedStep {
                                            int i) const {
     Register sum{};
     for (int m = 0; m < kRows; ++m) sum += J[c][m][i] * y[c][m];
-    return wanted.joints[c][i] + Arms::template weighted<c>(gamma, sum);
+    return wanted.joints[c][i] + Arms::template weighted<c>(gamma, sum * settings_.mobility[i]);
   }
 
   [[gnu::always_inline]] Unbounded unbounded(const Rows& J, const Wanted& wanted, const RegisterTasks& y,
@@ -308,14 +311,15 @@ class GuardedStep {
       for (int i = 0; i < n; ++i) {
         const Scalar apart = arms.theta_target(i) - arms.theta(i);
         for (int r = 0; r < kRows; ++r) {
-          for (int c = 0; c <= r; ++c) A[r][c] += where(frozen[i], 0, goal(J, r, i) * goal(J, c, i));
+          for (int c = 0; c <= r; ++c)
+            A[r][c] += where(frozen[i], 0, goal(J, r, i) * settings.mobility[i] * goal(J, c, i));
           b[r] = where(frozen[i], b[r], b[r] + goal(J, r, i) * self_motion * apart);
         }
       }
       const Task y = Solve(A).solve(b);
       for (int i = 0; i < n; ++i) {
         Scalar next = -self_motion * (arms.theta_target(i) - arms.theta(i));
-        for (int m = 0; m < kRows; ++m) next += goal(J, m, i) * y[m];
+        for (int m = 0; m < kRows; ++m) next += goal(J, m, i) * settings.mobility[i] * y[m];
         step[i] = where(active, where(frozen[i], 0, next), step[i]);
       }
     }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <multireach/bridge_state_t.hpp>
 #include <multireach/controller_state_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
@@ -11,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "controller/task/joint_weights.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/files.hpp"
@@ -71,6 +73,40 @@ void read_direction(const Config& config, ControllerKeys& keys) {
   const bool in_target = config.has("pointing_direction_in_target");
   keys.options.direction =
       unit_vector_from(config, in_target ? "pointing_direction_in_target" : "pointing_direction", 3);
+}
+
+/// The index of a joint of the chain; an error that names the joints when there is none.
+int joint_index(const Config& config, const Chain& chain, const std::string& key, const std::string& name) {
+  const int index = chain.index_of(name);
+  if (index >= 0) return index;
+  std::string names;
+  for (const Joint& joint : chain.joints()) names += (names.empty() ? "" : ", ") + joint.name;
+  config.fail(key, "joints of the chain; it has " + names + ", and no '" + name + "'");
+}
+
+JointVector& joint_weights_to_set(ControllerKeys& keys) {
+  JointVector& weights = keys.guarded.joint_weights;
+  if (weights.size() == 0) weights = controller::default_joint_weights(*keys.chain);
+  return weights;
+}
+
+void read_joint_weights(const Config& config, ControllerKeys& keys) {
+  if (!config.has("joint_weights")) return;
+  for (const auto& [name, weight] : config.named_numbers("joint_weights")) {
+    const int joint = joint_index(config, *keys.chain, "joint_weights", name);
+    if (!(weight >= 1e-3 && weight <= 1e3)) config.fail("joint_weights", "weights from 0.001 to 1000");
+    joint_weights_to_set(keys)[joint] = weight;
+  }
+}
+
+void read_locked_joints(const Config& config, ControllerKeys& keys) {
+  if (!config.has("locked_joints")) return;
+  for (const std::string& name : config.texts("locked_joints")) {
+    const int joint = joint_index(config, *keys.chain, "locked_joints", name);
+    joint_weights_to_set(keys)[joint] = std::numeric_limits<double>::infinity();
+  }
+  if (!(keys.guarded.joint_weights.size() > 0 && keys.guarded.joint_weights.minCoeff() < 1e9))
+    config.fail("locked_joints", "at least one joint, and one that may move");
 }
 
 ConfigKeys<ControllerKeys> controller_keys() {
@@ -162,6 +198,11 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .flag(
           "self_collision", [](auto& k) -> auto& { return k.guarded.body.self_collision; },
           "Whether the links avoid each other.")
+      .other("joint_weights", "map from joint names to numbers", "",
+             "1; for joints slower than an eighth of the median speed: median / speed, at most 30",
+             "Where several motions serve the hand, a joint moves 1 / weight² times as much as one of weight 1.",
+             read_joint_weights)
+      .other("locked_joints", "list of joint names", "", "none", "Joints that never move.", read_locked_joints)
       .choice<TaskKind>(
           "task", {{"position", TaskKind::kPosition}, {"pointing", TaskKind::kPointing}, {"pose", TaskKind::kPose}},
           [](auto& k) -> auto& { return k.options.task; },

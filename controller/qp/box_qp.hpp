@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "kinematics/joint_vector.hpp"
 #include "numeric/lanes.hpp"
 #include "numeric/small_solve.hpp"
 

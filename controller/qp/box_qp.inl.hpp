@@ -3,13 +3,14 @@
 
 /// Coherence under joint velocity bounds: the box-constrained quadratic program
 ///
-///   minimise |v - wanted|^2 + gamma |J v - hand|^2   over  lower_i <= v_i <= upper_i,
+///   minimise |D^-1/2 (v - wanted)|^2 + gamma |J v - hand|^2   over  lower_i <= v_i <= upper_i,
 ///
-/// Eq. (6) with W_x = I and W_theta^-1 = gamma I. With lambda = gamma (hand - J v) its solution is v = clamp(wanted +
-/// J^T lambda), so the M unknowns lambda satisfy a piecewise linear, strongly monotone equation: the stationarity
-/// condition of the convex dual cost. Newton's method solves it, starting from the unbounded solution; a line search
-/// shortens steps that would overshoot the minimum of the dual. The solution is found when the active set no longer
-/// changes. If the iteration limit is reached first, v still is inside the bounds.
+/// Eq. (6) with W_x = I and W_theta^-1 = gamma D; D is diagonal, by default the identity. Where D_i is 0, v_i is
+/// wanted_i inside its bounds. With lambda = gamma (hand - J v) the solution is v = clamp(wanted + D J^T lambda), so
+/// the M unknowns lambda satisfy a piecewise linear, strongly monotone equation: the stationarity condition of the
+/// convex dual cost. Newton's method solves it, starting from the unbounded solution; a line search shortens steps that
+/// would overshoot the minimum of the dual. The solution is found when the active set no longer changes. If the
+/// iteration limit is reached first, v still is inside the bounds.
 template <int M, size_t kCapacity, class Scalar>
 struct BoxQp {
   using Task = std::array<Scalar, M>;
@@ -17,6 +18,11 @@ struct BoxQp {
   using Mask = decltype(Scalar{} < Scalar{});
   static constexpr int kMaxSystems = 60;   // linear systems solved
   static constexpr int kMaxHalvings = 50;  // bisections of one Newton step
+  static constexpr std::array<double, kMaxJoints> kEqual = [] {
+    std::array<double, kMaxJoints> equal{};
+    for (double& element : equal) element = 1;
+    return equal;
+  }();
 
   int n;
   Scalar gamma;
@@ -24,6 +30,7 @@ struct BoxQp {
   const Joints& wanted;
   const Task& hand;
   const Joints &lower, &upper;
+  const std::array<double, kMaxJoints>& mobility = kEqual;  ///< D, see above
 
   /// Writes the solutions of the programs in the mask `programs` to `result`; the other lanes of `result` do not
   /// change. `multiplier` is lambda / gamma of the unbounded program. Returns the number of linear systems solved, the
@@ -106,7 +113,7 @@ struct BoxQp {
     for (int i = 0; i < n; ++i) {
       Scalar pull = 0;
       for (int m = 0; m < M; ++m) pull += jacobian[m][i] * multiplier[m];
-      const Scalar u = wanted[i] + gamma * pull;
+      const Scalar u = wanted[i] + gamma * (pull * mobility[i]);
       v[i] = clamped(u, lower[i], upper[i]);
       held[i] = where((u < lower[i]) | (lower[i] == upper[i]), -1, where(u > upper[i], 1, 0));
       for (int m = 0; m < M; ++m) residual[m] -= jacobian[m][i] * v[i];
@@ -125,7 +132,7 @@ struct BoxQp {
       const Scalar fixed = where(held[i] < 0, lower[i], where(held[i] > 0, upper[i], wanted[i]));
       for (int r = 0; r < M; ++r) {
         b[r] -= jacobian[r][i] * fixed;
-        for (int c = 0; c <= r; ++c) A[r][c] += where(free, gamma * jacobian[r][i] * jacobian[c][i], 0);
+        for (int c = 0; c <= r; ++c) A[r][c] += where(free, gamma * (jacobian[r][i] * mobility[i]) * jacobian[c][i], 0);
       }
     }
     return SmallSolve<M, Scalar>(A).solve(b);

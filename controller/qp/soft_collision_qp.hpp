@@ -13,7 +13,7 @@ namespace multireach::controller {
 
 /// Coherence under joint velocity bounds, with collision avoidance as a soft constraint:
 ///
-///   minimise |v - wanted|^2 + gamma |J v - hand|^2 + weight * sum_r max(0, floor_r - gradient_r v)^2
+///   minimise |D^-1/2 (v - wanted)|^2 + gamma |J v - hand|^2 + weight * sum_r max(0, floor_r - gradient_r v)^2
 ///   over     lower_i <= v_i <= upper_i:
 ///
 /// the program of BoxQp with a stiff penalty on every clearance that would shrink faster than allowed. Joint bounds are
@@ -32,7 +32,15 @@ struct SoftCollisionQp {
   std::array<double, 6> hand;
   Joints lower, upper;
   std::span<const ProximityPair> pairs;
-  double rate;  ///< largest relative decrease of a clearance per step
+  double rate;         ///< largest relative decrease of a clearance per step
+  Joints stiffness{};  ///< the diagonal of D^-1; positive
+
+  /// D^-1 of joints of this mobility. A locked joint, of mobility 0, has equal bounds; its stiffness does not matter.
+  static Joints stiffness_of(const std::array<double, kMaxJoints>& mobility) {
+    Joints stiffness{};
+    for (size_t i = 0; i < stiffness.size(); ++i) stiffness[i] = mobility[i] > 0 ? 1 / mobility[i] : 1;
+    return stiffness;
+  }
 
   /// `v`: the start value; the solution on return. Returns the number of linear systems solved.
   [[gnu::noinline]] int solve(Joints& v) const {
@@ -85,7 +93,7 @@ struct SoftCollisionQp {
         solution[i] = held[i] ? 0 : -gradient[i];
         for (int k = 0; k < n; ++k) free(i, k) = held[i] || held[k] ? (i == k ? 1 : 0) : H[i][k];
       }
-      free.llt().solveInPlace(solution);  // positive definite: H is at least the identity
+      free.llt().solveInPlace(solution);  // positive definite: H is at least D^-1
       Joints stride{};
       for (int i = 0; i < n; ++i) stride[i] = solution[i];
       ++iterations;
@@ -125,7 +133,7 @@ struct SoftCollisionQp {
       return sum;
     };
     double slope = 0;
-    for (int i = 0; i < n; ++i) slope += (v[i] - wanted[i]) * stride[i];
+    for (int i = 0; i < n; ++i) slope += stiffness[i] * (v[i] - wanted[i]) * stride[i];
     for (int m = 0; m < rows; ++m) slope += gamma * hand_error(m, v) * product(jacobian[m]);
     for (const ProximityPair& pair : pairs) slope -= kWeight * shortfall(pair, v) * product(pair.gradient);
     return slope;
@@ -145,7 +153,7 @@ struct SoftCollisionQp {
 
   double cost_of(const Joints& v) const {
     double cost = 0;
-    for (int i = 0; i < n; ++i) cost += (v[i] - wanted[i]) * (v[i] - wanted[i]);
+    for (int i = 0; i < n; ++i) cost += stiffness[i] * (v[i] - wanted[i]) * (v[i] - wanted[i]);
     for (int m = 0; m < rows; ++m) {
       const double error = hand_error(m, v);
       cost += gamma * error * error;
@@ -160,8 +168,8 @@ struct SoftCollisionQp {
   /// Computes half the gradient and half the Hessian of the cost.
   void differentiate(const Joints& v, Joints& gradient, std::array<Joints, kCapacity>& H) const {
     for (int i = 0; i < n; ++i) {
-      gradient[i] = v[i] - wanted[i];
-      for (int k = 0; k < n; ++k) H[i][k] = i == k ? 1 : 0;
+      gradient[i] = stiffness[i] * (v[i] - wanted[i]);
+      for (int k = 0; k < n; ++k) H[i][k] = i == k ? stiffness[i] : 0;
     }
     const auto add = [&](const auto& row, double weight, double error) {
       for (int i = 0; i < n; ++i) {

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "controller/batch/closed_form_batch.hpp"
+#include "controller/task/joint_weights.hpp"
 
 namespace multireach {
 namespace {
@@ -21,7 +22,10 @@ JointVector uniform_posture(const Chain& chain, const CounterRandom& random, uin
 }  // namespace
 
 ReachSampler::ReachSampler(const Chain& chain, uint64_t seed, TargetsFrom targets)
-    : chain_(chain), seed_(seed), targets_(targets), search_(chain) {
+    : chain_(chain),
+      seed_(seed),
+      targets_(targets),
+      search_(chain, {.joint_weights = controller::default_joint_weights(chain)}) {
   for (int i = 0; i < chain.size(); ++i) {
     if (chain.sample_lower(i) < chain.sample_upper(i)) return;
   }

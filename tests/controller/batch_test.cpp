@@ -44,14 +44,15 @@ Reach reach_of(const Chain& chain, uint64_t k) {
 }
 
 /// Runs `arms` reaches in a batch and one by one. Returns the number of steps compared, summed over the arms.
-int64_t compare(const Chain& chain, int arms, int steps, const std::string& what) {
-  GuardedBatch batch(chain, {}, arms);
+int64_t compare(const Chain& chain, int arms, int steps, const std::string& what, const JointVector& weights = {}) {
+  GuardedBatch batch(chain, {.joint_weights = weights}, arms);
   std::vector<GuardedLaw> laws;
   for (int arm = 0; arm < arms; ++arm) {
     const Reach reach = reach_of(chain, static_cast<uint64_t>(arm));
     EXPECT_TRUE(batch.start(arm, reach.start, reach.target, reach.target_posture, reach.gamma));
     GuardedParameters parameters;
     parameters.gamma = reach.gamma;
+    parameters.joint_weights = weights;
     laws.emplace_back(chain, parameters);
     laws.back().start(reach.start);
     laws.back().set_target({.position = reach.target}, reach.target_posture);
@@ -96,6 +97,18 @@ TEST_F(EveryInstructionSet, GivesTheBitsOfOneArmAlone) {
     }
   }
   EXPECT_FALSE(select_instruction_set("PDP-11"));
+}
+
+TEST_F(EveryInstructionSet, GivesTheBitsOfOneArmAloneWithWeightsToo) {
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
+    for (const Chain& chain : {testing::hoap2(), testing::seven_joint_arm().chain}) {
+      JointVector weights = JointVector::Ones(chain.size());
+      weights[0] = INFINITY;
+      weights[2] = 7;
+      compare(chain, 19, 600, name, weights);
+    }
+  }
 }
 
 /// Repeated full steps of (27) can be chaotic, so each step is compared on its own, starting from the batch's state.

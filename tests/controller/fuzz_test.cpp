@@ -139,6 +139,12 @@ void fuzz_law(uint64_t seed, int64_t calls) {
   if (input.chance(0.5)) parameters.acceleration = JointVector::Constant(chain.size(), input.uniform(0.1, 50));
   if (input.chance(0.3)) parameters.body.link_radius_m = input.uniform(0.001, 0.1) * chain.reach();
   parameters.ik = {.starts = 3, .most_starts = 6};
+  if (input.chance(0.3)) {
+    parameters.joint_weights = JointVector::Ones(chain.size());
+    for (Eigen::Index i = 1; i < chain.size(); ++i) {
+      parameters.joint_weights[i] = input.chance(0.2) ? INFINITY : std::pow(10, input.uniform(-1, 2));
+    }
+  }
   GuardedLaw law(chain, parameters);
   LimitCheck limits{.chain = chain, .theta = {}, .velocity = {}};
   const double rate = parameters.steps_per_second;

@@ -21,6 +21,7 @@ struct Program {
   Joints wanted;
   std::array<double, 3> hand;
   Joints lower, upper;
+  std::array<double, kMaxJoints> mobility;
 };
 
 template <class Program>
@@ -31,6 +32,9 @@ Program random_program(const CounterRandom& random, uint64_t& counter) {
   program.gamma = std::pow(10, number(-1, 5));
   for (size_t i = 0; i < kJoints; ++i) {
     program.wanted[i] = number(-1, 1);
+    const double mobility = std::pow(10, number(-3, 0));
+    if constexpr (requires { program.mobility; }) program.mobility[i] = mobility;
+    if constexpr (requires { program.stiffness; }) program.stiffness[i] = 1 / mobility;
     for (auto& row : program.jacobian) row[i] = number(-0.4, 0.4);
     const double a = number(-0.5, 0.5), b = number(-0.5, 0.5);
     std::tie(program.lower[i], program.upper[i]) = std::minmax({a, b});
@@ -59,7 +63,12 @@ double violation(const Program& program, const std::array<double, kJoints>& v, s
 template <class Program>
 std::array<double, kJoints> gradient_of(const Program& program, const std::array<double, kJoints>& v) {
   std::array<double, kJoints> gradient;
-  for (size_t i = 0; i < kJoints; ++i) gradient[i] = v[i] - program.wanted[i];
+  for (size_t i = 0; i < kJoints; ++i) {
+    double stiffness = 1;
+    if constexpr (requires { program.mobility; }) stiffness = 1 / program.mobility[i];
+    if constexpr (requires { program.stiffness; }) stiffness = program.stiffness[i];
+    gradient[i] = stiffness * (v[i] - program.wanted[i]);
+  }
   for (size_t m = 0; m < program.hand.size(); ++m) {
     double error = -program.hand[m];
     for (size_t i = 0; i < kJoints; ++i) error += program.jacobian[m][i] * v[i];
@@ -75,7 +84,7 @@ TEST(BoxQp, MeetsTheOptimalityConditions) {
     const auto program = random_program<Program>(random, counter);
     std::array<double, kJoints> v;
     const BoxQp<3, kJoints, double> solver{program.n,    program.gamma, program.jacobian, program.wanted,
-                                           program.hand, program.lower, program.upper};
+                                           program.hand, program.lower, program.upper,    program.mobility};
     solver.solve({}, true, v);
     ASSERT_LT(violation(program, v, gradient_of(program, v)), 1e-9) << "seed " << kSeed << ", case " << k;
     auto wrong = v;

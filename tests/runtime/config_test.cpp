@@ -119,6 +119,12 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
     const std::string sentence = controller(section);
     EXPECT_NE(sentence.find(words), std::string::npos) << section << ": " << sentence;
   };
+  EXPECT_EQ(controller("joint_weights: {right_EB: 3}, locked_joints: [right_SHR]"), "");
+  says("joint_weights: {elbow: 3}", "and no 'elbow'");
+  says("joint_weights: {right_EB: 0}", "weights from 0.001 to 1000");
+  says("locked_joints: [elbow]", "and no 'elbow'");
+  says("locked_joints: [right_SFE, right_SAA, right_SHR, right_EB]", "one that may move");
+  says("law: paper, locked_joints: [right_EB]", "allowed only with law: guarded");
   says("law: papers", "law");
   says("law: guarded, drift_m: 0.02", "'controller.drift_m' is allowed only with law: paper");
   says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is allowed only with law: guarded");
