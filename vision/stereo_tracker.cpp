@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace multireach::vision {
@@ -15,6 +16,12 @@ constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sig
 constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
 constexpr double kWindowMargin = 8;    // pixels
 constexpr double kWorthwhile = 0.5;    // above this share of the image, the whole image is searched instead
+constexpr double kBackground = 0.5;    // share of a blob from which on it is taken as background
+constexpr int kFirstLooks = 16;        // whole images that a new tracker searches to learn the background
+constexpr int kLookEvery = 8;          // pairs between two searches of a whole image for the background
+constexpr double kCompact = 0.4;       // see compactness(): an ellipse of 5:2, or a disc with much missing
+constexpr double kSpeck = 0.25;        // share of the tracked object's radius below which another one is a speck
+constexpr double kAround = 2;          // radii around the last position that are not learned as background
 constexpr double kDimmest = 10;        // grey levels: no pixel of a black image is brighter
 
 const TrackerOptions& checked(const TrackerOptions& options) {
@@ -56,6 +63,20 @@ double offset_s(int64_t image, int64_t pair) {
   return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
 }
 
+/// 1 for a disc, less for an ellipse by its axes' ratio, and less the more a blob lacks of the ellipse of its moments.
+double compactness(const Blob& blob) {
+  const double half_trace = 0.5 * blob.spread.trace(), determinant = std::max(0.0, blob.spread.determinant());
+  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
+  const double ellipse = 4 * std::numbers::pi * std::sqrt(determinant);
+  if (!(ellipse > 0)) return 0;
+  return std::min(1.0, blob.area / ellipse) * std::sqrt((half_trace - root) / (half_trace + root));
+}
+
+bool is_background(const StereoMatch& match, const View& left, const View& right) {
+  return match.left >= 0 && match.right >= 0 && left.background[static_cast<size_t>(match.left)] > kBackground &&
+         right.background[static_cast<size_t>(match.right)] > kBackground;
+}
+
 }  // namespace
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
@@ -72,8 +93,13 @@ StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& opt
 
 void StereoTracker::restart() {
   track_ = TargetTrack(options_.track);
+  identity_ = {};
   radius_m_ = 0;
-  for (CameraState& camera_state : cameras_) camera_state.gains = {};
+  for (CameraState& camera_state : cameras_) {
+    camera_state.gains = {};
+    camera_state.background.forget();
+    camera_state.looks = camera_state.since_look = 0;
+  }
 }
 
 cv::Rect StereoTracker::whole_image(Side side) const {
@@ -84,7 +110,9 @@ cv::Rect StereoTracker::whole_image(Side side) const {
 cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const cv::Rect whole = whole_image(side);
   const auto predicted = track_.predicted(utime);
-  if (!predicted || radius_m_ <= 0) return whole;
+  const CameraState& camera_state = cameras_[index(side)];
+  const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
+  if (!predicted || radius_m_ <= 0 || look || !identity_.confirmed()) return whole;
   const StereoRig& rig = options_.rig;
   const bool left = side == Side::kLeft;
   const CameraModel& camera = left ? rig.left : rig.right;
@@ -122,6 +150,7 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
   for (const Blob& blob : view.blobs) {
     view.contours.push_back(camera_state.fitter.fit(bgr, blob));
     view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
+    view.background.push_back(camera_state.background.share_of(blob));
   }
   view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
@@ -148,15 +177,61 @@ StereoMatch StereoTracker::match(const PairTimes& times, const View& left, const
   if (left.filled || right.filled) return failed(Status::kColourEverywhere);
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
-  std::optional<Prediction> prediction;
-  if (const auto predicted = track_.predicted(times.pair)) {
-    // rig_at() refers the match to the time of the left image.
-    prediction = {predicted->position + track_.velocity() * offset_s(times.left, times.pair), predicted->covariance};
+  // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
+  const bool lost = track_.status() == TargetTrack::Status::kLost;
+  match = match_among(times, left, right, !identity_.known(), true);
+  if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
+    match.status = Status::kOnlyBackground;
+  if (!identity_.known() && is_background(match, left, right)) {
+    StereoMatch other = match_among(times, left, right, false, false);
+    if (other.status == Status::kSeen && (lost || may_replace(other, match, left, right))) {
+      // What appears or moves is more likely the target than what stands still, if it is seen repeatedly.
+      if (!lost) other.status = Status::kOutsidePredictionGate;
+      match = other;
+    }
   }
-  match = vision::match_candidates(rig_at(times), left.contours, right.contours, prediction, options_.match);
   const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
                      match.status == Status::kEpipolarMismatch;
   if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
+  return match;
+}
+
+/// Whether `other`, which is not in the background, is evidence enough against the tracked object: that stands still,
+/// and the other one is compact and no speck beside it.
+bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left,
+                                const View& right) const {
+  const auto agrees = [&](const View& view, int candidate, int current) {
+    const auto c = static_cast<size_t>(candidate);
+    return compactness(view.blobs[c]) > kCompact &&
+           view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
+  };
+  return identity_.stands_still() && agrees(left, other.left, tracked.left) &&
+         agrees(right, other.right, tracked.right);
+}
+
+/// Matches the contours, with those in the background or without. In a confirmed track a sphere's contour counts also
+/// before background of its colour.
+StereoMatch StereoTracker::match_among(const PairTimes& times, const View& left, const View& right, bool background,
+                                       bool predicted) const {
+  std::optional<Prediction> prediction;
+  if (const auto expected = track_.predicted(times.pair); expected && predicted) {
+    // rig_at() refers the match to the time of the left image.
+    prediction = {expected->position + track_.velocity() * offset_s(times.left, times.pair), expected->covariance};
+  }
+  std::array<std::vector<SphereContour>, 2> contours;
+  std::array<std::vector<int>, 2> from;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const View& view = side == Side::kLeft ? left : right;
+    for (size_t k = 0; k < view.contours.size(); ++k) {
+      const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
+      if (!background && !sphere && view.background[k] > kBackground) continue;
+      contours[index(side)].push_back(view.contours[k]);
+      from[index(side)].push_back(static_cast<int>(k));
+    }
+  }
+  StereoMatch match = vision::match_candidates(rig_at(times), contours[0], contours[1], prediction, options_.match);
+  if (match.left >= 0) match.left = from[0][static_cast<size_t>(match.left)];
+  if (match.right >= 0) match.right = from[1][static_cast<size_t>(match.right)];
   return match;
 }
 
@@ -205,12 +280,44 @@ TargetReport StereoTracker::report(TargetTrack::Status status, const char* reaso
 
 TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
   track_.update(utime, std::nullopt);
+  identity_.update_unseen(utime, track_.status() == TargetTrack::Status::kLost);
   for (CameraState& camera_state : cameras_) camera_state.gains = relaxed(camera_state.gains);
   return report(unseen_status(), reason);
 }
 
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
                                    const View& right) {
+  const bool newer = !track_.begun() || times.pair > track_.utime();
+  TargetReport result = update_track(times, match, left, right);
+  if (newer) {
+    const bool followed = result.status == TargetTrack::Status::kTracked;
+    learn_background(Side::kLeft, left, followed ? match.left : -1);
+    learn_background(Side::kRight, right, followed ? match.right : -1);
+  }
+  return result;
+}
+
+/// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be
+/// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched.
+void StereoTracker::learn_background(Side side, const View& view, int chosen) {
+  CameraState& camera_state = cameras_[index(side)];
+  if (!view.fits || view.filled || view.dark) return;
+  cv::Rect object;
+  if (identity_.confirmed() && chosen >= 0) object = view.blobs[static_cast<size_t>(chosen)].box;
+  if (identity_.known() && identity_.last_radius_px() > 0) {
+    const Eigen::Vector2d centre = identity_.last_px(index(side));
+    const double half = kAround * identity_.last_radius_px();
+    object |= cv::Rect(static_cast<int>(centre.x() - half), static_cast<int>(centre.y() - half),
+                       static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1);
+  }
+  const bool whole = view.window == whole_image(side);
+  camera_state.background.learn(view.window, view.blobs, object, whole ? camera_state.since_look + 1 : 1);
+  camera_state.since_look = whole ? 0 : std::min(kLookEvery, camera_state.since_look + 1);
+  if (whole) camera_state.looks = std::min(kFirstLooks, camera_state.looks + 1);
+}
+
+TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMatch& match, const View& left,
+                                         const View& right) {
   using Status = StereoMatch::Status;
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
@@ -222,6 +329,7 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   const PositionEstimate estimate = estimate_at_pair(times, match);
   if (!track_.update(times.pair, estimate, seen)) {
     const bool past = track_.utime() == before && times.pair <= before;
+    if (!past) identity_.update_unseen(times.pair, track_.status() == TargetTrack::Status::kLost);
     return report(unseen_status(),
                   past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
   }
@@ -229,7 +337,15 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();
-  if (options_.adapt_colour) {
+  const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
+  identity_.update(times.pair,
+                   {.by_contour = match.both_by_contour,
+                    .px = {match.left_px, match.right_px},
+                    .radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px),
+                    .background = {left.background[l], right.background[r]}},
+                   track_.began_anew());
+  // What is not known to be the target must not change its colour.
+  if (options_.adapt_colour && identity_.confirmed()) {
     // Without a sphere contour the blob may include other things: adapt more slowly.
     const double quality = match.both_by_contour ? 1 - match.occlusion : 0.5;
     adapt(Side::kLeft, left, match.left, quality);
@@ -249,6 +365,12 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
 
 std::vector<double> StereoTracker::serialize(int64_t utime) const {
   std::vector<double> state = track_.serialize();
+  for (const CameraState& camera_state : cameras_) {
+    camera_state.background.serialize(state);
+    state.insert(state.end(), {static_cast<double>(camera_state.looks), static_cast<double>(camera_state.since_look)});
+  }
+  const std::vector<double> identity = identity_.serialize(utime);
+  state.insert(state.end(), identity.begin(), identity.end());
   state.push_back(static_cast<double>(track_.utime() - utime));
   state.push_back(radius_m_);
   for (const CameraState& camera_state : cameras_)
@@ -257,16 +379,39 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
 }
 
 bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr size_t kOwn = 6;
+  constexpr size_t kOwn = 6, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
-  if (state.size() < kOwn) return false;
+  constexpr size_t kLooks = 2;       // numbers of looks, after each background
+  const std::array sizes{cameras_[0].background.serialized_size(), cameras_[1].background.serialized_size()};
+  const size_t besides = sizes[0] + sizes[1] + 2 * kLooks + kIdentity + kOwn;
+  if (state.size() < besides) return false;
+  const auto whole = [](double value, double most) {
+    return value >= 0 && value <= most && value == std::floor(value);
+  };
   const auto own = state.last(kOwn);
   if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
   if (!(own[1] >= 0 && own[1] < 1e6)) return false;
   for (const double gain : own.last(4)) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
-  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), state.first(state.size() - kOwn))) return false;
+  const auto of_track = state.first(state.size() - besides);
+  std::array<std::span<const double>, 2> backgrounds;
+  size_t at = of_track.size();
+  for (size_t side = 0; side < 2; at += sizes[side] + kLooks, ++side) {
+    backgrounds[side] = state.subspan(at, sizes[side] + kLooks);
+    const auto looks = backgrounds[side].last(kLooks);
+    if (!cameras_[side].background.valid(backgrounds[side].first(sizes[side]))) return false;
+    if (!whole(looks[0], kFirstLooks) || !whole(looks[1], kLookEvery)) return false;
+  }
+  TargetIdentity identity;
+  if (!identity.deserialize(utime, state.subspan(at, kIdentity))) return false;
+  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), of_track)) return false;
+  identity_ = identity;
+  for (size_t side = 0; side < 2; ++side) {
+    cameras_[side].background.deserialize(backgrounds[side].first(sizes[side]));
+    cameras_[side].looks = static_cast<int>(backgrounds[side][sizes[side]]);
+    cameras_[side].since_look = static_cast<int>(backgrounds[side][sizes[side] + 1]);
+  }
   radius_m_ = own[1];
   cameras_[0].gains = {own[2], own[3]};
   cameras_[1].gains = {own[4], own[5]};

@@ -3,9 +3,11 @@
 #include <array>
 
 #include "imaging/side.hpp"
+#include "vision/colour/colour_background.hpp"
 #include "vision/colour/find.hpp"
 #include "vision/colour/illumination.hpp"
 #include "vision/stereo/stereo_match.hpp"
+#include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
 
 namespace multireach::vision {
@@ -35,6 +37,7 @@ struct View {
   cv::Mat bgr;          ///< the image; shares its pixels
   std::vector<Blob> blobs;
   std::vector<SphereContour> contours;  ///< one per blob
+  std::vector<double> background;       ///< share of each blob that the learned background explains
 };
 
 /// Tracking result after a pair.
@@ -60,6 +63,7 @@ class StereoTracker {
   /// Forgets all pairs, as when a log is played again.
   void restart();
   const TargetTrack& track() const { return track_; }
+  const TargetIdentity& identity() const { return identity_; }
   cv::Rect whole_image(Side side) const;
   /// Search window for a pair at time `utime`: around the predicted position, or the whole image.
   cv::Rect window(Side side, int64_t utime) const;
@@ -87,11 +91,14 @@ class StereoTracker {
  private:
   struct CameraState {
     CameraState(const CameraModel& camera, const ColourModel& colour, double least_seen)
-        : model(colour), fitter(camera, least_seen) {}
+        : model(colour), fitter(camera, least_seen), background({camera.width, camera.height}) {}
     AdaptedColourModel model;
     WhiteBalanceGains gains;
     BlobFinder finder;
     SphereContourFitter fitter;
+    ColourBackground background;
+    int looks = 0;       // at the whole image, up to the number that suffices to begin with
+    int since_look = 0;  // pairs
   };
 
   static CameraState camera_state(const TrackerOptions& options, Side side);
@@ -100,10 +107,16 @@ class StereoTracker {
   TargetTrack::Status unseen_status() const;
   TargetReport report(TargetTrack::Status status, const char* reason) const;
   void adapt(Side side, const View& view, int chosen, double quality);
+  TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  void learn_background(Side side, const View& view, int chosen);
+  bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
+  StereoMatch match_among(const PairTimes& times, const View& left, const View& right, bool background,
+                          bool predicted) const;
 
   TrackerOptions options_;
   std::array<CameraState, 2> cameras_;
   TargetTrack track_;
+  TargetIdentity identity_;
   double radius_m_ = 0;  // of the object, from the last match
 };
 

@@ -258,6 +258,8 @@ const char* description(StereoMatch::Status status) {
       return "size and distance disagree: check ball_radius_m, or calibrate again";
     case Status::kOutsidePredictionGate:
       return "something is seen, but not where the object can be by now";
+    case Status::kOnlyBackground:
+      return "only things that stood there before have this colour";
   }
   return "";
 }

@@ -26,6 +26,7 @@ struct StereoMatch {
     kOccludedTooMuch,        ///< too much is occluded to locate the centre
     kWrongRadius,            ///< the measured radius differs from the known one
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
+    kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,

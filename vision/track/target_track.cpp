@@ -70,6 +70,7 @@ bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
 }
 
 void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance) {
+  began_anew_ = true;
   state_ << seen.position, velocity;
   covariance_.setZero();
   covariance_.topLeftCorner<3, 3>() = seen.covariance.selfadjointView<Eigen::Lower>();
@@ -92,6 +93,7 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
 }
 
 bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump) {
+  began_anew_ = false;
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;

@@ -46,6 +46,8 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted(int64_t utime) const;
 
   Status status() const { return status_; }
+  /// Whether the last update began the track anew: the target was lost before, or jumped.
+  bool began_anew() const { return began_anew_; }
   /// Whether there was a pair.
   bool begun() const { return begun_; }
   /// Time of the newest pair, microseconds.
@@ -76,6 +78,7 @@ class TargetTrack {
   Status status_ = Status::kLost;
   int64_t utime_ = 0;
   bool begun_ = false;
+  bool began_anew_ = false;  // a result of update(); no state
   std::optional<int64_t> last_seen_utime_;
   Vector6 state_ = Vector6::Zero();
   Matrix6 covariance_ = Matrix6::Zero();

@@ -1,0 +1,140 @@
+// Things of the target's colour that stand still, and the target that moves among them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "camera/rendering/ball_renderer.hpp"
+#include "vision/stereo_vision.hpp"
+
+namespace multireach {
+namespace {
+
+using vision::StereoVision;
+using Status = vision::TargetTrack::Status;
+
+constexpr int64_t kFrame = 33333;
+constexpr double kFocal = 300, kBaseline = 0.12;
+
+StereoRig level_rig() {
+  StereoRig rig;
+  rig.left = {.width = 320, .height = 240, .fx = kFocal, .fy = kFocal, .cx = 160, .cy = 120, .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -kBaseline;
+  return rig;
+}
+
+/// A room with two folders on a shelf, larger than the ball and of nearly its colour.
+class Room {
+ public:
+  explicit Room(const StereoRig& rig)
+      : left_(kScene, rig.left, rig.X_WL, rig.X_WL), right_(kScene, rig.right, rig.X_RL.inverse(), rig.X_WL) {}
+
+  void look(int k, const std::optional<Eigen::Vector3d>& ball, StereoVision& vision) const {
+    const auto stream = static_cast<uint64_t>(2 * k);
+    cv::Mat left = left_.render(ball, stream), right = right_.render(ball, stream + 1);
+    for (const cv::Rect& folder : {cv::Rect(60, 130, 26, 60), cv::Rect(92, 134, 22, 56)}) {
+      cv::rectangle(left, folder, {88, 44, 208}, cv::FILLED);
+      cv::rectangle(right, folder - cv::Point(cvRound(kFocal * kBaseline / 2.5), 0), {88, 44, 208}, cv::FILLED);
+    }
+    const int64_t utime = k * kFrame;
+    vision::DecodedImages images({utime, utime, utime}, left, right);
+    ASSERT_EQ(vision.update(images), nullptr);
+  }
+
+ private:
+  static constexpr SceneOptions kScene{.ball_radius_m = 0.033, .wall_distance_m = 3, .distractors = 0};
+  BallRenderer left_, right_;
+};
+
+vision::TrackerOptions options_for(const StereoRig& rig) {
+  vision::TrackerOptions options;
+  options.rig = rig;
+  options.colour.fill(vision::model_of({.references = {{220, 40, 110}}, .tolerance = 0.55}));
+  return options;
+}
+
+/// Gains of red and blue of both cameras, the last numbers of a tracker's own state.
+std::vector<double> gains_of(const StereoVision& vision, int64_t utime) {
+  const std::vector<double> state = vision.targets().front().tracker.serialize(utime);
+  return {state.end() - 4, state.end()};
+}
+
+TEST(StaticScene, TheMovingBallWinsAndThingsOfItsColourStayBackground) {
+  const StereoRig rig = level_rig();
+  const Room room(rig);
+  StereoVision vision({options_for(rig)});
+  int k = 0;
+  for (; k < 90; ++k) room.look(k, std::nullopt, vision);
+  for (const double gain : gains_of(vision, k * kFrame)) EXPECT_EQ(gain, 1) << "folders must not change the colour";
+
+  int answers = 0, wrong = 0;
+  for (int start = k; k < start + 40; ++k) {
+    const double t = (k - start) / 30.0;
+    const Eigen::Vector3d ball(0.1 + 0.3 * t, 0.2 - 1.4 * t + 0.5 * 2 * t * t, 1.5);
+    room.look(k, ball, vision);
+    const vision::TargetReport& report = vision.targets().front().report;
+    if (k < start + 4 || report.status != Status::kTracked) continue;
+    ++answers;
+    wrong += (report.estimate.position - ball).norm() > 0.05;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GE(answers, 34) << "of 36";
+
+  // The ball has left: the folders were there while the ball was elsewhere.
+  for (int start = k; k < start + 150; ++k) {
+    room.look(k, std::nullopt, vision);
+    EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << k;
+  }
+  EXPECT_STREQ(vision.targets().front().report.reason, "only things that stood there before have this colour");
+  for (const double gain : gains_of(vision, k * kFrame)) EXPECT_NEAR(gain, 1, 0.1);
+
+  int again = 0;
+  for (int start = k; k < start + 20; ++k) {
+    const Eigen::Vector3d ball(-0.2 + 0.02 * (k - start), -0.2, 1.4);
+    room.look(k, ball, vision);
+    const vision::TargetReport& report = vision.targets().front().report;
+    again += report.status == Status::kTracked && (report.estimate.position - ball).norm() < 0.05;
+  }
+  EXPECT_GE(again, 19) << "of 20: it is acquired again at once";
+}
+
+TEST(StaticScene, AThingThatStandsStillAloneIsTracked) {
+  const StereoRig rig = level_rig();
+  const Room room(rig);
+  StereoVision vision({options_for(rig)});
+  int tracked = 0;
+  for (int k = 0; k < 120; ++k) {
+    room.look(k, std::nullopt, vision);
+    tracked += vision.targets().front().report.status == Status::kTracked;
+  }
+  EXPECT_GE(tracked, 115) << "of 120: nothing else can be meant";
+}
+
+TEST(StaticScene, GoesOnFromItsState) {
+  const StereoRig rig = level_rig();
+  const Room room(rig);
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < 80; ++k) {
+    const int64_t before = (k - 1) * kFrame;
+    std::optional<StereoVision> other;
+    if (k > 0) {
+      const std::vector<double> state = vision.serialize(0, before);
+      other.emplace(std::vector{options_for(rig)});
+      ASSERT_TRUE(other->deserialize(before, {state}));
+      std::vector<double> damaged = state;
+      damaged[40] = 0.5;  // a cell of the background
+      EXPECT_FALSE(StereoVision({options_for(rig)}).deserialize(before, {damaged}));
+    }
+    std::optional<Eigen::Vector3d> ball;
+    if (k > 30 && k < 60) ball = Eigen::Vector3d(0.1, 0.01 * (k - 45), 1.5);
+    room.look(k, ball, vision);
+    if (!other) continue;
+    room.look(k, ball, *other);
+    EXPECT_EQ(vision.serialize(0, k * kFrame), other->serialize(0, k * kFrame)) << k;
+  }
+}
+
+}  // namespace
+}  // namespace multireach

@@ -1,0 +1,71 @@
+#include "vision/track/target_identity.hpp"
+
+#include <gtest/gtest.h>
+
+namespace multireach::vision {
+namespace {
+
+constexpr int64_t kFrame = 33333;
+
+TargetIdentity::Sighting at(double x, double background, bool by_contour = false) {
+  return {.by_contour = by_contour,
+          .px = {Eigen::Vector2d(x, 100), Eigen::Vector2d(x - 20, 100)},
+          .radius_px = 10,
+          .background = {background, background}};
+}
+
+TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnly) {
+  TargetIdentity still, sphere;
+  for (int k = 0; k < 100; ++k) {
+    still.update(k * kFrame, at(100 + k % 3, 0.9), k == 0);
+    sphere.update(k * kFrame, at(100, 0.9, true), k == 0);
+    EXPECT_FALSE(still.confirmed());
+    EXPECT_EQ(sphere.confirmed(), k >= 2);
+  }
+}
+
+TEST(TargetIdentity, WhatMovedAwayFromItsPlaceIsConfirmedUnlessTheColourWasThereBefore) {
+  TargetIdentity moving, along_a_shelf;
+  for (int k = 0; k < 20; ++k) {
+    moving.update(k * kFrame, at(100 + 4 * k, 0.1), k == 0);
+    along_a_shelf.update(k * kFrame, at(100 + 4 * k, 0.8), k == 0);
+    EXPECT_EQ(moving.confirmed(), k >= 8) << k << ": three matches beyond its diameter";
+    EXPECT_FALSE(along_a_shelf.confirmed());
+  }
+  moving.update(20 * kFrame, at(300, 0), true);
+  EXPECT_FALSE(moving.confirmed()) << "after a jump it may be something else";
+  EXPECT_TRUE(moving.known());
+}
+
+TEST(TargetIdentity, IsKnownForSomeTimeAfterItWasLost) {
+  TargetIdentity identity;
+  for (int k = 0; k < 3; ++k) identity.update(k * kFrame, at(100, 0, true), k == 0);
+  identity.update_unseen(3 * kFrame, false);
+  EXPECT_TRUE(identity.confirmed()) << "coasting";
+  identity.update_unseen(9000000, true);
+  EXPECT_FALSE(identity.confirmed());
+  EXPECT_TRUE(identity.known());
+  identity.update_unseen(2 * kFrame + 10000001, true);
+  EXPECT_FALSE(identity.known());
+}
+
+TEST(TargetIdentity, GoesOnFromItsState) {
+  TargetIdentity identity;
+  for (int k = 0; k < 8; ++k) identity.update(k * kFrame, at(100 + 4 * k, 0.1), k == 0);
+  const int64_t now = 9 * kFrame;
+  const std::vector<double> state = identity.serialize(now);
+  ASSERT_EQ(state.size(), TargetIdentity::kSerializedSize);
+  TargetIdentity other;
+  ASSERT_TRUE(other.deserialize(now, state));
+  for (int k = 9; k < 12; ++k) {
+    for (TargetIdentity* each : {&identity, &other}) each->update(k * kFrame, at(100 + 4 * k, 0.1), false);
+    EXPECT_EQ(identity.serialize(k * kFrame), other.serialize(k * kFrame));
+  }
+  std::vector<double> damaged = state;
+  damaged[1] = 0.5;
+  EXPECT_FALSE(other.deserialize(now, damaged));
+  EXPECT_FALSE(other.deserialize(now, std::span(state).first(5)));
+}
+
+}  // namespace
+}  // namespace multireach::vision
