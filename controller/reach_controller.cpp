@@ -6,6 +6,7 @@
 
 #include "controller/law/paper_equations.hpp"
 #include "controller/law/supervised_paper_law.hpp"
+#include "controller/task/target_check.hpp"
 
 namespace multireach::controller {
 namespace {
@@ -14,22 +15,17 @@ void require(bool sensible, const char* sentence) {
   if (!sensible) throw std::invalid_argument(sentence);
 }
 
-constexpr double kRotationTolerance = 1e-9;  // of R Rᵀ from the identity
-constexpr int64_t kStillFor = 1000000;       // us: an arm that stands still for longer short of its target is blocked
-constexpr double kStill = 0.01;              // rad (m): a joint that moves less stands still
-constexpr double kArrived = 0.005;           // m: an end effector nearer than this to the target has arrived
-constexpr double kOffsetAfter = 1e7;         // us: time constant with which a lasting deviation is learnt as an offset
-constexpr double kMaxOffset = 0.5;           // rad (m): limits the effect of one wrong measurement on the offset
+constexpr int64_t kFlickersWithin = 1000000;  // us: a target flickers when three jumps come within this time ...
+constexpr int64_t kSteadyAfter = 300000;      // ... until it has not jumped for so long
+constexpr int64_t kStillFor = 1000000;        // us: an arm that stands still for longer short of its target is blocked
+constexpr double kStill = 0.01;               // rad (m): a joint that moves less stands still
+constexpr double kArrived = 0.005;            // m: an end effector nearer than this to the target has arrived
+constexpr double kOffsetAfter = 1e7;          // us: time constant with which a lasting deviation is learnt as an offset
+constexpr double kMaxOffset = 0.5;            // rad (m): limits the effect of one wrong measurement on the offset
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
 bool is_plausible_time(int64_t utime) {
   return utime >= -ReachController::kMaxTime && utime <= ReachController::kMaxTime;
-}
-
-bool is_rotation(const Eigen::Matrix3d& R) {
-  return R.allFinite() &&
-         (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kRotationTolerance &&
-         R.determinant() > 0;
 }
 
 std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& options, double steps_per_second) {
@@ -40,6 +36,8 @@ std::unique_ptr<ReachingLaw> make_law(const Chain& chain, const ReachOptions& op
   GuardedParameters parameters = std::get<GuardedParameters>(options.law);
   parameters.steps_per_second = steps_per_second;
   parameters.ik = options.ik;
+  // Each tick updates the target.
+  parameters.extrapolation_s = std::max(parameters.extrapolation_s, 2e-6 * static_cast<double>(options.tick_us));
   return std::make_unique<GuardedLaw>(chain, parameters);
 }
 
@@ -75,6 +73,8 @@ bool ReachController::start(const JointVector& theta) {
   if (options_.rest.size() == 0) rest_ = chain_.clamped(theta);
   filter_.reset();
   last_seen_.reset();
+  jumps_.fill(std::nullopt);
+  flickers_ = false;
   mode_ = ReachMode::kWaiting;
   dwelling_ = false;
   measured_.reset();
@@ -88,19 +88,30 @@ bool ReachController::start(const JointVector& theta) {
 bool ReachController::observe(const TargetObservation& observation) {
   if (observation.seen && !(observation.position.allFinite() && observation.velocity.allFinite())) return false;
   const bool orients = options_.task != TaskKind::kPosition && options_.orientation_frame == OrientationFrame::kTarget;
-  if (observation.seen && orients && !(observation.orientation && is_rotation(*observation.orientation))) return false;
+  std::optional<Eigen::Matrix3d> turned;
+  if (observation.seen && orients && observation.orientation) turned = nearest_rotation(*observation.orientation);
+  if (observation.seen && orients && !turned) return false;
   if (!is_plausible_time(observation.utime) || (newest_ && observation.utime < *newest_)) return false;
   newest_ = observation.utime;
   if (!observation.seen) return true;
   if (orients) {
-    direction_ = (*observation.orientation * options_.direction).normalized();
-    orientation_ = *observation.orientation * options_.orientation;
+    direction_ = (*turned * options_.direction).normalized();
+    orientation_ = *turned * options_.orientation;
   }
   const bool jumped = filter_.update(observation);
   jumped_ = jumped_ || jumped;
+  if (jumped) note_jump(observation.utime);
   last_seen_ = observation.utime;
   last_position_ = filter_.position_at(observation.utime);
   return true;
+}
+
+/// Notices a target that jumps to and fro, e.g. between two objects of one colour: to follow each jump would only shake
+/// the arm.
+void ReachController::note_jump(int64_t utime) {
+  std::ranges::rotate(jumps_, jumps_.end() - 1);
+  jumps_.front() = utime;
+  if (jumps_.back() && utime - *jumps_.back() <= kFlickersWithin) flickers_ = true;
 }
 
 bool ReachController::observe_robot(const JointVector& theta) {
@@ -112,6 +123,8 @@ bool ReachController::observe_robot(const JointVector& theta) {
 bool ReachController::restart_grid(int64_t utime) {
   if (!is_plausible_time(utime)) return false;
   grid_origin_ = utime;
+  jumps_.fill(std::nullopt);
+  flickers_ = false;
   tick_ = 0;
   if (newest_ && *newest_ > utime) newest_.reset();
   if (last_seen_ && *last_seen_ > utime) {
@@ -155,10 +168,16 @@ void ReachController::handle_lost_target() {
 }
 
 void ReachController::track_target(int64_t now) {
+  if (flickers_ && now - *jumps_.front() >= kSteadyAfter) flickers_ = false;
+  if (flickers_ && mode_ == ReachMode::kReaching) {
+    law_->update_target(task_target(held_position_, Eigen::Vector3d::Zero()));
+    return;
+  }
   const TaskTarget target =
       task_target(filter_.position_at(now + options_.prediction_us), filter_.velocity() / steps_per_second());
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
   const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
+  held_position_ = target.position;
   jumped_ = false;
   unreachable_ = result == TargetResult::kUnreachable;
   if (unreachable_ && std::holds_alternative<PaperParameters>(options_.law)) {
@@ -230,6 +249,10 @@ void ReachController::set_rate(double rate) {
 
 ReachOutput ReachController::tick() {
   ReachOutput output;
+  if (!started_ || !grid_origin_) {
+    output.mode = ReachMode::kNotStarted;
+    return output;
+  }
   output.utime = *next_tick();
   output.tick = tick_++;
   update_goal(output.utime);
@@ -247,6 +270,7 @@ ReachOutput ReachController::tick() {
   output.mode = mode_;
   output.target_lost = lost_;
   output.target_unreachable = unreachable_;
+  output.target_flickers = flickers_ && mode_ == ReachMode::kReaching;
   output.theta = law_->theta();
   output.velocity = law_->velocity() * (steps_per_second() * steps / options_.steps_per_tick);
   output.theta_target = law_->theta_target();

@@ -64,7 +64,13 @@ enum class Blocked {
   kUnknown,           ///< e.g. joint limits
 };
 
-enum class ReachMode { kWaiting, kReaching, kHolding, kResting };
+enum class ReachMode {
+  kWaiting,
+  kReaching,
+  kHolding,
+  kResting,
+  kNotStarted,  ///< start() or restart_grid() has not been called: the output holds nothing else
+};
 
 /// The output of one tick. Vectors have one element per joint of the chain.
 struct ReachOutput {
@@ -73,6 +79,7 @@ struct ReachOutput {
   ReachMode mode = ReachMode::kWaiting;
   bool target_lost = false;
   bool target_unreachable = false;
+  bool target_flickers = false;  ///< it jumps to and fro; the arm goes on to where it was when that was noticed
   Blocked blocked = Blocked::kNo;
   double distance_m = 0;  ///< from the end effector to the target that was asked for; 0 before the first
   JointVector theta;      ///< rad or m
@@ -126,13 +133,15 @@ class ReachController {
   bool restart_grid(int64_t utime);
   /// The time of the next tick; nullopt before restart_grid().
   std::optional<int64_t> next_tick() const;
-  /// Computes the next tick. Call start() and restart_grid() first.
+  /// Computes the next tick. Call start() and restart_grid() first: before, the output is of ReachMode::kNotStarted and
+  /// has no joint positions.
   ReachOutput tick();
 
  private:
   static constexpr int kCommandHistory = 6;  // commands kept, one per tick of 50 ms
 
   void update_goal(int64_t now);
+  void note_jump(int64_t utime);
   void track_target(int64_t now);
   void handle_lost_target();
   TaskTarget task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const;
@@ -156,9 +165,12 @@ class ReachController {
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen
   Eigen::Vector3d last_position_ = Eigen::Vector3d::Zero();  // filtered target position at last_seen_
   TargetFilter filter_;
-  Eigen::Vector3d direction_;    // kPointing: of the tool, in W
-  Eigen::Matrix3d orientation_;  // kPose: R_WT
-  bool jumped_ = false;          // the target is new or has jumped since the last tick
+  Eigen::Vector3d direction_;                    // kPointing: of the tool, in W
+  Eigen::Matrix3d orientation_;                  // kPose: R_WT
+  bool jumped_ = false;                          // the target is new or has jumped since the last tick
+  std::array<std::optional<int64_t>, 3> jumps_;  // times of the last jumps, the newest first
+  bool flickers_ = false;
+  Eigen::Vector3d held_position_ = Eigen::Vector3d::Zero();  // of the target when it was followed last
   ReachMode mode_ = ReachMode::kWaiting;
   bool lost_ = false, unreachable_ = false, dwelling_ = false;
   std::optional<JointVector> measured_;  // newest measurement since the last tick

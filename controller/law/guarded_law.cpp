@@ -4,6 +4,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "controller/task/target_check.hpp"
 #include "numeric/random.hpp"
 
 namespace multireach::controller {
@@ -24,19 +25,6 @@ constexpr double kPassed = 0.15;
 /// Random starts tried to find a collision-free IK solution.
 constexpr int kCollisionFreeTries = 60;
 
-bool is_valid(const TaskTarget& target) {
-  if (!target.position.allFinite() || !target.velocity.allFinite()) return false;
-  if (target.task == TaskKind::kPointing) {
-    return target.direction.allFinite() && std::abs(target.direction.norm() - 1) < 1e-6;
-  }
-  if (target.task == TaskKind::kPose) {
-    const Eigen::Matrix3d& R = target.orientation;
-    return R.allFinite() && (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-6 &&
-           R.determinant() > 0;
-  }
-  return true;
-}
-
 }  // namespace
 
 GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
@@ -49,6 +37,7 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
       proximity_(chain, parameters.body),
       planner_(chain, search_.locked()) {
   start(chain.clamped(JointVector::Zero(chain.size())));
+  started_ = false;  // nobody has said yet where the arm is
 }
 
 bool GuardedLaw::start(const JointVector& theta) {
@@ -64,6 +53,7 @@ bool GuardedLaw::start(const JointVector& theta) {
   progress.damping_factor = 1;
   progress.steps_to_check = Tuning::kCheckEvery;
   target_.reset();
+  started_ = true;
   begin_reach(false);
   obstructed_steps_ = 0;
   update_kinematics(arm_, state_);
@@ -189,6 +179,7 @@ void GuardedLaw::assign_target(const TaskTarget& target) {
   if (!target_ || target_->task != target.task)
     std::fill(state_.hand_velocity.begin() + 3, state_.hand_velocity.end(), 0);
   const bool first = !target_;
+  steps_since_update_ = 0;
   requested_target_ = within_ten_reaches(chain_, target);
   target_ = requested_target_;
   target_->position = proximity_.outside_obstacles(requested_target_.position);
@@ -197,8 +188,10 @@ void GuardedLaw::assign_target(const TaskTarget& target) {
 }
 
 TargetResult GuardedLaw::set_target(const TaskTarget& target) {
-  if (!is_valid(target)) return TargetResult::kRefused;
-  assign_target(target);
+  if (!started_) return TargetResult::kNotStarted;
+  const auto checked = checked_target(target);
+  if (!checked) return TargetResult::kRefused;
+  assign_target(*checked);
   begin_reach(false);
   search_theta_target();
   return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
@@ -207,8 +200,10 @@ TargetResult GuardedLaw::set_target(const TaskTarget& target) {
 TargetResult GuardedLaw::set_target(const TaskTarget& target, const JointVector& theta_target) {
   const bool posture = theta_target.size() == chain_.size() && theta_target.allFinite() &&
                        chain_.limit_excess(theta_target) <= 0 && theta_target.cwiseAbs().maxCoeff() <= kMaxAngle;
-  if (!is_valid(target) || !posture) return TargetResult::kRefused;
-  assign_target(target);
+  if (!started_) return TargetResult::kNotStarted;
+  const auto checked = checked_target(target);
+  if (!checked || !posture) return TargetResult::kRefused;
+  assign_target(*checked);
   begin_reach(false);
   set_theta_target(theta_target);
   return TargetResult::kReachable;
@@ -216,14 +211,15 @@ TargetResult GuardedLaw::set_target(const TaskTarget& target, const JointVector&
 
 TargetResult GuardedLaw::update_target(const TaskTarget& target) {
   if (!target_ || posture_only_ || target.task != target_->task) return set_target(target);
-  if (!is_valid(target)) return TargetResult::kRefused;
-  assign_target(target);
+  const auto checked = checked_target(target);
+  if (!checked) return TargetResult::kRefused;
+  assign_target(*checked);
   return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
 bool GuardedLaw::set_joint_target(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
-  if (theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
+  if (!started_ || theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   target_ = TaskTarget{.position = chain_.position(with_locked_joints(theta))};
   begin_reach(true);
   set_theta_target(theta);
@@ -254,6 +250,7 @@ void GuardedLaw::search_if_needed() {
 }
 
 void GuardedLaw::step() {
+  if (!started_) return;
   const std::span<const ProximityPair> pairs =
       proximity_.nothing_to_avoid() ? std::span<const ProximityPair>{} : proximity_.near_pairs(theta());
   if (!target_) {
@@ -263,6 +260,7 @@ void GuardedLaw::step() {
     return;
   }
   bounded_solves_ += guarded_step(arm_, *target_, pairs, state_);
+  if (++steps_since_update_ > parameters_.extrapolation_s * parameters_.steps_per_second) target_->velocity.setZero();
   target_->position += target_->velocity;
   requested_target_.position += target_->velocity;
   if (!pairs.empty()) plan_around_obstruction();

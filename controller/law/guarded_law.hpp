@@ -28,6 +28,9 @@ struct GuardedParameters {
   JointVector acceleration{};
   /// Weight of each joint; infinite locks it. Empty: those of default_joint_weights(). Only their ratios matter.
   JointVector joint_weights{};
+  /// s: a target moves with the velocity that it was set with for at most this long after it was set or updated last;
+  /// then it stands still.
+  double extrapolation_s = 1;
   Tool tool{};
   Body body{};  ///< without a link radius, obstacles and self-collision are ignored
   IkOptions ik{};
@@ -38,7 +41,7 @@ struct GuardedParameters {
 class GuardedLaw final : public ReachingLaw {
  public:
   /// Throws std::invalid_argument for invalid parameters: gains that overshoot, gamma outside [0, 1e12], steps per
-  /// second or an acceleration that is not positive, a tool axis that is not a unit vector.
+  /// second, an extrapolation or an acceleration that is not positive, a tool axis that is not a unit vector.
   explicit GuardedLaw(const Chain& chain, const GuardedParameters& parameters = {});
 
   const Chain& chain() const override { return chain_; }
@@ -50,10 +53,11 @@ class GuardedLaw final : public ReachingLaw {
   /// Sets a new target and searches theta_T, the IK solution nearest to the arm. The search takes some 0.05 ms with a
   /// closed form, some milliseconds without.
   TargetResult set_target(const TaskTarget& target) override;
-  /// Updates a target that has moved a little; theta_T follows without a search.
+  /// Updates a target that has moved a little; theta_T follows without a search. A target with a velocity must be
+  /// updated within GuardedParameters::extrapolation_s, or it stops.
   TargetResult update_target(const TaskTarget& target) override;
   /// Goes to a joint configuration instead of a hand target; locked joints stay. Returns false when it is outside the
-  /// limits.
+  /// limits, and before start().
   bool set_joint_target(const JointVector& theta) override;
   /// Sets a new target without a search. `theta_target` should be an IK solution of it. If it is not, theta_T moves
   /// from there towards a solution; a search follows only when theta_T gets stuck.
@@ -126,7 +130,8 @@ class GuardedLaw final : public ReachingLaw {
   GuardedState state_;
   std::optional<TaskTarget> target_;
   TaskTarget requested_target_;  // the target as given; target_ is moved out of obstacles
-  bool posture_only_ = false;
+  bool started_ = false, posture_only_ = false;
+  int64_t steps_since_update_ = 0;
   Eigen::Vector3d searched_target_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
   Path path_;                                                  // planned around an obstruction
   size_t path_next_ = 0;

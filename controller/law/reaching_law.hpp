@@ -13,7 +13,8 @@ namespace multireach::controller {
 enum class TargetResult {
   kReachable,    ///< an IK solution inside the limits exists
   kUnreachable,  ///< no IK solution was found; the reaction of the arm depends on the law
-  kRefused,      ///< not finite, or an invalid direction or orientation; nothing has changed
+  kRefused,      ///< not finite, or an invalid direction or orientation: target_fault() says why; nothing has changed
+  kNotStarted,   ///< start() has not been called: the law does not know where the arm is; nothing has changed
 };
 
 /// What keeps the hand from its target.
@@ -33,13 +34,14 @@ class ReachingLaw {
   /// Puts the arm at rest at `theta`, which may be outside the limits. Returns false, and changes nothing, when `theta`
   /// has another size, is not finite, or is beyond 1e5 rad.
   virtual bool start(const JointVector& theta) = 0;
-  /// Sets a new target and searches theta_T, an IK solution of it.
+  /// Sets a new target and searches theta_T, an IK solution of it. Call start() first.
   virtual TargetResult set_target(const TaskTarget& target) = 0;
   /// Updates a target that has moved a little; theta_T follows without a search.
   virtual TargetResult update_target(const TaskTarget& target) = 0;
-  /// Goes to a joint configuration instead of a hand target. Returns false when it is outside the limits.
+  /// Goes to a joint configuration instead of a hand target. Returns false when it is outside the limits, and before
+  /// start().
   virtual bool set_joint_target(const JointVector& theta) = 0;
-  /// One integration step. Without a target the arm brakes, or does not move.
+  /// One integration step. Without a target the arm brakes, or does not move; before start() nothing happens.
   virtual void step() = 0;
   /// Sets the measured displacement of the arm from theta() (rad or m per joint), to be compensated at a bounded rate;
   /// zero for none.

@@ -23,11 +23,13 @@ SupervisedPaperLaw::SupervisedPaperLaw(const Chain& chain, const PaperParameters
   require(gains.alpha > 0 && gains.alpha <= 1 && gains.beta > 0 && gains.beta <= 1, "alpha and beta must be in (0, 1]");
   require(drift_m > 0, "drift_m must be positive");
   start(chain.clamped(JointVector::Zero(chain.size())));
+  started_ = false;
 }
 
 bool SupervisedPaperLaw::start(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > 1e5) return false;
   state_ = paper_state_at_rest(chain_, theta, theta);
+  started_ = true;
   target_.reset();
   posture_.reset();
   failed_target_.reset();
@@ -43,6 +45,7 @@ bool SupervisedPaperLaw::search_theta_target(const Eigen::Vector3d& x_T) {
 }
 
 TargetResult SupervisedPaperLaw::set_target(const TaskTarget& target) {
+  if (!started_) return TargetResult::kNotStarted;
   if (!target.position.allFinite() || !target.velocity.allFinite()) return TargetResult::kRefused;
   const bool tried = failed_target_ && (target.position - *failed_target_).norm() < kTryAgain;
   if (tried || !search_theta_target(target.position)) {
@@ -65,6 +68,7 @@ TargetResult SupervisedPaperLaw::update_target(const TaskTarget& target) {
 }
 
 bool SupervisedPaperLaw::set_joint_target(const JointVector& theta) {
+  if (!started_) return false;
   if (theta.size() != chain_.size() || !theta.allFinite() || chain_.limit_excess(theta) > 0) return false;
   target_ = TaskTarget{.position = chain_.position(theta)};
   posture_ = theta;

@@ -49,7 +49,7 @@ class SupervisedPaperLaw final : public ReachingLaw {
   std::optional<TaskTarget> target_;
   std::optional<JointVector> posture_;            // the goal of set_joint_target()
   std::optional<Eigen::Vector3d> failed_target_;  // the target for which the last search found no solution
-  bool unreachable_ = false;
+  bool started_ = false, unreachable_ = false;
   int64_t ik_searches_ = 0;
 };
 

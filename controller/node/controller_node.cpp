@@ -481,9 +481,13 @@ std::string ControllerNode::state() const {
     case controller::ReachMode::kResting:
       text = "resting";
       break;
+    case controller::ReachMode::kNotStarted:
+      text = "not started";
+      break;
   }
   if (last_.target_lost) text += ", target lost";
   if (last_.target_unreachable) text += ", target unreachable";
+  if (last_.target_flickers) text += ", target flickers between two positions: waiting until it stays";
   if (const char* why = blocked_text(last_.blocked); *why)
     text += fmt::format(", blocked {:.3f} m short: {}", last_.distance_m, why);
   return text;

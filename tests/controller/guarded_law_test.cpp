@@ -114,6 +114,7 @@ TEST(GuardedLaw, ATargetThatJumpsEveryMomentBreaksNoLimit) {
   const CounterRandom random(kSeed, 2);
   JointVector acceleration = JointVector::Constant(4, 20);
   GuardedLaw law(chain, {.gamma = 10000, .acceleration = acceleration});
+  ASSERT_TRUE(law.start(JointVector::Zero(4)));
   for (uint64_t k = 0; k < 2000; ++k) {
     law.set_target({.position = chain.position(testing::random_posture(chain, random, k))});
     expect_within_limits(run(law, Eigen::Vector3d::Zero(), 0.05, acceleration), std::to_string(k));
@@ -220,6 +221,7 @@ TEST(GuardedLaw, GoesToAPosture) {
   JointVector posture(4);
   posture << 0.3, -0.5, -0.3, -1;
   GuardedLaw law(chain);
+  ASSERT_TRUE(law.start(JointVector::Zero(4)));
   ASSERT_TRUE(law.set_joint_target(posture));
   for (int k = 0; k < 700; ++k) law.step();
   EXPECT_LT((law.theta() - posture).norm(), 1e-5);
@@ -229,6 +231,7 @@ TEST(GuardedLaw, GoesToAPosture) {
 TEST(GuardedLaw, RefusesWhatMakesNoSense) {
   const Chain chain = testing::hoap2();
   GuardedLaw law(chain);
+  ASSERT_TRUE(law.start(JointVector::Zero(4)));
   const JointVector before = law.theta();
   EXPECT_FALSE(law.start(JointVector::Zero(3)));
   EXPECT_FALSE(law.start(JointVector::Constant(4, NAN)));
@@ -244,6 +247,7 @@ TEST(GuardedLaw, RefusesWhatMakesNoSense) {
   EXPECT_EQ(before, law.theta()) << "without a target the arm stays";
   for (const double bad : {-1.0, 0.0, double(NAN)}) {
     EXPECT_THROW(GuardedLaw(chain, {.steps_per_second = bad}), std::invalid_argument);
+    EXPECT_THROW(GuardedLaw(chain, {.extrapolation_s = bad}), std::invalid_argument);
     EXPECT_THROW(GuardedLaw(chain, {.acceleration = JointVector::Constant(4, bad)}), std::invalid_argument);
     EXPECT_THROW(GuardedLaw(chain, {.tool = {.orientation_length_m = bad}}), std::invalid_argument);
   }
@@ -255,6 +259,7 @@ TEST(GuardedLaw, RefusesWhatMakesNoSense) {
 TEST(GuardedLaw, ACopyGoesOnAlone) {
   const Chain chain = testing::hoap2();
   GuardedLaw law(chain);
+  law.start(JointVector::Zero(4));
   law.set_target({.position = {0.1, -0.12, 0.1}});
   for (int k = 0; k < 50; ++k) law.step();
   GuardedLaw copy = law;
@@ -441,6 +446,7 @@ TEST(GuardedLaw, StepsAllocateNothing) {
     targets.push_back(chain.position(testing::random_posture(chain, random, k)));
   }
   law.set_obstacles(obstacles);
+  law.start(JointVector::Zero(4));
   const int64_t before = testing::allocations().number;
   for (const Eigen::Vector3d& target : targets) {
     law.set_target({.position = target});
