@@ -16,7 +16,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
 declare -A packages=(
   [core]="g++ cmake ninja-build libopencv-core-dev libopencv-imgproc-dev libeigen3-dev liburdfdom-dev libtinyxml2-dev
-    libturbojpeg0-dev libjpeg62-turbo-dev libfcl-dev libhwy-dev"
+    libturbojpeg0-dev libjpeg62-turbo-dev libfcl-dev libhwy-dev libapriltag-dev"
   [loop]="git iproute2 util-linux liblcm-dev liblcm-bin libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
     libmujoco-dev libxxhash-dev liblodepng-dev"
   [camera]="libopencv-videoio-dev"

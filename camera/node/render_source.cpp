@@ -24,12 +24,22 @@ ConfigKeys<Ball> ball_keys() {
              });
 }
 
+ConfigKeys<TagLook> tag_keys() {
+  return ConfigKeys<TagLook>("Scene file, section tag", "The AprilTag, of the family 36h11.")
+      .integer(
+          "id", "", 0, 586, [](auto& t) -> auto& { return t.id; }, "Its number in the family.")
+      .required()
+      .number(
+          "size_m", "m", 1e-3, 10, [](auto& t) -> auto& { return t.size_m; }, "Side of its black square.")
+      .required();
+}
+
 }  // namespace
 
 ConfigKeys<RenderSource::Scene> RenderSource::scene_keys() {
   return ConfigKeys<Scene>(
              "Scene file",
-             "What `multireach-camera render` renders: a ball before a wall. Paths are relative to the file.")
+             "What `multireach-camera render` renders: a ball or a tag before a wall. Paths are relative to the file.")
       .text(
           "vision", [](auto& s) -> auto& { return s.vision; }, "The vision.yaml whose cameras see the scene.")
       .required()
@@ -65,12 +75,19 @@ ConfigKeys<RenderSource::Scene> RenderSource::scene_keys() {
                scene.options.ball_radius_m = ball.radius_m;
                scene.options.ball_colour = ball.colour;
              })
-      .other("path", "list of sections", "", "required", "How the ball moves; the first entry has `position_m` at 0 s.",
+      .other("tag", "section", "", "none", "Instead of the ball: an AprilTag with its white margin.",
+             [](const Config& config, Scene& scene) {
+               if (!config.has("tag")) return;
+               if (config.has("ball")) config.fail("tag", "either 'ball' or 'tag', not both");
+               tag_keys().read(config.section("tag"), scene.tag.emplace());
+             })
+      .other("path", "list of sections", "", "required", "How it moves; the first entry has `position_m` at 0 s.",
              [](const Config& config, Scene&) { config.require("path"); });
 }
 
 std::string RenderSource::config_reference() {
-  return scene_keys().reference() + "\n" + ball_keys().reference() + "\n" + BallPath::config_reference();
+  return scene_keys().reference() + "\n" + ball_keys().reference() + "\n" + tag_keys().reference() + "\n" +
+         BallPath::config_reference();
 }
 
 RenderSource::RenderSource(const std::string& scene_path) : RenderSource(Config::load(scene_path)) {}
@@ -85,15 +102,30 @@ RenderSource::Scene RenderSource::scene_from(const Config& file) {
 }
 
 RenderSource::RenderSource(const Config& file, const Scene& scene)
-    : scene_(scene),
-      frames_(static_cast<int64_t>(scene.end_s * static_cast<double>(scene.rate_hz))),
-      path_(file),
-      left_(scene.options, scene.rig.left, scene.rig.X_WL, scene.rig.X_WL),
-      right_(scene.options, scene.rig.right, scene.rig.X_WL * scene.rig.X_RL.inverse(), scene.rig.X_WL) {}
+    : scene_(scene), frames_(static_cast<int64_t>(scene.end_s * static_cast<double>(scene.rate_hz))), path_(file) {
+  for (const Eigen::Isometry3d& X_CL : {Eigen::Isometry3d::Identity(), scene.rig.X_RL}) {
+    const CameraModel& camera = balls_.empty() && tags_.empty() ? scene.rig.left : scene.rig.right;
+    const Eigen::Isometry3d X_WC = scene.rig.X_WL * X_CL.inverse();
+    if (scene.tag) {
+      tags_.emplace_back(scene.options, *scene.tag, camera, X_WC, scene.rig.X_WL);
+    } else {
+      balls_.emplace_back(scene.options, camera, X_WC, scene.rig.X_WL);
+    }
+  }
+}
 
-Frame RenderSource::frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball,
-                             uint64_t stream) {
-  const cv::Mat image = renderer.render(ball, stream);
+cv::Mat RenderSource::image_of(Side side, double time_s, bool visible) const {
+  const auto stream = static_cast<uint64_t>(2 * frame_) + index(side);
+  const Eigen::Vector3d p_WT = path_.position(time_s);
+  if (balls_.empty()) {
+    std::optional<Eigen::Isometry3d> X_WT;
+    if (visible) X_WT = Eigen::Translation3d(p_WT) * path_.orientation(time_s);
+    return tags_[index(side)].render(X_WT, stream);
+  }
+  return balls_[index(side)].render(visible ? std::optional(p_WT) : std::nullopt, stream);
+}
+
+Frame RenderSource::frame_of(const cv::Mat& image) {
   Frame frame{.utime = next_utime(),
               .width = image.cols,
               .height = image.rows,
@@ -124,18 +156,21 @@ std::optional<StereoPair> RenderSource::next() {
   if (frame_ >= frames_) return std::nullopt;
   const double time = static_cast<double>(frame_) / static_cast<double>(scene_.rate_hz);
   const Eigen::Vector3d p_WB = path_.position(time);
-  std::optional<Eigen::Vector3d> ball;
-  if (!path_.is_invisible(time)) ball = p_WB;
+  const bool visible = !path_.is_invisible(time);
   StereoPair pair;
   pair.utime = next_utime();
-  const auto stream = static_cast<uint64_t>(2 * frame_);
-  pair.left = frame_of(left_, ball, stream);
-  pair.right = frame_of(right_, ball, stream + 1);
+  pair.left = frame_of(image_of(Side::kLeft, time, visible));
+  pair.right = frame_of(image_of(Side::kRight, time, visible));
   target_t truth{};
   truth.utime = truth.left_frame_utime = truth.right_frame_utime = pair.utime;
   truth.name = scene_.target_name;
-  truth.status = ball && in_both_images(*ball) ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
+  truth.status = visible && in_both_images(p_WB) ? target_t::STATUS_TRACKED : target_t::STATUS_LOST;
   Eigen::Map<Eigen::Vector3d>(truth.position_m) = p_WB;
+  if (scene_.tag) {
+    const Eigen::Quaterniond q = path_.orientation(time);
+    truth.has_orientation = true;
+    Eigen::Map<Eigen::Vector4d>(truth.orientation_wxyz) << q.w(), q.x(), q.y(), q.z();
+  }
   pair.truth = truth;
   ++frame_;
   return pair;

@@ -5,14 +5,16 @@
 #include "camera/node/camera_node.hpp"
 #include "camera/rendering/ball_path.hpp"
 #include "camera/rendering/ball_renderer.hpp"
+#include "camera/rendering/tag_renderer.hpp"
 #include "imaging/image_codec.hpp"
+#include "imaging/side.hpp"
 #include "imaging/stereo_rig.hpp"
 #include "runtime/config_keys.hpp"
 
 namespace multireach {
 
-/// Renders a ball on a scripted path, seen by the cameras of a vision file. All randomness is seeded: the same scene
-/// file gives the same bytes.
+/// Renders a ball or a tag on a scripted path, seen by the cameras of a vision file. All randomness is seeded: the same
+/// scene file gives the same bytes.
 class RenderSource : public CameraSource {
  public:
   /// `scene_path`: a scene file, e.g. logs/reach.yaml. Throws InputError.
@@ -32,6 +34,7 @@ class RenderSource : public CameraSource {
     double end_s = 0;
     int jpeg_quality = 85;
     SceneOptions options{};
+    std::optional<TagLook> tag{};  ///< instead of the ball
     StereoRig rig{};
   };
 
@@ -39,13 +42,15 @@ class RenderSource : public CameraSource {
   static Scene scene_from(const Config& file);
   explicit RenderSource(const Config& file);
   RenderSource(const Config& file, const Scene& scene);
-  Frame frame_of(const BallRenderer& renderer, const std::optional<Eigen::Vector3d>& ball, uint64_t stream);
+  cv::Mat image_of(Side side, double time_s, bool visible) const;
+  Frame frame_of(const cv::Mat& image);
   bool in_both_images(const Eigen::Vector3d& p_WB) const;
 
   Scene scene_;
   int64_t frames_;
   BallPath path_;
-  BallRenderer left_, right_;
+  std::vector<BallRenderer> balls_;  // of the left and the right camera, or none
+  std::vector<TagRenderer> tags_;    // likewise
   ImageCodec codec_;
   int64_t frame_ = 0;
 };

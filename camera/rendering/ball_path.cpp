@@ -12,11 +12,20 @@ namespace {
 struct Entry {
   double previous_s = 0, at_s = 0;
   std::optional<Eigen::Vector3d> position, move_to;
+  std::optional<Eigen::Quaterniond> orientation;
   double over_s = 0, hidden_for_s = 0;
 };
 
 void read_point(const Config& config, const std::string& key, std::optional<Eigen::Vector3d>& point) {
   if (config.has(key)) point = Eigen::Map<const Eigen::Vector3d>(config.numbers(key, 3).data());
+}
+
+void read_orientation(const Config& config, Entry& entry) {
+  if (!config.has("orientation_wxyz")) return;
+  const std::vector<double> q = config.numbers("orientation_wxyz", 4);
+  const Eigen::Quaterniond wxyz(q[0], q[1], q[2], q[3]);
+  if (!(wxyz.norm() > 1e-6)) config.fail("orientation_wxyz", "a quaternion that is not zero");
+  entry.orientation = wxyz.normalized();
 }
 
 ConfigKeys<Entry> entry_keys() {
@@ -33,6 +42,9 @@ ConfigKeys<Entry> entry_keys() {
       .number(
           "over_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.over_s; }, "Duration of the motion.")
       .required()
+      .only("in an entry with position_m or move_to_m", [=](const Entry& e) { return !neither(e); })
+      .other("orientation_wxyz", "list of 4 numbers", "", "as before; 1, 0, 0, 0 at the start",
+             "Rotation from the tag's frame to W there, a quaternion; a ball has none.", read_orientation)
       .only("in an entry without position_m and move_to_m", neither)
       .number(
           "hidden_for_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.hidden_for_s; },
@@ -53,15 +65,17 @@ BallPath::BallPath(const Config& scene) {
     entry.previous_s = previous;
     entry_keys().read(section, entry);
     previous = entry.at_s;
+    const Eigen::Quaterniond R_WT =
+        entry.orientation.value_or(motions_.empty() ? Eigen::Quaterniond::Identity() : motions_.back().R_WT);
     if (entry.position) {
       if (motions_.empty() && entry.at_s != 0) section.fail("at_s", "0 in the first entry");
-      motions_.push_back({entry.at_s, 0, *entry.position});
+      motions_.push_back({entry.at_s, 0, *entry.position, R_WT});
     } else if (motions_.empty()) {
       section.fail("position_m", "the ball's position at the start, in the first entry");
     } else if (entry.move_to) {
       if (entry.at_s < motions_.back().begin_s + motions_.back().duration_s)
         section.fail("at_s", "a time after the motion above has ended");
-      motions_.push_back({entry.at_s, entry.over_s, *entry.move_to});
+      motions_.push_back({entry.at_s, entry.over_s, *entry.move_to, R_WT});
     } else {
       invisible_.push_back({entry.at_s, entry.at_s + entry.hidden_for_s});
     }
@@ -69,14 +83,30 @@ BallPath::BallPath(const Config& scene) {
   if (motions_.empty()) scene.fail("path", "at least one entry with position_m");
 }
 
+double BallPath::progress(const Motion& motion, double time_s) {
+  const double s = motion.duration_s > 0 ? std::min((time_s - motion.begin_s) / motion.duration_s, 1.0) : 1.0;
+  return s * s * s * (10 + s * (-15 + 6 * s));
+}
+
 Eigen::Vector3d BallPath::position(double time_s) const {
   Eigen::Vector3d at = motions_.front().to;
   for (const Motion& motion : motions_) {
     if (motion.begin_s > time_s) break;
-    const double s = motion.duration_s > 0 ? std::min((time_s - motion.begin_s) / motion.duration_s, 1.0) : 1.0;
-    at += s * s * s * (10 + s * (-15 + 6 * s)) * (motion.to - at);
+    at += progress(motion, time_s) * (motion.to - at);
   }
   return at;
+}
+
+Eigen::Quaterniond BallPath::orientation(double time_s) const {
+  Eigen::Vector4d at = motions_.front().R_WT.coeffs();
+  for (const Motion& motion : motions_) {
+    if (motion.begin_s > time_s) break;
+    // Of a quaternion and its negative, which are one rotation, the nearer one; normalised linear interpolation.
+    Eigen::Vector4d to = motion.R_WT.coeffs();
+    if (to.dot(at) < 0) to = -to;
+    at = (at + progress(motion, time_s) * (to - at)).normalized();
+  }
+  return Eigen::Quaterniond(at);
 }
 
 bool BallPath::is_invisible(double time_s) const {

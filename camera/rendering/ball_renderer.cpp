@@ -205,7 +205,10 @@ cv::Mat BallRenderer::exposed(const Eigen::Vector3d& p_WB, const ImageConditions
 
 cv::Mat BallRenderer::render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream,
                              const ImageConditions& look) const {
-  const cv::Mat image = p_WB ? exposed(*p_WB, look) : wall_;
+  return developed(p_WB ? exposed(*p_WB, look) : wall_, stream, look);
+}
+
+cv::Mat BallRenderer::developed(const cv::Mat& image, uint64_t stream, const ImageConditions& look) const {
   std::array<float, 3> gains;
   for (size_t channel = 0; channel < 3; ++channel)
     gains[channel] = static_cast<float>(look.exposure * look.gains_rgb[2 - channel]);

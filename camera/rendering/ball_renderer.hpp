@@ -63,8 +63,14 @@ class BallRenderer {
   /// image. Occluder, neighbour and motion of `look` are drawn only with a ball.
   cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const ImageConditions& look = {}) const;
 
- private:
+  /// The wall without a ball, before noise: three floats (BGR, grey levels) per pixel.
+  const cv::Mat& wall() const { return wall_; }
+  /// The 8-bit image that the camera makes of such an image: with its gains, its noise and clipping.
+  cv::Mat developed(const cv::Mat& image, uint64_t stream, const ImageConditions& look = {}) const;
+  /// Direction, with z = 1, that the point (right, down) of a pixel sees, each from 0 to 1.
   Eigen::Vector3d ray_in_pixel(int column, int row, double right, double down) const;
+
+ private:
   std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const;
   cv::Vec3f wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const;
   void draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const;

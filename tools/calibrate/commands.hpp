@@ -17,5 +17,6 @@ Command cameras_command(CommandLine& cli);
 Command colour_command(CommandLine& cli);
 Command convert_command(CommandLine& cli);
 Command hand_eye_command(CommandLine& cli);
+Command tag_command(CommandLine& cli);
 
 }  // namespace multireach

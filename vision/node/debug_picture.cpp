@@ -16,6 +16,10 @@ cv::Point sixteenths(const Eigen::Vector2d& pixel) {
 
 void mark(cv::Mat picture, const DebugMarks& target, const DebugMarks::OneSide& side) {
   if (!side.window.empty()) cv::rectangle(picture, side.window, target.colour, 1);
+  for (const auto& corners : side.outlines) {
+    for (size_t k = 0; k < 4; ++k)
+      cv::line(picture, sixteenths(corners[k]), sixteenths(corners[(k + 1) % 4]), target.colour, 2, cv::LINE_AA, kBits);
+  }
   for (const DebugMarks::Contour& contour : side.contours) {
     const int radius = cvRound(std::clamp(contour.radius_px, 0.5, 1e4) * (1 << kBits));
     cv::circle(picture, sixteenths(contour.centre_px), radius, target.colour, contour.chosen ? 2 : 1, cv::LINE_AA,

@@ -17,7 +17,8 @@ struct DebugMarks {
   };
   struct OneSide {
     cv::Rect window;  ///< search window
-    std::vector<Contour> contours;
+    std::vector<Contour> contours{};
+    std::vector<std::array<Eigen::Vector2d, 4>> outlines{};  ///< of tags: corners, pixels
   };
   std::string text;
   cv::Scalar colour;             ///< BGR

@@ -14,27 +14,25 @@ nlohmann::json vector(const auto& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
-const VisionConfig::Target& target_named(const VisionConfig& config, const std::string& name) {
-  std::string names;
-  for (const VisionConfig::Target& target : config.targets) {
-    if (name.empty() || target.name == name) return target;
-    names += " " + target.name;
-  }
-  throw InputError("--target-name: there is no target '" + name + "'; there are:" + names);
+/// Which of the targets has this name, the tags after the coloured ones; the first for no name.
+size_t target_named(const VisionConfig& config, const std::string& name) {
+  std::vector<std::string> names;
+  for (const VisionConfig::Target& target : config.targets) names.push_back(target.name);
+  for (const VisionConfig::Tag& tag : config.tags) names.push_back(tag.name);
+  const auto at = name.empty() ? names.begin() : std::ranges::find(names, name);
+  if (at != names.end()) return static_cast<size_t>(at - names.begin());
+  std::string list;
+  for (const std::string& each : names) list += " " + each;
+  throw InputError("--target-name: there is no target '" + name + "'; there are:" + list);
 }
 
-int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& name,
-                const std::string& json_path) {
-  const VisionConfig::Target& target = target_named(config, name);
-  const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
-  const StereoRig& rig = config.rig;
-  for (const auto& [image, camera, path] :
-       {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
-    if (image->cols == camera->width && image->rows == camera->height) continue;
-    throw InputError(path + ": is " + std::to_string(image->cols) + " x " + std::to_string(image->rows) +
-                     " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
-                     std::to_string(camera->height));
-  }
+nlohmann::json rows_of(const Eigen::Matrix3d& matrix) {
+  nlohmann::json rows;
+  for (int row = 0; row < 3; ++row) rows.push_back(vector(matrix.row(row)));
+  return rows;
+}
+
+nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right) {
   vision::StereoTracker tracker(target.options);
   const vision::StereoMatch match = tracker.find(left, right);
   const bool seen = match.status == vision::StereoMatch::Status::kSeen;
@@ -45,14 +43,54 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                         {"right_px", vector(match.right_px)},
                         {"occlusion", match.occlusion}};
   if (seen) {
-    const vision::Triangulation& point = match.point;
-    answer["position_m"] = vector(point.p_W);
-    for (int row = 0; row < 3; ++row) answer["covariance_m2"].push_back(vector(point.covariance.row(row)));
-    answer["depth_m"] = point.depth_left_m;
-    answer["epipolar_error_px"] = point.epipolar_error_px;
+    answer["position_m"] = vector(match.point.p_W);
+    answer["covariance_m2"] = rows_of(match.point.covariance);
+    answer["depth_m"] = match.point.depth_left_m;
+    answer["epipolar_error_px"] = match.point.epipolar_error_px;
   }
+  return answer;
+}
+
+nlohmann::json tag_answer(const VisionConfig::Tag& tag, const cv::Mat& left, const cv::Mat& right) {
+  vision::TagVision stage({tag.options});
+  vision::DecodedImages images({}, left, right);
+  const char* fault = stage.update(images);
+  const vision::TagVision::Target& target = stage.targets().front();
+  const vision::TagReport& report = target.report;
+  const bool seen = report.status == vision::TargetTrack::Status::kTracked;
+  nlohmann::json answer{{"name", tag.name},
+                        {"status", seen ? "tracked" : "lost"},
+                        {"reason", fault ? fault : report.reason},
+                        {"left_px", vector(target.match.centre_px[0])},
+                        {"right_px", vector(target.match.centre_px[1])}};
+  if (seen) {
+    answer["position_m"] = vector(report.estimate.position);
+    answer["covariance_m2"] = rows_of(report.estimate.covariance);
+    answer["epipolar_error_px"] = target.match.epipolar_error_px;
+    if (const auto& q = report.R_WT) {
+      answer["orientation_wxyz"] = {q->w(), q->x(), q->y(), q->z()};
+      answer["orientation_covariance_rad2"] = rows_of(report.orientation_covariance);
+    }
+  }
+  return answer;
+}
+
+int answer_once(const VisionConfig& config, const std::vector<std::string>& pair, const std::string& name,
+                const std::string& json_path) {
+  const size_t target = target_named(config, name), coloured = config.targets.size();
+  const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
+  const StereoRig& rig = config.rig;
+  for (const auto& [image, camera, path] :
+       {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
+    if (image->cols == camera->width && image->rows == camera->height) continue;
+    throw InputError(path + ": is " + std::to_string(image->cols) + " x " + std::to_string(image->rows) +
+                     " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
+                     std::to_string(camera->height));
+  }
+  const nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right)
+                                                  : tag_answer(config.tags[target - coloured], left, right);
   write_json_file(json_path, answer);
-  return seen ? 0 : 1;
+  return answer["status"] == "tracked" ? 0 : 1;
 }
 
 }  // namespace
@@ -60,8 +98,9 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
 
 int main(int argc, char** argv) {
   using namespace multireach;
-  Program program("multireach-vision",
-                  "Stereo colour tracking: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
+  Program program(
+      "multireach-vision",
+      "Stereo tracking of coloured objects and tags: STEREO_IMAGES in, TARGET out; or --pair, once, without LCM.");
   std::string config_path, target, json = "-";
   std::vector<std::string> pair;
   program.cli()

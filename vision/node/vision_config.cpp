@@ -19,10 +19,34 @@ struct TrackerSection {
   vision::TrackerOptions options{};
 };
 
+/// What the section of one target that is a tag says.
+struct TagSection {
+  std::string name{};
+  vision::TagOptions options{};
+};
+
+/// Declares the keys of the track, which coloured objects and tags share.
+template <class Section>
+void add_track_keys(ConfigKeys<Section>& keys) {
+  keys.number(
+          "coast_s", "s", 0, 1e3, [](auto& s) -> auto& { return s.options.track.coast_s; },
+          "Longest time without a match before the target is lost.")
+      .number(
+          "coast_sigma_m", "m", 1e-6, 1e3, [](auto& s) -> auto& { return s.options.track.coast_sigma_m; },
+          "The target is lost when √tr(Σ) of its predicted position exceeds this.")
+      .integer(
+          "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
+          "Consecutive matches that confirm a jump.")
+      .number(
+          "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
+          [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },
+          "Largest spectral density of the target's acceleration; the default suits a thrown ball.");
+}
+
 ConfigKeys<TrackerSection> tracker_keys(bool several) {
   ConfigKeys<TrackerSection> keys("vision.yaml, sections tracker and targets",
                                   "How a target is tracked. For several targets, `targets` is a list of such sections, "
-                                  "each with `name` and `colour`.");
+                                  "each with `name` and `colour`, or with `name` and `tag` (see below).");
   if (several) {
     keys.text(
             "name", [](auto& s) -> auto& { return s.name; }, "The target's name.")
@@ -60,21 +84,48 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
           "Smaller blobs are ignored.")
       .flag(
           "adapt_colour", [](auto& s) -> auto& { return s.options.adapt_colour; },
-          "Whether to follow slow changes of white balance.")
-      .number(
-          "coast_s", "s", 0, 1e3, [](auto& s) -> auto& { return s.options.track.coast_s; },
-          "Longest time without a match before the target is lost.")
-      .number(
-          "coast_sigma_m", "m", 1e-6, 1e3, [](auto& s) -> auto& { return s.options.track.coast_sigma_m; },
-          "The target is lost when √tr(Σ) of its predicted position exceeds this.")
-      .integer(
-          "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
-          "Consecutive matches that confirm a jump.")
-      .number(
-          "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
-          [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },
-          "Largest spectral density of the target's acceleration; the default suits a thrown ball.");
+          "Whether to follow slow changes of white balance.");
+  add_track_keys(keys);
   return keys;
+}
+
+ConfigKeys<vision::TagOptions> tag_keys() {
+  ConfigKeys<vision::TagOptions> keys("vision.yaml, section tag", "An AprilTag of the family 36h11 as a target.");
+  keys.integer(
+          "id", "", 0, vision::kTagIds - 1, [](auto& o) -> auto& { return o.id; }, "Its number in the family.")
+      .required()
+      .number(
+          "size_m", "m", 1e-3, 10, [](auto& o) -> auto& { return o.size.side_m; },
+          "Side of its black square, without the white margin, as measured on the print.")
+      .required()
+      .number(
+          "size_tolerance_m", "m", 0, 10, [](auto& o) -> auto& { return o.size.tolerance_m; },
+          "Standard deviation of `size_m`.");
+  return keys;
+}
+
+ConfigKeys<TagSection> tag_target_keys() {
+  ConfigKeys<TagSection> keys("vision.yaml, section targets, entries with a tag",
+                              "How a tag is tracked. `TARGET` then has an orientation, too.");
+  keys.text(
+          "name", [](auto& s) -> auto& { return s.name; }, "The target's name.")
+      .required()
+      .other("tag", "section", "", "required", "Which tag.",
+             [](const Config& config, TagSection& s) { tag_keys().read(config.section("tag"), s.options); })
+      .number(
+          "sigma_px", "pixels", 0, 1000, [](auto& s) -> auto& { return s.options.sigma_px; },
+          "Standard deviation of additional noise of every image point, e.g. calibration error.");
+  add_track_keys(keys);
+  return keys;
+}
+
+VisionConfig::Tag tag_from(const Config& section, const StereoRig& rig) {
+  if (section.has("colour")) section.fail("colour", "either 'colour' or 'tag', not both");
+  TagSection tag;
+  tag_target_keys().read(section, tag);
+  if (tag.name.empty()) section.fail("name", "a name");
+  tag.options.rig = rig;
+  return {tag.name, tag.options};
 }
 
 /// Reads one target: from a section of `targets`, or from `tracker`, whose colour stands at the top of the file.
@@ -102,22 +153,27 @@ VisionConfig VisionConfig::load(const std::string& path) {
   if (file.has("targets")) {
     std::set<std::string> names;
     for (const Config& section : file.sections("targets")) {
-      vision.targets.push_back(target_from(section, true, section.section("colour"), vision.rig, files));
-      if (!names.insert(vision.targets.back().name).second) section.fail("name", "another name than the targets above");
+      std::string name;
+      if (section.has("tag")) {
+        name = vision.tags.emplace_back(tag_from(section, vision.rig)).name;
+      } else {
+        const Config colour = section.section("colour");
+        name = vision.targets.emplace_back(target_from(section, true, colour, vision.rig, files)).name;
+      }
+      if (!names.insert(name).second) section.fail("name", "another name than the targets above");
     }
-    if (vision.targets.empty()) file.fail("targets", "at least one target");
+    if (names.empty()) file.fail("targets", "at least one target");
   } else {
     const Config section = file.has("tracker") ? file.section("tracker") : Config::parse(path, "{}");
     vision.targets.push_back(target_from(section, false, file.section("colour"), vision.rig, files));
   }
   file.finish();
   vision.digest = digest_of(read_text_file(path) + files);
-  for (const Target& target : vision.targets) {
-    try {
-      const vision::StereoTracker check(target.options);
-    } catch (const std::invalid_argument& fault) {
-      throw InputError(path + ": " + fault.what());
-    }
+  try {
+    for (const Target& target : vision.targets) const vision::StereoTracker check(target.options);
+    for (const Tag& tag : vision.tags) const vision::TagTracker check(tag.options);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(path + ": " + fault.what());
   }
   return vision;
 }
@@ -130,7 +186,8 @@ std::string vision_config_reference() {
                           "Instead of `colour` and `tracker`: several targets."};
   return config_reference("vision.yaml", "Two cameras and the targets to track. Paths are relative to the file.",
                           {cameras, colour, tracker, targets}) +
-         "\n" + rig_config_reference() + "\n" + colour_config_reference() + "\n" + tracker_keys(true).reference();
+         "\n" + rig_config_reference() + "\n" + colour_config_reference() + "\n" + tracker_keys(true).reference() +
+         "\n" + tag_target_keys().reference() + "\n" + tag_keys().reference();
 }
 
 }  // namespace multireach

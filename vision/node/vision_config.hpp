@@ -4,19 +4,25 @@
 #include <vector>
 
 #include "vision/stereo_vision.hpp"
+#include "vision/tag_tracker.hpp"
 
 namespace multireach {
 
 /// A vision file: cameras and targets. It has section `cameras`, and either `targets` (a list, each with its `name`,
-/// `colour` and the tracker's keys) or, for one target, the sections `colour` and `tracker`.
+/// `colour` or `tag`, and the tracker's keys) or, for one target, the sections `colour` and `tracker`.
 struct VisionConfig {
   struct Target {
     std::string name;
     vision::TrackerOptions options;  ///< including the rig
   };
+  struct Tag {
+    std::string name;
+    vision::TagOptions options;  ///< including the rig
+  };
   StereoRig rig;
-  std::vector<Target> targets;
-  int64_t digest = 0;  ///< of the file and of the files that it names
+  std::vector<Target> targets;  ///< those that are found by their colours
+  std::vector<Tag> tags;        ///< those that are AprilTags; at least one of both lists has an entry
+  int64_t digest = 0;           ///< of the file and of the files that it names
 
   /// Reads and checks a vision file. Throws InputError.
   static VisionConfig load(const std::string& path);

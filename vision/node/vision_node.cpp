@@ -8,7 +8,6 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/time_line.hpp"
-#include "vision/node/debug_picture.hpp"
 
 namespace multireach {
 namespace {
@@ -44,9 +43,15 @@ void put(double (&field)[3][3], const Eigen::Matrix3d& matrix) {
   rows = matrix;
 }
 
-std::vector<vision::TrackerOptions> options_of(const VisionConfig& config) {
+std::optional<vision::StereoVision> coloured_targets(const VisionConfig& config) {
   std::vector<vision::TrackerOptions> options;
   for (const VisionConfig::Target& target : config.targets) options.push_back(target.options);
+  return options.empty() ? std::nullopt : std::optional(vision::StereoVision(options));
+}
+
+std::vector<vision::TagOptions> tags_of(const VisionConfig& config) {
+  std::vector<vision::TagOptions> options;
+  for (const VisionConfig::Tag& tag : config.tags) options.push_back(tag.options);
   return options;
 }
 
@@ -79,15 +84,22 @@ class MessageImages final : public vision::StereoImages {
 }  // namespace
 
 VisionNode::VisionNode(const VisionConfig& config, int threads)
-    : config_(config), vision_(options_of(config)), last_(config.targets.size()), side_by_side_(threads > 1) {}
+    : config_(config),
+      vision_(coloured_targets(config)),
+      tags_(tags_of(config)),
+      last_(config.targets.size() + config.tags.size()),
+      side_by_side_(threads > 1) {}
 
 std::vector<std::string_view> VisionNode::inputs() const {
   return {channel::kStereoImages, channel::kVisionDebugRequest};
 }
 
-target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const char* fault) {
-  const vision::StereoVision::Target& target = vision_.targets()[k];
-  const vision::TargetReport& report = target.report;
+std::optional<int64_t> VisionNode::newest_utime() const {
+  return vision_ ? vision_->newest_utime() : tags_.newest_utime();
+}
+
+/// What the messages of all kinds of targets have in common.
+target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const vision::TargetReport& report) {
   target_t message{};
   message.utime = frames.utime();
   message.sequence = sequence_++;
@@ -97,7 +109,8 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   message.pair_sequence = frames.pair_sequence();
   message.last_seen_utime = report.last_seen_utime.value_or(-1);
   message.status = wire_status(report.status);
-  message.name = config_.targets[k].name;
+  const size_t coloured = config_.targets.size();
+  message.name = k < coloured ? config_.targets[k].name : config_.tags[k - coloured].name;
   message.reason = report.reason;
   put(message.position_m, report.estimate.position);
   put(message.covariance_m2, report.estimate.covariance);
@@ -105,6 +118,12 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
     put(message.velocity_m_s, report.velocity);
     put(message.velocity_covariance_m2_s2, report.velocity_covariance);
   }
+  return message;
+}
+
+target_t VisionNode::coloured_target_message(size_t k, const StereoFrames& frames, const char* fault) {
+  const vision::StereoVision::Target& target = vision_->targets()[k];
+  target_t message = target_message(k, frames, target.report);
   if (!fault) {
     Eigen::Map<Eigen::Vector2d>(message.left_px) = target.match.left_px;
     Eigen::Map<Eigen::Vector2d>(message.right_px) = target.match.right_px;
@@ -114,18 +133,35 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   return message;
 }
 
+target_t VisionNode::tag_message(size_t k, const StereoFrames& frames, const char* fault) {
+  const vision::TagVision::Target& tag = tags_.targets()[k];
+  target_t message = target_message(config_.targets.size() + k, frames, tag.report);
+  if (tag.report.R_WT) {
+    const Eigen::Quaterniond& q = *tag.report.R_WT;
+    message.has_orientation = true;
+    std::ranges::copy(std::array{q.w(), q.x(), q.y(), q.z()}, message.orientation_wxyz);
+  }
+  if (!fault) {
+    Eigen::Map<Eigen::Vector2d>(message.left_px) = tag.match.centre_px[0];
+    Eigen::Map<Eigen::Vector2d>(message.right_px) = tag.match.centre_px[1];
+    message.epipolar_error_px = tag.match.epipolar_error_px;
+  }
+  return message;
+}
+
 tracker_state_t VisionNode::tracker_state_message(size_t k) const {
+  const size_t coloured = config_.targets.size();
   tracker_state_t state{};
   state.utime = last_[k].utime;
   state.sequence = last_[k].sequence;
-  state.value = vision_.serialize(k, last_[k].utime);
+  state.value = k < coloured ? vision_->serialize(k, last_[k].utime) : tags_.serialize(k - coloured, last_[k].utime);
   state.num_values = static_cast<int32_t>(state.value.size());
   return state;
 }
 
 bool VisionNode::restore_from_outputs(const std::vector<std::span<const uint8_t>>& outputs) {
   std::vector<tracker_state_t> messages;
-  std::vector<std::span<const double>> states;
+  std::vector<std::span<const double>> coloured, tags;
   if (outputs.size() != last_.size()) return false;
   for (const std::span<const uint8_t> bytes : outputs) {
     auto message = decode<tracker_state_t>(bytes);
@@ -133,8 +169,13 @@ bool VisionNode::restore_from_outputs(const std::vector<std::span<const uint8_t>
     messages.push_back(std::move(*message));
     if (messages.back().utime != messages.front().utime) return false;
   }
-  for (const tracker_state_t& message : messages) states.emplace_back(message.value);
-  if (!vision_.deserialize(messages.front().utime, states)) return false;
+  for (const tracker_state_t& message : messages)
+    (coloured.size() < config_.targets.size() ? coloured : tags).emplace_back(message.value);
+  const int64_t utime = messages.front().utime;
+  std::optional<vision::StereoVision> restored = vision_;
+  if (restored && !restored->deserialize(utime, coloured)) return false;
+  if (!tags_.deserialize(utime, tags)) return false;
+  vision_ = std::move(restored);
   sequence_ += sent_per_input();
   return true;
 }
@@ -160,18 +201,47 @@ Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
     return {};
   }
   MessageImages images(frames, codecs_, side_by_side_);
-  const auto newest = vision_.newest_utime();
-  if (newest && starts_again(frames.utime(), *newest)) vision_.restart();
-  const char* fault = vision_.update(images);
-  if (fault) ++counters_.refused;
+  const auto newest = newest_utime();
+  if (newest && starts_again(frames.utime(), *newest)) {
+    if (vision_) vision_->restart();
+    tags_.restart();
+  }
+  const char* fault = vision_ ? vision_->update(images) : nullptr;
+  const char* tag_fault = tags_.update(images);
+  if (fault || tag_fault) ++counters_.refused;
+  const size_t coloured = config_.targets.size();
   for (size_t k = 0; k < last_.size(); ++k) {
-    last_[k] = target_message(k, frames, fault);
+    last_[k] = k < coloured ? coloured_target_message(k, frames, fault) : tag_message(k - coloured, frames, tag_fault);
     send(out, channel::kTarget, last_[k]);
     send(out, channel::kTrackerState, tracker_state_message(k));
   }
   if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
   send_debug_picture(frames, out);
   return {Receipt::Effect::kConsumed, frames.utime(), frames.pair_sequence()};
+}
+
+/// What the debug picture shows of a target, apart from its colour.
+vision::DebugMarks VisionNode::marks_of(size_t k) const {
+  const target_t& last = last_[k];
+  vision::DebugMarks marks{fmt::format("{} {}: {}", last.name, word_for(last.status), last.reason), {}, {}};
+  const size_t coloured = config_.targets.size();
+  for (size_t side = 0; side < 2; ++side) {
+    vision::DebugMarks::OneSide& shown = marks.sides[side];
+    if (k < coloured) {
+      const vision::StereoVision::Target& target = vision_->targets()[k];
+      shown.window = target.views[side].window;
+      const int chosen = side == 0 ? target.match.left : target.match.right;
+      for (size_t at = 0; at < target.views[side].contours.size(); ++at) {
+        const vision::SphereContour& contour = target.views[side].contours[at];
+        shown.contours.push_back({contour.centre_px, contour.radius_px, static_cast<int>(at) == chosen});
+      }
+    } else {
+      const vision::TagVision::Target& tag = tags_.targets()[k - coloured];
+      shown.window = tag.views[side].window;
+      for (const vision::FoundTag& found : tag.views[side].matches) shown.outlines.push_back(found.corners);
+    }
+  }
+  return marks;
 }
 
 void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
@@ -184,7 +254,8 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
     const auto at = index(side);
-    const cv::Rect whole = vision_.targets().front().tracker.whole_image(side);
+    const CameraModel& camera = side == Side::kLeft ? config_.rig.left : config_.rig.right;
+    const cv::Rect whole(0, 0, camera.width, camera.height);
     const bool fits = frames.has(side, whole.width, whole.height);
     const cv::Mat* bgr = fits ? frames.pixels(side, whole, codecs_[at]) : nullptr;
     images[at] = bgr ? *bgr : cv::Mat(whole.size(), CV_8UC3, cv::Scalar(0, 0, 0));
@@ -193,20 +264,9 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
                                    cv::Scalar(255, 120, 255)};
   std::vector<vision::DebugMarks> marks;
   for (size_t at = 0; at < last_.size(); ++at) {
-    const vision::StereoVision::Target& target = vision_.targets()[at];
-    const target_t& last = last_[at];
-    if (!shown_.empty() && last.name != shown_) continue;
-    vision::DebugMarks mark{fmt::format("{} {}: {}", last.name, word_for(last.status), last.reason),
-                            kColours[marks.size() % kColours.size()],
-                            {}};
-    for (size_t side = 0; side < 2; ++side) {
-      mark.sides[side].window = target.views[side].window;
-      const int chosen = side == 0 ? target.match.left : target.match.right;
-      for (size_t k = 0; k < target.views[side].contours.size(); ++k) {
-        const vision::SphereContour& contour = target.views[side].contours[k];
-        mark.sides[side].contours.push_back({contour.centre_px, contour.radius_px, static_cast<int>(k) == chosen});
-      }
-    }
+    if (!shown_.empty() && last_[at].name != shown_) continue;
+    vision::DebugMarks mark = marks_of(at);
+    mark.colour = kColours[marks.size() % kColours.size()];
     marks.push_back(std::move(mark));
   }
   const cv::Mat picture = vision::debug_picture(images[0], images[1], marks);

@@ -5,9 +5,10 @@
 
 #include "runtime/config.hpp"
 #include "runtime/node.hpp"
+#include "vision/node/debug_picture.hpp"
 #include "vision/node/stereo_frames.hpp"
 #include "vision/node/vision_config.hpp"
-#include "vision/track/frozen_frame_detector.hpp"
+#include "vision/tag_vision.hpp"
 
 namespace multireach {
 
@@ -32,13 +33,18 @@ class VisionNode : public Node {
   std::string state() const override;
 
  private:
-  target_t target_message(size_t k, const StereoFrames& frames, const char* fault);
+  std::optional<int64_t> newest_utime() const;
+  target_t target_message(size_t k, const StereoFrames& frames, const vision::TargetReport& report);
+  target_t coloured_target_message(size_t k, const StereoFrames& frames, const char* fault);
+  target_t tag_message(size_t k, const StereoFrames& frames, const char* fault);
   tracker_state_t tracker_state_message(size_t k) const;
+  vision::DebugMarks marks_of(size_t k) const;
   void send_debug_picture(StereoFrames& frames, Outbox& out);
 
   VisionConfig config_;
-  vision::StereoVision vision_;
-  std::vector<target_t> last_;  // message of each target for the last pair
+  std::optional<vision::StereoVision> vision_;  // nothing where all targets are tags
+  vision::TagVision tags_;
+  std::vector<target_t> last_;  // message of each target for the last pair: the coloured ones, then the tags
   bool side_by_side_;
   std::array<ImageCodec, 2> codecs_;
   std::array<cv::Mat, 2> buffers_;

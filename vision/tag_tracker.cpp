@@ -1,0 +1,257 @@
+#include "vision/tag_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "vision/stereo/triangulate.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a tag that was not tracked
+constexpr int64_t kFarApart = 200000;  // us: an image time that differs more than this from the pair's is ignored
+constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
+constexpr double kWindowSides = 1.1;   // ... plus this many sides of the tag: half its diagonal, and the white margin
+constexpr double kWindowMargin = 10;   // pixels
+constexpr double kWorthwhile = 0.5;    // above this share of the image, the whole image is searched instead
+// Above this chi2 the images contradict each other, or the size: far beyond what noise gives, because the noise of
+// edges is known to some factor only.
+constexpr double kChi2PerDegree = 4, kChi2 = 30;
+
+constexpr const char* kAmbiguous = "seen, but two orientations fit the images: the tag is too small or too far away";
+
+const TagOptions& checked(const TagOptions& options) {
+  const auto require = [](bool sensible, const char* sentence) {
+    if (!sensible) throw std::invalid_argument(sentence);
+  };
+  for (const CameraModel* camera : {&options.rig.left, &options.rig.right}) {
+    require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
+    require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
+  }
+  require(options.rig.baseline_m() > 1e-6, "the two cameras are at the same place: there is no baseline");
+  require(options.id >= 0 && options.id < kTagIds, "a tag's id must be from 0 to 586");
+  require(options.size.side_m > 0, "a tag's size must be positive");
+  require(options.size.tolerance_m >= 0 && options.sigma_px >= 0, "a tag's tolerances must not be negative");
+  return options;
+}
+
+/// Time of an image relative to its pair's, s; 0 when the image's time is implausible.
+double offset_s(int64_t image, int64_t pair) {
+  const int64_t offset = image - pair;
+  return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
+}
+
+const char* sentence_for(EdgeFault fault, Side side) {
+  const bool left = side == Side::kLeft;
+  switch (fault) {
+    case EdgeFault::kCutOff:
+      return left ? "the left image cuts off the tag or its white margin"
+                  : "the right image cuts off the tag or its white margin";
+    case EdgeFault::kTooSmall:
+      return left ? "the tag is too small in the left image" : "the tag is too small in the right image";
+    case EdgeFault::kLowContrast:
+      return left ? "black and white of the tag are too similar in the left image"
+                  : "black and white of the tag are too similar in the right image";
+    case EdgeFault::kBlurred:
+      return left ? "the tag is blurred in the left image" : "the tag is blurred in the right image";
+    case EdgeFault::kNotStraight:
+      return left ? "the tag's border is not straight in the left image: it is covered or not flat"
+                  : "the tag's border is not straight in the right image: it is covered or not flat";
+    case EdgeFault::kNone:
+      break;
+  }
+  return "no pose of the tag explains its corners";
+}
+
+/// Why neither image shows the tag once.
+const char* missing(const std::array<TagView, 2>& views) {
+  for (const TagView& view : views) {
+    if (view.matches.size() > 1) return "two tags with this id are seen";
+  }
+  for (const TagView& view : views) {
+    if (view.others) return "a tag is seen, but with another id";
+  }
+  return "no tag is seen: it is outside both images, covered, blurred, or too small";
+}
+
+}  // namespace
+
+TagTracker::TagTracker(const TagOptions& options) : options_(checked(options)), track_(options.track) {}
+
+void TagTracker::restart() {
+  track_ = TargetTrack(options_.track);
+  R_WT_.reset();
+}
+
+cv::Rect TagTracker::whole_image(Side side) const {
+  const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
+  return {0, 0, camera.width, camera.height};
+}
+
+cv::Rect TagTracker::window(Side side, int64_t utime) const {
+  const cv::Rect whole = whole_image(side);
+  const auto predicted = track_.predicted(utime);
+  if (!predicted) return whole;
+  const StereoRig& rig = options_.rig;
+  const CameraModel& camera = side == Side::kLeft ? rig.left : rig.right;
+  Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
+  if (side == Side::kRight) p = rig.X_RL * p;
+  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
+  const double reach_m = kWindowSides * options_.size.side_m + kWindowSigmas * sigma_m, near = p.z() - reach_m;
+  if (!(near > 0.1 * p.z())) return whole;
+  const double half = std::max(camera.fx, camera.fy) * reach_m / near + kWindowMargin;
+  const Eigen::Vector2d centre = camera.project(p);
+  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return whole;
+  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
+  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
+  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & whole;
+  return window.empty() || window.area() > kWorthwhile * whole.area() ? whole : window;
+}
+
+/// How far the tag moves, in W, from the pair's time to an image's.
+Eigen::Vector3d TagTracker::motion_of(const PairTimes& times, Side side) const {
+  if (track_.status() == TargetTrack::Status::kLost) return Eigen::Vector3d::Zero();
+  return track_.velocity() * offset_s(side == Side::kLeft ? times.left : times.right, times.pair);
+}
+
+/// The images that show the tag once. A camera whose image is earlier or later than the pair is shifted by the opposite
+/// of the tag's motion, so that all show it at the time of the pair.
+std::vector<TagSight> TagTracker::sights_of(const PairTimes& times, const std::array<TagView, 2>& views,
+                                            std::vector<Side>& sides) const {
+  std::vector<TagSight> sights;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const TagView& view = views[index(side)];
+    if (view.matches.size() != 1) continue;
+    TagCamera camera{options_.rig.left, Eigen::Isometry3d::Identity()};
+    if (side == Side::kRight) camera = {options_.rig.right, options_.rig.X_RL};
+    const Eigen::Vector3d moved_L = options_.rig.X_WL.linear().transpose() * motion_of(times, side);
+    camera.X_CL.translation() += camera.X_CL.linear() * moved_L;
+    sights.push_back({camera, view.bgr, view.window, view.matches.front().corners});
+    sides.push_back(side);
+  }
+  return sights;
+}
+
+TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>& views) const {
+  TagMatch match;
+  std::vector<Side> sides;
+  std::vector<TagSight> sights = sights_of(times, views, sides);
+  match.reason = missing(views);
+  // An image in which the tag cannot be measured, at the border of its image for example, leaves the other one.
+  while (!sights.empty()) {
+    TagFit fit = fit_tag(sights, options_.size, options_.sigma_px);
+    if (fit.best) {
+      match.pose = std::move(fit.best);
+      if (fit.other) match.other_position_L = fit.other->tag.X_LT.translation();
+      break;
+    }
+    match.reason = sentence_for(fit.fault, sides[fit.faulty]);
+    if (fit.fault != EdgeFault::kCutOff && fit.fault != EdgeFault::kTooSmall) return match;
+    sights.erase(sights.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
+    sides.erase(sides.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
+  }
+  if (!match.pose) return match;
+  for (size_t k = 0; k < sides.size(); ++k) {
+    match.used[index(sides[k])] = true;
+    match.centre_px[index(sides[k])] = match.pose->measured_centre_px[k];
+  }
+  if (sides.size() == 2) {
+    const auto ray = [&](size_t k) {
+      const CameraModel& camera = sights[k].camera.model;
+      return RayMeasurement{camera.ray(match.centre_px[k]), ray_covariance(camera, 1)};
+    };
+    StereoRig rig = options_.rig;
+    rig.X_RL = sights[1].camera.X_CL * sights[0].camera.X_CL.inverse();
+    if (const auto point = triangulate(rig, ray(0), ray(1))) match.epipolar_error_px = point->epipolar_error_px;
+  }
+  if (match.pose->chi2 > kChi2PerDegree * match.pose->degrees_of_freedom + kChi2) {
+    match.pose.reset();
+    match.reason =
+        sides.size() == 2
+            ? "the two images contradict each other or the tag's size: check size_m and the calibration"
+            : "the tag's sides contradict each other: it is not flat, or the camera's lens is not calibrated";
+  }
+  return match;
+}
+
+TagReport TagTracker::report(TargetTrack::Status status, const char* reason) const {
+  TagReport report;
+  report.status = status;
+  report.estimate = track_.estimate();
+  report.velocity = track_.velocity();
+  report.velocity_covariance = track_.velocity_covariance();
+  report.last_seen_utime = track_.last_seen_utime();
+  report.reason = reason;
+  if (status != TargetTrack::Status::kLost) report.R_WT = R_WT_;
+  return report;
+}
+
+TagReport TagTracker::update_unseen(int64_t utime, const char* reason) {
+  track_.update(utime, std::nullopt);
+  if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
+  const bool tracked = track_.status() == TargetTrack::Status::kTracked;  // it ignores a pair that is not newer
+  return report(tracked ? TargetTrack::Status::kCoasting : track_.status(), reason);
+}
+
+TagReport TagTracker::update(const PairTimes& times, const TagMatch& match) {
+  if (!match.pose) return update_unseen(times.pair, match.reason);
+  const Eigen::Isometry3d& X_WL = options_.rig.X_WL;
+  const Eigen::Matrix3d R_WL = X_WL.linear();
+  const Eigen::Isometry3d X_WT = X_WL * match.pose->tag.X_LT;
+  PositionEstimate estimate{X_WT.translation(), R_WL * match.pose->covariance.topLeftCorner<3, 3>() * R_WL.transpose()};
+  if (match.other_position_L) {
+    const Eigen::Vector3d apart = X_WL * *match.other_position_L - estimate.position;
+    estimate.covariance += 0.5 * apart * apart.transpose();
+  }
+  // The motion between the exposures and the pair's time is known as well as the speed is.
+  double earliest = 0;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    if (match.used[index(side)])
+      earliest = std::max(earliest, std::abs(offset_s(side == Side::kLeft ? times.left : times.right, times.pair)));
+  }
+  const bool lost = track_.status() == TargetTrack::Status::kLost;
+  const Eigen::Matrix3d speed2 =
+      lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
+  estimate.covariance += speed2 * earliest * earliest;
+  const int64_t before = track_.utime();
+  if (!track_.update(times.pair, estimate)) {
+    const bool past = track_.utime() == before && times.pair <= before;
+    if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
+    const bool tracked = track_.status() == TargetTrack::Status::kTracked;
+    return report(tracked ? TargetTrack::Status::kCoasting : track_.status(),
+                  past ? "the pair is not newer than the last one" : "the tag is seen, but not where it is expected");
+  }
+  R_WT_.reset();
+  if (!match.other_position_L) R_WT_ = Eigen::Quaterniond(X_WT.linear()).normalized();
+  TagReport tracked = report(TargetTrack::Status::kTracked, match.other_position_L ? kAmbiguous : "seen");
+  tracked.estimate = estimate;
+  tracked.orientation_covariance = R_WL * match.pose->covariance.bottomRightCorner<3, 3>() * R_WL.transpose();
+  return tracked;
+}
+
+std::vector<double> TagTracker::serialize(int64_t utime) const {
+  std::vector<double> state = track_.serialize();
+  state.push_back(static_cast<double>(track_.utime() - utime));
+  const Eigen::Vector4d wxyz =
+      R_WT_ ? Eigen::Vector4d(R_WT_->w(), R_WT_->x(), R_WT_->y(), R_WT_->z()) : Eigen::Vector4d::Zero();
+  state.insert(state.end(), wxyz.data(), wxyz.data() + 4);
+  return state;
+}
+
+bool TagTracker::deserialize(int64_t utime, std::span<const double> state) {
+  constexpr size_t kOwn = 5;
+  constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
+  if (state.size() < kOwn) return false;
+  const auto own = state.last(kOwn);
+  if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
+  const Eigen::Map<const Eigen::Vector4d> wxyz(&own[1]);
+  const bool known = !wxyz.isZero(0);
+  if (known && !(std::abs(wxyz.norm() - 1) < 1e-9)) return false;
+  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), state.first(state.size() - kOwn))) return false;
+  R_WT_.reset();
+  if (known) R_WT_ = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  return true;
+}
+
+}  // namespace multireach::vision

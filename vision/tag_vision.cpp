@@ -1,0 +1,137 @@
+#include "vision/tag_vision.hpp"
+
+#include <algorithm>
+
+namespace multireach::vision {
+namespace {
+
+constexpr std::array kSides{Side::kLeft, Side::kRight};
+
+/// Whether the search windows sufficed: the tag was measured in both images.
+bool found_in_both(const TagVision::Target& target) {
+  return target.match.pose && target.match.used[0] && target.match.used[1];
+}
+
+}  // namespace
+
+TagVision::TagVision(const std::vector<TagOptions>& options) {
+  for (const TagOptions& each : options) targets_.push_back({TagTracker(each)});
+}
+
+void TagVision::restart() {
+  for (Target& target : targets_) target.tracker.restart();
+  frozen_frames_ = {};
+}
+
+std::optional<int64_t> TagVision::newest_utime() const {
+  if (targets_.empty()) return std::nullopt;
+  const TargetTrack& track = targets_.front().tracker.track();  // all take the same pairs
+  return track.begun() ? std::optional(track.utime()) : std::nullopt;
+}
+
+const char* TagVision::update(StereoImages& images) {
+  if (targets_.empty()) return nullptr;
+  const char* fault = measure(images);
+  for (Target& target : targets_) {
+    target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
+                          : target.tracker.update(images.times(), target.match);
+  }
+  return fault;
+}
+
+/// Finds all tags. Returns why the pair as a whole is unusable, or null.
+const char* TagVision::measure(StereoImages& images) {
+  for (Target& target : targets_) {
+    target.views = {};
+    target.match = {};
+  }
+  const PairTimes times = images.times();
+  if (times.left < 0 && times.right < 0) return "there is neither a left nor a right image";
+  for (const Side side : kSides) {
+    const bool there = (side == Side::kLeft ? times.left : times.right) >= 0;
+    // Checked before decoding, so that a wrong or damaged size allocates no memory.
+    if (there && !images.has(side, targets_.front().tracker.whole_image(side).size()))
+      return "an image does not have the size of the calibration";
+  }
+  if (times.left >= 0 && times.right >= 0)
+    frozen_frames_.update(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
+  if (!search(images, false)) return "an image cannot be decoded";
+  if (!std::ranges::all_of(targets_, found_in_both) && !search(images, true)) return "an image cannot be decoded";
+  if (const auto frozen = frozen_frames_.frozen()) {
+    return *frozen == Side::kLeft ? "the left camera is frozen: it repeats the same image"
+                                  : "the right camera is frozen: it repeats the same image";
+  }
+  return nullptr;
+}
+
+/// Searches both images and estimates the poses. Returns false when an image cannot be decoded.
+bool TagVision::search(StereoImages& images, bool everywhere) {
+  std::array<bool, 2> decoded{};
+  images.for_both_sides([&](Side side) { decoded[index(side)] = search_side(images, side, everywhere); });
+  if (!decoded[0] || !decoded[1]) return false;
+  for (Target& target : targets_) {
+    if (!(everywhere && found_in_both(target))) target.match = target.tracker.match(images.times(), target.views);
+  }
+  return true;
+}
+
+/// Searches one image, where there is one, for every tag: in its window, or, when `everywhere`, in the whole image for
+/// those not found in both images.
+bool TagVision::search_side(StereoImages& images, Side side, bool everywhere) {
+  const PairTimes times = images.times();
+  if ((side == Side::kLeft ? times.left : times.right) < 0) return true;
+  std::vector<Target*> searching;
+  cv::Rect part;
+  for (Target& target : targets_) {
+    if (everywhere && found_in_both(target)) continue;
+    TagView& view = target.views[index(side)];
+    const cv::Rect window = everywhere ? target.tracker.whole_image(side) : target.tracker.window(side, times.pair);
+    if (view.searched && view.window == window) continue;
+    view = {.window = window, .bgr = {}, .searched = true, .others = false, .matches = {}};
+    part |= window;
+    searching.push_back(&target);
+  }
+  if (searching.empty()) return true;
+  const cv::Mat* bgr = images.pixels(side, part);
+  if (!bgr) return false;
+  const std::vector<FoundTag> found = detectors_[index(side)].find(*bgr, part);
+  for (Target* target : searching) {
+    TagView& view = target->views[index(side)];
+    view.window = part;
+    view.bgr = *bgr;
+    for (const FoundTag& tag : found) {
+      if (tag.id == target->tracker.options().id) {
+        view.matches.push_back(tag);
+      } else {
+        view.others = true;
+      }
+    }
+  }
+  return true;
+}
+
+std::vector<double> TagVision::serialize(size_t target, int64_t utime) const {
+  std::vector<double> state = targets_[target].tracker.serialize(utime);
+  const std::vector<double> shared = frozen_frames_.serialize();
+  state.insert(state.end(), shared.begin(), shared.end());
+  return state;
+}
+
+bool TagVision::deserialize(int64_t utime, const std::vector<std::span<const double>>& states) {
+  constexpr size_t kShared = FrozenFrameDetector::kSerializedSize;
+  if (states.size() != targets_.size()) return false;
+  FrozenFrameDetector frozen_frames;
+  std::vector<TagTracker> trackers;
+  for (size_t k = 0; k < states.size(); ++k) {
+    if (states[k].size() < kShared) return false;
+    const size_t own = states[k].size() - kShared;
+    trackers.push_back(targets_[k].tracker);
+    if (!trackers[k].deserialize(utime, states[k].first(own)) || !frozen_frames.deserialize(states[k].subspan(own)))
+      return false;
+  }
+  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = trackers[k];
+  frozen_frames_ = frozen_frames;
+  return true;
+}
+
+}  // namespace multireach::vision
