@@ -19,6 +19,9 @@ class FollowedRun {
     return true;
   }
 
+  /// The run that is followed; nothing before the first message.
+  std::optional<int64_t> run() const { return run_; }
+
  private:
   static constexpr int64_t kSilence = 1000000;  // us: a publisher that was not heard for this long has ended
 

@@ -329,7 +329,9 @@ Receipt ControllerNode::receive(std::string_view channel, std::span<const uint8_
 Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   const auto message = decode_and_count<target_t>(bytes);
   if (!message) return {};
-  counters_.dropped += targets_.missing_before(message->sequence);
+  // Every publisher counts its own messages; those of the one that is followed tell what was lost.
+  const auto followed = target_run_.run();
+  if (followed && *followed == message->run) counters_.dropped += targets_.missing_before(message->sequence);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
   const bool seen = message->status != target_t::STATUS_LOST;
@@ -343,6 +345,10 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   if (!target_run_.accepts(message->run, next)) {
     ++counters_.refused;
     return {};
+  }
+  if (followed != message->run) {
+    targets_ = {};
+    targets_.missing_before(message->sequence);
   }
   if (!next && !seen) return {};  // the first target that is seen starts the ticks
   if (!target_name_) target_name_ = message->name;
