@@ -78,7 +78,7 @@ for seed in $(seq "$first" $((first + runs - 1))); do
   RANDOM=$seed resets=0 said=()
   for name in vision controller bridge robot-sim; do start $name; done
   "$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 10 2>/dev/null || failed "seed $seed: the nodes did not start"
-  LD_PRELOAD="$bin/libmultireach-datagram-guard.so" chrt --fifo 10 lcm-logger --lcm-url="$url&recv_buf_size=4194304" --force --quiet "$work/run.lcm" & logger=$!
+  LD_PRELOAD="$bin/libmultireach-datagram-guard.so" chrt --fifo 10 lcm-logger --lcm-url="$url&recv_buf_size=4194304" --force --quiet "$work/run.lcm" 2>/dev/null & logger=$!
   "$bin/multireach-camera" render --config "$root/logs/reach.yaml" --seconds 20 2>/dev/null & pids[camera]=$!
   pause $((1200 + RANDOM % 800))
   for _ in $(seq $((1 + RANDOM % 2))); do fault; said+=("$what"); pause $((RANDOM % 500)); done
