@@ -49,6 +49,7 @@ void Bus::Subscription::handle(const lcm::ReceiveBuffer* buffer, const std::stri
 
 void Bus::subscribe(std::string_view channel, const std::string& name, Handler handler) {
   subscriptions_.push_back({name, std::move(handler)});
+  (channel::on_image_group(channel) ? hears_images_ : hears_control_) = true;
   bus_of(channel)
       .subscribe(std::string(channel), &Subscription::handle, &subscriptions_.back())
       ->setQueueCapacity(1000);
@@ -59,7 +60,9 @@ void Bus::publish(std::string_view channel, std::span<const uint8_t> bytes) {
 }
 
 void Bus::handle_messages(int64_t timeout_us, const std::function<bool()>& enough) {
-  std::array<pollfd, 2> fds{{{control_.getFileno(), POLLIN, 0}, {images_.getFileno(), POLLIN, 0}}};
+  // Asked for its descriptor, LCM joins the group and starts a thread that wakes for each of its packets.
+  std::array<pollfd, 2> fds{
+      {{hears_control_ ? control_.getFileno() : -1, POLLIN, 0}, {hears_images_ ? images_.getFileno() : -1, POLLIN, 0}}};
   timeout_us = std::max<int64_t>(timeout_us, 0);
   timespec timeout{timeout_us / 1000000, timeout_us % 1000000 * 1000};
   while (ppoll(fds.data(), fds.size(), &timeout, nullptr) > 0) {

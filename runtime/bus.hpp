@@ -39,6 +39,7 @@ class Bus {
   lcm::LCM& bus_of(std::string_view channel);
 
   lcm::LCM control_, images_;
+  bool hears_control_ = false, hears_images_ = false;  // whether a channel of the group is subscribed to
   std::deque<Subscription> subscriptions_;
 };
 

@@ -71,13 +71,13 @@ class LiveLoop {
     // Other transports than multicast have no packets that could wait.
     if (options_.drain_period_us > 0 && UdpmSocket::supports(options_.control_url)) {
       socket_.emplace(options_.control_url);
-      return;
     }
     for (const std::string_view channel : node.inputs()) {
+      if (socket_ && !channel::on_image_group(channel)) continue;
       bus_.subscribe(channel, node.name(),
                      [this](std::string_view on, std::span<const uint8_t> bytes) { receive(on, bytes); });
     }
-    if (!make_) return;
+    if (!make_ || socket_) return;
     bus_.subscribe(channel::kReplayStep, node.name(),
                    [this](std::string_view, std::span<const uint8_t> bytes) { receive_step(bytes); });
   }
@@ -143,6 +143,7 @@ class LiveLoop {
     socket_->drain([&](const UdpmMessage& message) {
       if (std::ranges::find(inputs, message.channel) != inputs.end()) receive(message.channel, message.bytes);
     });
+    bus_.handle_messages(0, [] { return interrupted(); });  // images may have many packets: LCM puts them together
     publish();
   }
 

@@ -13,8 +13,7 @@ struct LiveOptions {
   double speed = 1;        ///< seconds of message time per second
   double seconds = 0;      ///< end after this time; 0 for never
   bool real_time = false;  ///< ask for SCHED_FIFO and locked memory; without the right to, warn and go on
-  /// Look for messages only this often, microseconds, and sleep between; 0: handle each when it arrives. Needs inputs
-  /// on the control group alone.
+  /// Look for messages only this often, microseconds, and sleep between; 0: handle each when it arrives.
   int64_t drain_period_us = 0;
   bool lockstep = false;  ///< whether `multireach-replay play --lockstep` may drive the node
 };
