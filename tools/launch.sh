@@ -31,6 +31,9 @@ Usage: tools/launch.sh [options]
   --group N         UDP groups and ports of its own, 0 to 255, for several instances on one computer or network
                     (default: LCM_DEFAULT_URL, else LCM's default group)
   --isolated        in a network namespace of its own, so that no message leaves the machine
+  --view            also serve a page that shows and controls the run (docs/view.md), and print its address
+  --host ADDRESS    where the page is served (default: 127.0.0.1); 0.0.0.0 lets other computers in
+  --port N          the page's port (default: one that is free)
   --no-setup        do not install or build anything
   --help
 Exit code: 0 if every reachable position was reached and no limit exceeded, 1 if not or if a process failed, 2 for wrong usage.
@@ -40,17 +43,18 @@ fail() { echo "launch.sh: $1" >&2; exit "${2:-2}"; }
 
 session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
-isolated=no setup=yes
+isolated=no setup=yes view=no host=127.0.0.1 port=0
 
 read_options() {
   while [ $# -gt 0 ]; do
     case "$1" in
-      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group)
+      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--host|--port)
         [ $# -ge 2 ] || fail "$1 needs a value; see --help"
         printf -v "${1#--}" '%s' "$2"; shift 2 ;;
       --emulator) robot_kind=emulated; shift ;;
       --no-robot) robot_kind=none; shift ;;
       --isolated) isolated=yes; shift ;;
+      --view) view=yes; shift ;;
       --no-setup) setup=no; shift ;;
       --help|-h) usage; exit 0 ;;
       *) fail "unknown option '$1'; see --help" ;;
@@ -105,6 +109,12 @@ choose_groups() {
   [ "$role" = all ] || [[ $control =~ [?\&]ttl=[1-9] ]] || fail "LCM_DEFAULT_URL: '$control' does not leave this computer; --role $role needs ttl=1"
   [ "$role" = all ] || [[ $images != *ttl=* ]] || images=${images/ttl=*/ttl=0}
   [ -z "$group" ] || echo "launch.sh: for other programs:  export LCM_DEFAULT_URL='$control'" >&2
+}
+
+# Continues with the page's socket, which is open before the network is left, and stays open when the page's process is started again.
+open_socket() {
+  echo "launch.sh: the page is at the address below" >&2
+  exec "$bin/multireach-page" --host "$host" --port "$port" -- "$0" --no-setup "$@"
 }
 
 # Continues in a network namespace, with the arguments of this script.
@@ -167,6 +177,7 @@ command_of() {
     control_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
     image_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
+    page) command=("$bin/multireach-page" --robot "$robot/robot.yaml" --vision "$vision" --lcm-url "$control" --image-url "$images") ;;
     view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
     source)
       if [ -n "$camera" ]; then
@@ -189,6 +200,7 @@ choose_processes() {
   urgent=()
   if chrt --fifo 10 true 2>/dev/null; then urgent=(chrt --fifo 10); fi
   supervised=("${loggers[@]}" "${nodes[@]}")
+  [ $view = no ] || supervised+=(page)
 }
 
 start_nodes() {
@@ -264,7 +276,7 @@ source_failed() {
 }
 
 stop_all() {
-  stop view source
+  stop page view source
   [ -t 2 ] && echo >&2
   stop "${nodes[@]}"
   # The other computer may go on sending.
@@ -292,8 +304,13 @@ report() {
 
 read_options "$@"
 check_options
-if [ $setup = yes ]; then "$root/tools/setup.sh" loop ${camera:+camera} || exit 1; fi
+if [ $setup = yes ]; then
+  needed=(loop ${camera:+camera})
+  [ $view = no ] || needed+=(page)
+  "$root/tools/setup.sh" "${needed[@]}" || exit 1
+fi
 if [ -z "$camera" ] && [ "$role" != robot ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
+[ $view = no ] || [ -n "${MULTIREACH_PAGE_SOCKET:-}" ] || open_socket "$@"
 [ $isolated = no ] || [ -n "${MULTIREACH_ISOLATED:-}" ] || isolate "$@"
 interrupted=no
 make_folder

@@ -6,6 +6,7 @@
 #   camera     multireach-camera: real cameras, image files, rendered scenes
 #   calibrate  multireach-calibrate
 #   replay     multireach-replay
+#   page       multireach-page, and the page that it serves (built with npm)
 #   studies    multireach-trace, -study, -figures
 #   spy        the message types for lcm-spy (Java)
 #   docs       Doxygen, for tools/docs.sh; builds nothing
@@ -21,7 +22,7 @@ declare -A packages=(
     libmujoco-dev libxxhash-dev liblodepng-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
-  [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
+  [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
     opencv-doc libmatio-dev shellcheck systemd"
@@ -29,7 +30,7 @@ declare -A packages=(
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
   [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish"
-  [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay
+  [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay [page]=multireach-page
   [studies]="multireach-trace multireach-study multireach-figures"
   [spy]=multireach_types_jar [docs]="" [tests]=all
 )
@@ -37,7 +38,7 @@ wrong() { echo "setup.sh: $1" >&2; exit 2; }
 parts=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --help|-h) sed -n '2,13p' "$0" | cut -c3-; exit 0 ;;
+    --help|-h) sed -n '2,14p' "$0" | cut -c3-; exit 0 ;;
     --preset) [ $# -ge 2 ] || wrong "--preset needs a name"; preset=$2; shift 2 ;;
     -*) wrong "unknown option '$1'; see --help" ;;
     *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
@@ -51,10 +52,10 @@ needs=" core "
 [ "${parts[*]}" != docs ] || needs=" "
 [ "${parts[*]}" = core ] || [ "${parts[*]}" = docs ] || [ "$preset" = core ] || needs+="loop "
 for part in "${parts[@]}"; do [[ $needs == *" $part "* ]] || needs+="$part "; done
-[[ $needs != *" tests "* ]] || needs+="camera calibrate studies spy docs "
+[[ $needs != *" tests "* ]] || needs+="camera calibrate page studies spy docs "
 wanted=()
 for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"); done; done
-[[ $needs != *" tests "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
+[[ $needs != *" tests "* && $needs != *" page "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
@@ -99,3 +100,4 @@ if ! build 2>&1 | progress '/^\[[0-9]+\// { text = "Building: " $0 } !text { nex
   echo "setup.sh: the build failed" >&2
   exit 1
 fi
+[[ $needs != *" page "* ]] || web/build.sh >&2

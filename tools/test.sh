@@ -32,7 +32,7 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
-scripts() { shellcheck tools/*.sh tools/multireach tools/systemd/*.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor}.sh; }
+scripts() { shellcheck tools/*.sh tools/multireach tools/systemd/*.sh web/build.sh docs/pictures/view.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
 unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$1"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }

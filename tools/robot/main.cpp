@@ -1,8 +1,6 @@
 // multireach-robot: asks the bridge to enable, disable, pause, resume, slow down or reset, and prints its answer.
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <iostream>
 #include <multireach/bridge_request_t.hpp>
 #include <multireach/bridge_state_t.hpp>
@@ -13,36 +11,13 @@
 #include "runtime/message.hpp"
 #include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
+#include "tools/robot/bridge_words.hpp"
 
 namespace multireach {
 namespace {
 
 constexpr int64_t kTimeout = 2000000;      // us
 constexpr int64_t kRepeatPeriod = 200000;  // us: a request that was lost is sent again
-
-struct Word {
-  const char* word;
-  int8_t kind;
-  const char* help;
-};
-
-constexpr std::array kWords{
-    Word{"enable", bridge_request_t::ENABLE, "let the bridge command the robot"},
-    Word{"disable", bridge_request_t::DISABLE, "decelerate, then send no commands"},
-    Word{"stop", bridge_request_t::DISABLE, "the same as disable"},
-    Word{"pause", bridge_request_t::PAUSE, "decelerate and wait"},
-    Word{"resume", bridge_request_t::RESUME, "continue at the speed of before"},
-    Word{"reset", bridge_request_t::RESET, "leave a fault, once the robot stands still"},
-    Word{"status", bridge_request_t::STATUS, "only print the state"},
-};
-
-void print(const bridge_state_t& state) {
-  static constexpr std::array kStates{"idle", "armed", "running", "stopping", "fault"};
-  const auto index = static_cast<size_t>(state.state);
-  std::cout << (index < kStates.size() ? kStates[index] : "unknown");
-  if (!state.cause.empty()) std::cout << ": " << state.cause;
-  std::cout << fmt::format(", speed {:.0f} %, path rate {:.0f} %\n", 100 * state.speed, 100 * state.path_rate);
-}
 
 /// Sends a request until the bridge answers; nothing when it does not.
 std::optional<bridge_state_t> answer_to(bridge_request_t request, Bus& bus, std::optional<bridge_state_t>& newest) {
@@ -82,11 +57,9 @@ int ask(bridge_request_t request, const LiveOptions& live) {
     std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group?\n";
     return 1;
   }
-  print(*answer);
+  std::cout << text_of(*answer) << "\n";
   if (answer->request_accepted) return 0;
-  std::cerr << "multireach-robot: the bridge refuses this now"
-            << (request.kind == bridge_request_t::RESET ? ": there is no fault, or the robot is silent or moves" : "")
-            << "\n";
+  std::cerr << "multireach-robot: " << refusal_of(request.kind) << "\n";
   return 1;
 }
 
@@ -100,7 +73,8 @@ int main(int argc, char** argv) {
   add_url_options(program.cli(), live);
   program.cli().require_subcommand();
   std::vector<std::pair<CommandLine, int8_t>> kinds;
-  for (const Word& word : kWords) kinds.emplace_back(program.cli().subcommand(word.word, word.help), word.kind);
+  for (const BridgeWord& word : bridge_words())
+    kinds.emplace_back(program.cli().subcommand(word.word, word.help), word.kind);
   double percent = 100;
   kinds.emplace_back(program.cli().subcommand("speed", "set the speed override"), bridge_request_t::SPEED);
   kinds.back().first.option("PERCENT", percent, "0 to 100; 0 pauses").required().finite(0, 100);

@@ -1,0 +1,123 @@
+// multireach-page: serves a page on which a browser shows the robot, the cameras and all nodes, live.
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <random>
+
+#include "runtime/message_clock.hpp"
+#include "runtime/program.hpp"
+#include "runtime/rig_config.hpp"
+#include "tools/page/listening_socket.hpp"
+#include "tools/page/page_node.hpp"
+#include "tools/page/page_server.hpp"
+#include "tools/page/setup_text.hpp"
+
+namespace multireach {
+namespace {
+
+// With these a page stays at its address when this process is started again, and can be reached from outside of the
+// network namespace that it runs in.
+constexpr const char* kSocketVariable = "MULTIREACH_PAGE_SOCKET";
+constexpr const char* kTokenVariable = "MULTIREACH_PAGE_TOKEN";
+
+struct Arguments {
+  std::string robot, vision, folder, address = "127.0.0.1", name;
+  int port = 0;
+  std::vector<std::string> command;
+};
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+std::string token() {
+  const std::string given = variable(kTokenVariable);
+  return given.empty() ? random_token() : given;
+}
+
+void print_address(const Arguments& arguments, int port, const std::string& secret) {
+  const std::string host = !arguments.name.empty() ? arguments.name : arguments.address;
+  std::cout << "http://" << (host == "0.0.0.0" ? "127.0.0.1" : host) << ":" << port << "/#" << secret << std::endl;
+}
+
+/// Opens the socket, then becomes the command, whose page uses it.
+int run_with_socket(const Arguments& arguments) {
+  const int socket = open_listening_socket(arguments.address, arguments.port);
+  const std::string secret = token();
+  setenv(kSocketVariable, std::to_string(socket).c_str(), 1);
+  setenv(kTokenVariable, secret.c_str(), 1);
+  print_address(arguments, listening_port(socket), secret);
+  run_instead(arguments.command);
+}
+
+/// The folder with the built page: beside the builds of the source tree, or of the installation.
+std::string page_folder(const std::string& given) {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  std::vector<std::filesystem::path> folders{given};
+  if (given.empty()) folders = {program / "../../web", program / "../share/multireach/web"};
+  for (const auto& folder : folders) {
+    if (std::filesystem::exists(folder / "index.html", error)) return folder.lexically_normal().string();
+  }
+  throw InputError("the page was not found in '" + folders[0].lexically_normal().string() +
+                   "': expected index.html there; build it with  tools/setup.sh page");
+}
+
+int socket_of_environment() {
+  const std::string text = variable(kSocketVariable);
+  if (text.empty()) return -1;
+  int socket = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), socket);
+  if (error != std::errc() || end != text.data() + text.size())
+    throw InputError(std::string(kSocketVariable) + ": '" + text + "' is no descriptor of a socket");
+  return socket;
+}
+
+int serve(const Arguments& arguments, LiveOptions live) {
+  const RobotConfig robot = RobotConfig::load(arguments.robot);
+  std::optional<RigConfig> rig;
+  if (!arguments.vision.empty()) rig = load_rig(Config::load(arguments.vision).section("cameras"));
+  const int socket = socket_of_environment();
+  const std::string secret = token();
+  PageServer server({.folder = page_folder(arguments.folder),
+                     .address = arguments.address,
+                     .port = arguments.port,
+                     .socket = socket,
+                     .access = {.token = secret, .host = arguments.name},
+                     .greeting = setup_text(robot, rig ? &rig->rig : nullptr)});
+  if (socket < 0) print_address(arguments, server.port(), secret);
+  std::random_device random;
+  PageNode node(server, {.utime = wall_us(), .first_request = static_cast<int64_t>(random()) + 1});
+  live.speed = 1;  // its ticks are those of the wall clock
+  live.drain_period_us = PageNode::kTickUs;
+  return run_live(node, live);
+}
+
+}  // namespace
+}  // namespace multireach
+
+int main(int argc, char** argv) {
+  using namespace multireach;
+  Program program(
+      "multireach-page",
+      "Serves a page on which a browser shows the robot, the cameras and all nodes, and prints its address.");
+  Arguments arguments;
+  CommandLine& cli = program.cli();
+  cli.option("--robot", arguments.robot, "robot.yaml or its folder, as robots/hoap2");
+  cli.option("--vision", arguments.vision, "vision.yaml, for the cameras' poses");
+  cli.option("--page", arguments.folder, "folder of the built page (default: build/web)");
+  cli.option("--host", arguments.address, "IPv4 address to listen at; 0.0.0.0 lets other computers in").show_default();
+  cli.option("--host-name", arguments.name, "a name of this computer that browsers may use besides its addresses");
+  cli.option("--port", arguments.port, "0: any that is free").whole(0, 65535).show_default();
+  cli.option("COMMAND", arguments.command,
+             "after --: open the socket, then run this command, whose multireach-page serves it, e.g. in a network "
+             "namespace");
+  const LiveOptions& live = program.add_live_options();
+  return program.run(argc, argv, [&] {
+    if (!arguments.command.empty()) return run_with_socket(arguments);
+    if (arguments.robot.empty()) throw InputError("--robot is required");
+    return serve(arguments, live);
+  });
+}

@@ -1,0 +1,213 @@
+#include "tools/page/page_node.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <multireach/debug_request_t.hpp>
+#include <multireach/images_t.hpp>
+#include <multireach/node_status_t.hpp>
+#include <multireach/target_t.hpp>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "runtime/channels.hpp"
+#include "runtime/image_message.hpp"
+#include "runtime/message_schema.hpp"
+#include "tools/robot/bridge_words.hpp"
+
+namespace multireach {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr int kQuality = 75;
+constexpr int kLargestWidth = 640;  // pixels; a raw image is sent no wider than this
+
+std::string text_of(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+bool is_jpeg(const image_t& image) {
+  return image.pixelformat == image_t::PIXEL_FORMAT_MJPEG && image.size > 3 && image.data[0] == 0xff &&
+         image.data[1] == 0xd8;
+}
+
+std::string as_string(const std::vector<uint8_t>& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+/// The image as a JPEG: as it came, or encoded and, where it is large, made smaller. Empty when it cannot be decoded.
+std::string jpeg_of(const image_t& image, ImageCodec& codec) {
+  if (is_jpeg(image)) return as_string(image.data);
+  cv::Mat bgr;
+  if (!codec.decode(encoded(image), bgr)) return {};
+  if (bgr.cols > kLargestWidth) {
+    const double scale = static_cast<double>(kLargestWidth) / bgr.cols;
+    cv::resize(bgr, bgr, {}, scale, scale, cv::INTER_AREA);
+  }
+  return as_string(codec.encode_jpeg(bgr, kQuality));
+}
+
+}  // namespace
+
+PageNode::PageNode(Browsers& browsers, const Start& start)
+    : browsers_(browsers), next_tick_us_(start.utime), asker_(start.first_request) {}
+
+std::vector<std::string_view> PageNode::inputs() const {
+  return {channel::kTarget,       channel::kObstacles,   channel::kJointSetpoint, channel::kControllerState,
+          channel::kJointCommand, channel::kBridgeState, channel::kRobotState,    channel::kNodeStatus,
+          channel::kStereoImages, channel::kVisionDebug};
+}
+
+std::string PageNode::state() const {
+  const int count = browsers_.count();
+  return count == 0 ? "no browser" : fmt::format("{} {}", count, count == 1 ? "browser" : "browsers");
+}
+
+Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+  const auto inputs = this->inputs();
+  channel = *std::ranges::find(inputs, channel);  // the name with a lifetime of its own
+  ++count_[channel];
+  if (channel == channel::kStereoImages) {
+    receive_stereo(bytes);
+  } else if (channel == channel::kVisionDebug) {
+    receive_debug_picture(bytes);
+  } else if (channel == channel::kTarget) {
+    if (const auto target = decode_and_count<target_t>(bytes)) keep(channel, target->name, bytes);
+  } else if (channel == channel::kNodeStatus) {
+    if (const auto status = decode_and_count<node_status_t>(bytes)) keep(channel, status->node, bytes);
+  } else if (channel == channel::kBridgeState) {
+    if (const auto state = decode_and_count<bridge_state_t>(bytes)) {
+      bridge_heard_us_ = next_tick_us_;
+      asker_.receive(*state);
+      keep(channel, "", bytes);
+    }
+  } else {
+    ++counters_.received;
+    keep(channel, "", bytes);
+  }
+  return {};
+}
+
+void PageNode::keep(std::string_view channel, const std::string& name, std::span<const uint8_t> bytes) {
+  constexpr size_t kMostNames = 100;  // a sender that invents names must not fill the memory
+  std::string key = std::string(channel) + '/' + name;
+  if (newest_.size() >= kMostNames && !newest_.contains(key)) return;
+  Newest& newest = newest_[key];
+  newest.channel = channel;
+  newest.bytes.assign(bytes.begin(), bytes.end());
+  newest.sent = false;
+}
+
+void PageNode::receive_stereo(std::span<const uint8_t> bytes) {
+  const bool drawn = contours_ && debug_picture_us_ && next_tick_us_ - *debug_picture_us_ < kSecond;
+  const bool recent = picture_us_ && next_tick_us_ - *picture_us_ < kPicturePeriodUs;
+  if (!watched() || drawn || recent) return;
+  const auto images = decode_and_count<images_t>(bytes);
+  if (!images) return;
+  picture_us_ = next_tick_us_;
+  for (size_t i = 0; i < images->images.size(); ++i) {
+    const bool right = images->image_types[i] == images_t::RIGHT;
+    std::string jpeg = jpeg_of(images->images[i], codec_);
+    if (!jpeg.empty())
+      browsers_.send(right ? Outgoing::Kind::kRightPicture : Outgoing::Kind::kLeftPicture, std::move(jpeg));
+  }
+}
+
+void PageNode::receive_debug_picture(std::span<const uint8_t> bytes) {
+  const bool recent = debug_picture_us_ && next_tick_us_ - *debug_picture_us_ < kPicturePeriodUs;
+  if (!watched() || !contours_ || recent) return;
+  const auto images = decode_and_count<images_t>(bytes);
+  if (!images || images->images.size() != 1 || !is_jpeg(images->images[0])) return;
+  debug_picture_us_ = next_tick_us_;
+  browsers_.send(Outgoing::Kind::kPairPicture, as_string(images->images[0].data));
+}
+
+void PageNode::refuse(const std::string& why) {
+  ++counters_.refused;
+  browsers_.send(Outgoing::Kind::kAnswer, text_of({{"answer", "page"}, {"accepted", false}, {"text", why}}));
+}
+
+void PageNode::handle_requests() {
+  for (const std::string& text : browsers_.take_requests()) {
+    const auto request = nlohmann::json::parse(text, nullptr, false);
+    if (!request.is_object()) {
+      refuse("a request of the page is no JSON object");
+    } else {
+      handle_request(request);
+    }
+  }
+}
+
+void PageNode::handle_request(const nlohmann::json& request) {
+  if (const auto contours = request.find("contours"); contours != request.end() && contours->is_boolean()) {
+    contours_ = contours->get<bool>();
+    return;
+  }
+  const auto found = request.find("request");
+  const std::string word = found != request.end() && found->is_string() ? found->get<std::string>() : "";
+  if (word == "speed") {
+    const auto speed = request.find("speed");
+    if (speed == request.end() || !speed->is_number() || !(*speed >= 0.0 && *speed <= 1.0))
+      return refuse("speed: expected a number from 0 to 1");
+    return asker_.ask(word, bridge_request_t::SPEED, speed->get<double>());
+  }
+  const auto known = std::ranges::find(bridge_words(), word, [](const BridgeWord& each) { return each.word; });
+  if (known == bridge_words().end())
+    return refuse("'" + word +
+                  "' is no request; expected enable, disable, stop, pause, resume, reset, status or speed");
+  asker_.ask(word, known->kind);
+}
+
+void PageNode::ask_bridge(Outbox& out) {
+  if (const auto request = asker_.tick(next_tick_us_)) send(out, channel::kBridgeRequest, *request);
+  while (const auto answer = asker_.take_answer()) {
+    browsers_.send(Outgoing::Kind::kAnswer,
+                   text_of({{"answer", answer->word}, {"accepted", answer->accepted}, {"text", answer->text}}));
+  }
+  // A bridge that sends no commands says its state only when asked.
+  if (!watched() || ticks_ % (kSecond / kTickUs) != 0) return;
+  if (bridge_heard_us_ && next_tick_us_ - *bridge_heard_us_ < kSecond) return;
+  bridge_request_t status{};
+  status.kind = bridge_request_t::STATUS;
+  status.utime = status.request = next_tick_us_;
+  send(out, channel::kBridgeRequest, status);
+}
+
+void PageNode::send_frame() {
+  if (browsers_.take_needs_all()) {
+    for (auto& [key, newest] : newest_) newest.sent = false;
+  }
+  json messages = json::array();
+  for (auto& [key, newest] : newest_) {
+    if (std::exchange(newest.sent, true)) continue;
+    const MessageSchema* schema = MessageSchemas::project().of(newest.bytes);
+    const auto message = schema ? json_of(*schema, newest.bytes) : std::nullopt;
+    if (!message) {
+      ++counters_.refused;
+      continue;
+    }
+    messages.push_back({{"channel", newest.channel}, {"message", *message}});
+  }
+  json rates = json::object();
+  for (const auto& [channel, count] : last_count_) rates[std::string(channel)] = count;
+  browsers_.send(Outgoing::Kind::kFrame, text_of({{"utime", next_tick_us_}, {"messages", messages}, {"rates", rates}}));
+}
+
+void PageNode::tick(Outbox& out) {
+  handle_requests();
+  ask_bridge(out);
+  if (ticks_ % (kSecond / kTickUs) == 0) {
+    last_count_ = std::exchange(count_, {});
+    if (watched() && contours_) {
+      debug_request_t request;
+      request.utime = next_tick_us_;
+      send(out, channel::kVisionDebugRequest, request);
+    }
+  }
+  if (watched() && ticks_ % kTicksPerFrame == 0) send_frame();
+  ++ticks_;
+  next_tick_us_ += kTickUs;
+}
+
+}  // namespace multireach

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+
+#include "imaging/image_codec.hpp"
+#include "runtime/node.hpp"
+#include "tools/page/bridge_asker.hpp"
+#include "tools/page/browsers.hpp"
+
+namespace multireach {
+
+/// Sends browsers the newest message of each channel as JSON, 25 times a second, and newest pictures, 10 times a
+/// second; sends their requests to the bridge. While no browser shows the page, it only counts messages.
+class PageNode : public Node {
+ public:
+  struct Start {
+    int64_t utime = 0;          ///< time of the first tick, microseconds
+    int64_t first_request = 1;  ///< see BridgeAsker
+  };
+  PageNode(Browsers& browsers, const Start& start);
+
+  std::string name() const override { return "page"; }
+  std::vector<std::string_view> inputs() const override;
+  Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  std::optional<int64_t> next_tick() const override { return next_tick_us_; }
+  int64_t tick_period_us() const override { return kTickUs; }
+  void tick(Outbox& out) override;
+  std::string state() const override;
+
+  static constexpr int64_t kTickUs = 20000;
+  static constexpr int kTicksPerFrame = 2;
+  static constexpr int64_t kPicturePeriodUs = 100000;
+  static constexpr int64_t kSecond = 1000000;
+
+ private:
+  struct Newest {
+    std::string_view channel;
+    std::vector<uint8_t> bytes;
+    bool sent = false;
+  };
+
+  void keep(std::string_view channel, const std::string& name, std::span<const uint8_t> bytes);
+  void receive_stereo(std::span<const uint8_t> bytes);
+  void receive_debug_picture(std::span<const uint8_t> bytes);
+  void handle_requests();
+  void handle_request(const nlohmann::json& request);
+  void ask_bridge(Outbox& out);
+  void send_frame();
+  void refuse(const std::string& why);
+  bool watched() const { return browsers_.count() > 0; }
+
+  Browsers& browsers_;
+  int64_t next_tick_us_;
+  int64_t ticks_ = 0;
+  std::map<std::string, Newest> newest_;            // by channel, and where it has several senders by their names
+  std::map<std::string_view, int64_t> count_;       // messages in this second
+  std::map<std::string_view, int64_t> last_count_;  // in the one before
+  BridgeAsker asker_;
+  std::optional<int64_t> bridge_heard_us_, debug_picture_us_, picture_us_;
+  bool contours_ = true;  // whether vision is asked to draw what it sees
+  ImageCodec codec_;
+};
+
+}  // namespace multireach

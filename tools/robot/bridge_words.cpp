@@ -1,0 +1,40 @@
+#include "tools/robot/bridge_words.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+namespace multireach {
+namespace {
+
+constexpr std::array kWords{
+    BridgeWord{"enable", bridge_request_t::ENABLE, "let the bridge command the robot"},
+    BridgeWord{"disable", bridge_request_t::DISABLE, "decelerate, then send no commands"},
+    BridgeWord{"stop", bridge_request_t::DISABLE, "the same as disable"},
+    BridgeWord{"pause", bridge_request_t::PAUSE, "decelerate and wait"},
+    BridgeWord{"resume", bridge_request_t::RESUME, "continue at the speed of before"},
+    BridgeWord{"reset", bridge_request_t::RESET, "leave a fault, once the robot stands still"},
+    BridgeWord{"status", bridge_request_t::STATUS, "only print the state"},
+};
+
+}  // namespace
+
+std::span<const BridgeWord> bridge_words() {
+  return kWords;
+}
+
+std::string text_of(const bridge_state_t& state) {
+  static constexpr std::array kStates{"idle", "armed", "running", "stopping", "fault"};
+  const auto index = static_cast<size_t>(state.state);
+  std::string text = index < kStates.size() ? kStates[index] : "unknown";
+  if (!state.cause.empty()) text += ": " + state.cause;
+  return text + fmt::format(", speed {:.0f} %, path rate {:.0f} %", 100 * state.speed, 100 * state.path_rate);
+}
+
+std::string refusal_of(int8_t kind) {
+  return kind == bridge_request_t::RESET
+             ? "the bridge refuses this now: there is no fault, or the robot is silent or moves"
+             : "the bridge refuses this now";
+}
+
+}  // namespace multireach

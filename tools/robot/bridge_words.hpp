@@ -1,0 +1,25 @@
+#pragma once
+
+#include <multireach/bridge_request_t.hpp>
+#include <multireach/bridge_state_t.hpp>
+#include <span>
+#include <string>
+
+namespace multireach {
+
+/// A word by which a user asks the bridge for something.
+struct BridgeWord {
+  const char* word;
+  int8_t kind;  ///< of bridge_request_t
+  const char* help;
+};
+
+/// Every request but SPEED, which takes a number.
+std::span<const BridgeWord> bridge_words();
+
+/// "running, speed 100 %, path rate 100 %", with the cause where there is one.
+std::string text_of(const bridge_state_t& state);
+/// Why the bridge refused a request of this kind.
+std::string refusal_of(int8_t kind);
+
+}  // namespace multireach

@@ -1,0 +1,195 @@
+import './style.css';
+import {Connection} from './connection';
+import {Controls, element} from './controls';
+import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target} from './messages';
+import {Nodes} from './nodes';
+import {Pictures} from './pictures';
+import {Plot, jointLegend} from './plots';
+import {Scene, type PointOfView} from './scene';
+import {word} from './words';
+
+const kPlotPeriod = 100;  // ms
+const kSigmas = ['x', 'y', 'z'];
+
+const scene = new Scene(element<HTMLCanvasElement>('scene'));
+const pictures = new Pictures(element<HTMLCanvasElement>('picture'));
+const nodes = new Nodes(element('nodes'));
+const controls = new Controls(request => connection.send(request));
+const ghost = element<HTMLSelectElement>('ghost');
+const contours = element<HTMLInputElement>('contours');
+
+let joints: Setup['joints'] = [];
+let plots: {positions: Plot; velocities: Plot; speed: Plot; gamma: Plot} | undefined;
+let hand: {x: number; y: number; z: number; utime: number} | undefined;
+let newestTarget: Target | undefined, controller: ControllerState | undefined;
+
+function setup(description: Setup) {
+  element('robot-name').textContent = `· ${description.robot}`;
+  joints = description.joints;
+  jointLegend(element('joints'), joints);
+  const parent = element('plots');
+  parent.replaceChildren();
+  const limits = joints.flatMap(joint => [joint.lower, joint.upper]).filter((limit): limit is number => limit !== null);
+  const unit = joints.some(joint => joint.type === 'prismatic') ? 'rad or m' : 'rad';
+  plots = {
+    positions: new Plot(parent, `joint position (${unit}); dashed: limits`, joints.length, limits),
+    velocities: new Plot(parent, 'joint velocity (% of limit); dashed: ±100', joints.length, [-100, 100], [-100, 100]),
+    speed: new Plot(parent, 'hand speed (m/s)', 1, [], [0, 0.1]),
+    gamma: new Plot(parent, 'γ (rad²/m²)', 1, [], [0, 1]),
+  };
+  scene.setup(description);
+  hand = undefined;
+  applyTheme();
+}
+
+function robotState(state: RobotState) {
+  const positions = byName(state), velocities = byName(state, state.joint_velocity);
+  const point = scene.setMeasured(positions);
+  const time = state.utime * 1e-6;
+  plots?.positions.add(time, joints.map(joint => positions[joint.name] ?? null));
+  plots?.velocities.add(time, joints.map(joint => joint.velocity ? 100 * velocities[joint.name] / joint.velocity : null));
+  if (!point) return;
+  if (hand && state.utime > hand.utime) {
+    const speed = Math.hypot(point.x - hand.x, point.y - hand.y, point.z - hand.z) / ((state.utime - hand.utime) * 1e-6);
+    plots?.speed.add(time, [speed]);
+  }
+  hand = {x: point.x, y: point.y, z: point.z, utime: state.utime};
+}
+
+function showReach() {
+  const parts: string[] = [];
+  if (newestTarget) {
+    const {name, status, reason, position_m, covariance_m2} = newestTarget;
+    const where = status === 0 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m`;
+    const sigma = kSigmas.map((_, i) => (1e3 * Math.sqrt(Math.max(covariance_m2[i][i], 0))).toFixed(1)).join(', ');
+    parts.push(`target ${name}: ${word('target', status)}${where}${status === 1 ? `, σ ${sigma} mm` : ` – ${reason}`}`);
+    if (hand && status !== 0) {
+      const distance = Math.hypot(position_m[0] - hand.x, position_m[1] - hand.y, position_m[2] - hand.z);
+      parts.push(`hand ${(1e3 * distance).toFixed(1)} mm away`);
+    }
+  }
+  if (controller) {
+    const why = controller.target_unreachable ? ' (out of reach)' : controller.blocked ? ` (blocked: ${word('blocked', controller.blocked)})` : controller.target_lost ? ' (target lost)' : '';
+    parts.push(`controller: ${word('mode', controller.mode)}${why}`);
+  }
+  const text = parts.join(' · ') || 'no target';
+  const line = element('reach');
+  if (line.textContent !== text) line.textContent = text;
+}
+
+function showGhost({channel, message}: Message) {
+  if (channel !== ghost.value) return;
+  const fields = message as JointFields & Partial<ControllerState>;
+  scene.setGhost(byName(fields, channel === 'CONTROLLER_STATE' ? fields.target_joint_position : fields.joint_position));
+}
+
+const handlers: Record<string, (message: never) => void> = {
+  ROBOT_STATE: robotState,
+  TARGET: (target: Target) => {
+    newestTarget = target;
+    scene.setTarget(target, target.status !== 0, target.status === 1);
+  },
+  CONTROLLER_STATE: (state: ControllerState) => {
+    controller = state;
+    plots?.gamma.add(state.utime * 1e-6, [state.gamma_rad2_m2]);
+  },
+  OBSTACLES: ({obstacles}: {obstacles: Obstacle[]}) => scene.setObstacles(obstacles),
+  BRIDGE_STATE: (state: BridgeState) => controls.show(state),
+  NODE_STATUS: (status: NodeStatus) => nodes.show(status),
+};
+
+/** The newest frames, drawn at the next animation frame of the browser. */
+const waiting: Frame[] = [];
+const kMostWaiting = 50;  // while the tab is hidden, nothing is drawn
+
+// Script per drawn frame, for the line at the bottom and for tests.
+const spent = {frames: 0, script: 0, since: performance.now()};
+
+function draw(now: number) {
+  requestAnimationFrame(draw);
+  const begin = performance.now();
+  for (const frame of waiting.splice(0)) {
+    for (const each of frame.messages) {
+      handlers[each.channel]?.(each.message as never);
+      showGhost(each);
+    }
+  }
+  const drawn = scene.render();
+  if (now - lastPlots > kPlotPeriod) {
+    lastPlots = now;
+    nodes.refresh();
+    showReach();
+    for (const plot of Object.values(plots ?? {})) plot.draw();
+  }
+  if (!drawn) return;
+  ++spent.frames;
+  spent.script += performance.now() - begin;
+}
+let lastPlots = 0;
+
+function showPerformance() {
+  const seconds = (performance.now() - spent.since) / 1000;
+  const perFrame = spent.frames ? (spent.script + connection.takeDecoding()) / spent.frames : 0;
+  const rate = spent.frames / seconds;
+  Object.assign(document.documentElement.dataset, {framesPerS: rate.toFixed(1), scriptMs: perFrame.toFixed(2)});
+  element('performance').textContent = `${rate.toFixed(0)} frames/s, ${perFrame.toFixed(1)} ms of script each`;
+  Object.assign(spent, {frames: 0, script: 0, since: performance.now()});
+}
+
+function showRates(rates: Record<string, number>) {
+  const text = Object.entries(rates).map(([channel, rate]) => `${channel.toLowerCase().replaceAll('_', ' ')} ${rate}`).join(' · ');
+  const line = element('rates');
+  const words = text ? `a second: ${text}` : '';
+  if (line.textContent !== words) line.textContent = line.title = words;
+}
+
+const connection = new Connection({
+  setup,
+  frame: frame => {
+    showRates(frame.rates);
+    waiting.push(frame);
+    if (waiting.length > kMostWaiting) waiting.shift();
+  },
+  answer: answer => controls.answer(answer),
+  picture: picture => void pictures.show(picture),
+  connected: problem => {
+    if (problem) {
+      controls.badge('gone', problem);
+    } else {
+      controls.badge('', 'waiting for the bridge');
+      connection.send({contours: contours.checked});
+    }
+  },
+});
+
+function applyTheme() {
+  const root = document.documentElement;
+  root.dataset.theme ??= matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
+  const style = getComputedStyle(root);
+  const of = (name: string) => style.getPropertyValue(name).trim();
+  scene.setTheme(of('--panel'));
+  for (const plot of Object.values(plots ?? {})) plot.setTheme({text: of('--quiet'), line: of('--line')});
+}
+
+function changeTheme() {
+  document.documentElement.dataset.theme = document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark';
+  localStorage.setItem('theme', document.documentElement.dataset.theme);
+  applyTheme();
+}
+
+const views = [...document.querySelectorAll<HTMLButtonElement>('[data-view]')];
+for (const button of views) button.addEventListener('click', () => scene.look(button.dataset.view as PointOfView));
+element('theme').addEventListener('click', changeTheme);
+ghost.addEventListener('change', () => { if (!ghost.value) scene.setGhost(); });
+contours.addEventListener('change', () => connection.send({contours: contours.checked}));
+addEventListener('keydown', event => {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target instanceof HTMLSelectElement) return;
+  if (event.key.toLowerCase() === 't') changeTheme();
+  views[Number(event.key) - 1]?.click();
+});
+
+const kept = localStorage.getItem('theme');
+if (kept) document.documentElement.dataset.theme = kept;
+applyTheme();
+setInterval(showPerformance, 1000);
+requestAnimationFrame(draw);

@@ -1,0 +1,184 @@
+// The 3-D view. W is the scene's frame, z up.
+import * as THREE from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import {Arm} from './arm';
+import {TargetMarker, Trail, frustum, obstacleMesh} from './markers';
+import type {Obstacle, Setup, Target} from './messages';
+
+export type PointOfView = 'perspective' | 'front' | 'side' | 'top';
+
+const kDirections: Record<PointOfView, [number, number, number]> = {
+  perspective: [0.75, -1, 0.7], front: [1, 0, 0.001], side: [0, -1, 0.001], top: [0.001, 0, 1],
+};
+const kTrailPoints = 250;  // ten seconds
+
+/** Whether the browser has no GPU to draw with; then it draws without antialiasing. */
+function rendersInSoftware(): boolean {
+  const context = document.createElement('canvas').getContext('webgl2');
+  const info = context?.getExtension('WEBGL_debug_renderer_info');
+  const name = info ? String(context?.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+  context?.getExtension('WEBGL_lose_context')?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+function corners({min, max}: THREE.Box3): THREE.Vector3[] {
+  return [0, 1, 2, 3, 4, 5, 6, 7].map(i => new THREE.Vector3(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z));
+}
+
+export class Scene {
+  private readonly renderer: THREE.WebGLRenderer;
+  private readonly scene = new THREE.Scene();
+  private readonly camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
+  private readonly controls: OrbitControls;
+  private grid?: THREE.GridHelper;
+  private measured?: Arm;
+  private ghost?: Arm;
+  private trail?: Trail;
+  private readonly targets = new Map<string, TargetMarker>();
+  private readonly obstacles = new THREE.Group();
+  private readonly cameras = new THREE.Group();
+  private reach = 1;
+  private contents = new THREE.Group();
+  private centre = new THREE.Vector3();
+  private dirty = true;
+  private shown = [new THREE.Vector3()];  // corners of what a point of view shows
+  private readonly software = rendersInSoftware();
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.software, powerPreference: 'high-performance'});
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => { this.dirty = true; });
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras);
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(1, -1.5, 3);
+    this.scene.add(sun);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener('keydown', event => this.key(event));
+  }
+
+  setup(setup: Setup) {
+    this.contents.clear();
+    this.targets.clear();
+    this.reach = setup.reach_m;
+    this.measured = new Arm(setup, false);
+    this.ghost = new Arm(setup, true);
+    this.ghost.root.visible = false;
+    this.trail = new Trail(kTrailPoints, 0.012 * this.reach);
+    this.contents.add(this.measured.root, this.ghost.root, this.trail.line, new THREE.AxesHelper(0.2 * this.reach));
+    this.cameras.clear();
+    for (const camera of setup.cameras) this.cameras.add(frustum(camera, 0.3 * this.reach));
+    const bounds = this.measured.bounds();
+    const arm = bounds.clone().expandByPoint(this.measured.handPosition());
+    this.shown = [...corners(arm), ...(setup.cameras.length ? corners(new THREE.Box3().setFromObject(this.cameras)) : [])];
+    arm.getCenter(this.centre);
+    this.addGrid(bounds.min.z - 0.02 * this.reach);
+    this.look('perspective');
+  }
+
+  private addGrid(height: number) {
+    const size = 4 * this.reach;
+    this.grid = new THREE.GridHelper(size, 16, 0x808890, 0x808890);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(this.centre.x, this.centre.y, height);
+    (this.grid.material as THREE.Material).transparent = true;
+    (this.grid.material as THREE.Material).opacity = 0.35;
+    this.contents.add(this.grid);
+  }
+
+  look(from: PointOfView) {
+    const direction = new THREE.Vector3(...kDirections[from]).normalize();
+    const right = this.camera.up.clone().cross(direction).normalize(), up = direction.clone().cross(right);
+    // The middle of what is to be seen, and the distance from which it fits.
+    const centre = new THREE.Vector3();
+    const half = [right, up, direction].map(axis => {
+      const along = this.shown.map(point => point.dot(axis));
+      const low = Math.min(...along), high = Math.max(...along);
+      centre.addScaledVector(axis, (low + high) / 2);
+      return (high - low) / 2;
+    });
+    const slope = Math.tan(THREE.MathUtils.degToRad(0.5 * this.camera.fov));
+    const distance = 0.88 * (0.5 * half[2] + Math.max(half[1], half[0] / this.camera.aspect) / slope);  // its corners are mostly empty
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(direction, distance);
+    this.camera.near = 0.02 * this.reach;
+    this.camera.far = 30 * this.reach;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  setTheme(background: string) {
+    this.scene.background = new THREE.Color(background);
+    this.dirty = true;
+  }
+
+  /** Returns the position of the hand in W. */
+  setMeasured(positions: Record<string, number>): THREE.Vector3 | undefined {
+    if (!this.measured) return undefined;
+    this.measured.set(positions);
+    const hand = this.measured.handPosition();
+    this.trail?.add(hand);
+    this.dirty = true;
+    return hand;
+  }
+
+  setGhost(positions?: Record<string, number>) {
+    if (!this.ghost) return;
+    this.ghost.root.visible = positions !== undefined;
+    if (positions) this.ghost.set(positions);
+    this.dirty = true;
+  }
+
+  setTarget(target: Target, seen: boolean, tracked: boolean) {
+    let marker = this.targets.get(target.name);
+    if (!marker) {
+      marker = new TargetMarker(this.reach);
+      this.targets.set(target.name, marker);
+      this.contents.add(marker.root);
+    }
+    marker.show(target, seen, tracked);
+    this.dirty = true;
+  }
+
+  setObstacles(obstacles: Obstacle[]) {
+    this.obstacles.clear();
+    for (const obstacle of obstacles) this.obstacles.add(obstacleMesh(obstacle));
+    this.dirty = true;
+  }
+
+  /** Draws when something has changed; returns whether it did. */
+  render(): boolean {
+    if (!this.dirty) return false;
+    this.dirty = false;
+    this.renderer.render(this.scene, this.camera);
+    return true;
+  }
+
+  private resize() {
+    const {clientWidth: width, clientHeight: height} = this.canvas;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(this.software ? 1 : Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.dirty = true;
+  }
+
+  private key(event: KeyboardEvent) {
+    const turns: Record<string, [number, number]> = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
+    const zooms: Record<string, number> = {'+': 0.9, '=': 0.9, '-': 1.1};
+    const turn = turns[event.key], zoom = zooms[event.key];
+    if (!turn && !zoom) return;
+    event.preventDefault();
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const turnable = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));  // its y is up
+    turnable.theta += turn?.[0] ?? 0;
+    turnable.phi = Math.min(Math.max(turnable.phi + (turn?.[1] ?? 0), 0.02), Math.PI - 0.02);
+    turnable.radius *= zoom ?? 1;
+    const moved = new THREE.Vector3().setFromSpherical(turnable);
+    this.camera.position.copy(this.controls.target).add(new THREE.Vector3(moved.x, -moved.z, moved.y));
+    this.controls.update();
+    this.dirty = true;
+  }
+}
