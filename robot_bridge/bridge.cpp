@@ -80,10 +80,11 @@ Bridge::Bridge(const Chain& chain, const BridgeOptions& options)
       monitor_(generator_.limits(), options.monitor, options.period_us) {}
 
 bool Bridge::measured(const Measurement& measurement) {
-  const int64_t known = monitor_.run();
+  const bool known =
+      monitor_.knows_robot() && monitor_.newest().run == measurement.run && monitor_.newest().real == measurement.real;
   if (!monitor_.update(measurement, next_tick_.has_value())) return false;
   measured_since_gap_ = true;
-  if (measurement.real && measurement.run != known) enabled_ = false;
+  if (measurement.real && !known) disable();  // a real robot waits for an explicit enable
   const bool ready = enabled_ && !measurement.faulted;
   if (state_ == BridgeState::kIdle && ready) state_ = BridgeState::kArmed;
   if (state_ == BridgeState::kArmed && !ready && !next_tick_) state_ = BridgeState::kIdle;
@@ -158,11 +159,13 @@ SetpointVerdict Bridge::judge(const Setpoint& setpoint) const {
 
 /// In the state armed: follows the sender of this set-point from now on, if the robot stands near it.
 SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarted) {
-  if (options_.shape == BridgeOptions::Shape::kLinear && monitor_.newest().real) return SetpointVerdict::kNotReady;
+  if (!commands_robot()) return SetpointVerdict::kNotReady;
   if (!measured_since_gap_ || !monitor_.stands()) return SetpointVerdict::kFarFromRobot;
   const JointVector from = next_tick_ ? generator_.state().position : monitor_.newest().theta;
   const bool near = (setpoint.theta - from).cwiseAbs().maxCoeff() <= options_.max_start_distance;
-  const bool resumes = next_tick_ && setpoint.run == run_;  // the same sender after an interruption
+  // The same sender after an interruption: slowly, which the linear shape cannot.
+  const bool resumes = next_tick_ && setpoint.run == run_ && options_.shape == BridgeOptions::Shape::kSmooth;
+  if (chain_.limit_excess(setpoint.theta) > options_.max_start_distance) return SetpointVerdict::kInvalid;
   if (!near && !resumes) return SetpointVerdict::kFarFromRobot;
   restarted = true;
   if (!next_tick_) {
@@ -286,7 +289,9 @@ void Bridge::follow() {
   const double wanted = paused_ ? 0 : std::min({speed_, monitor_.speed_factor(), approaching_ ? kApproachSpeed : 1.0});
   const double speed = pace_ = std::max(wanted, pace_ - kSlowing * static_cast<double>(options_.period_us) * kMicro);
   setpoint_rate_ = speed < kMinSpeed ? 0 : speed;
-  if (speed < kMinSpeed) {
+  if (since_setpoint_us_ > options_.setpoint_timeout_us)
+    num_waiting_ = 0;  // the controller is gone: also ends a long segment
+  if (speed < kMinSpeed || since_setpoint_us_ > options_.setpoint_timeout_us) {
     path_rate_ = 0;
     return generator_.stop();
   }

@@ -103,6 +103,10 @@ class Bridge {
   /// The run of the robot that the commands are for; 0 before the first motion. It stays the same while commands are
   /// sent: a robot that was restarted meanwhile must not obey the old motion.
   int64_t robot_run() const { return robot_run_; }
+  /// False where the robot is real and the shape linear, which keeps no limits of acceleration and jerk.
+  bool commands_robot() const {
+    return options_.shape != BridgeOptions::Shape::kLinear || !monitor_.knows_robot() || !monitor_.newest().real;
+  }
   /// Whether the newest state of the robot reports a fault of its own.
   bool robot_faulted() const { return monitor_.knows_robot() && monitor_.newest().faulted; }
   const MotionLimits& limits() const { return generator_.limits(); }

@@ -40,7 +40,7 @@ bool RobotMonitor::update(const Measurement& measurement, bool commanded) {
       fault_ = "the robot moves at more than twice its speed limit";
     }
   }
-  if (commanded && measurement.faulted && !fault_) fault_ = "the robot reports a fault";
+  if (commanded && measurement.faulted && !fault_) fault_ = kRobotsOwnFault;
   newest_ = measurement;
   age_us_ = 0;
   error_ = tracking_error();

@@ -24,6 +24,9 @@ struct MonitorOptions {
   int64_t robot_lost_us = 1000000;    ///< without one for this long, the robot counts as lost
 };
 
+/// The fault where the robot reports one of its own.
+inline constexpr const char* kRobotsOwnFault = "the robot reports a fault";
+
 /// Compares the robot's measurements with its commands.
 class RobotMonitor {
  public:

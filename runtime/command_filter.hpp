@@ -31,7 +31,9 @@ class CommandFilter {
   int64_t missing() const { return missing_; }
 
  private:
-  FollowedRun followed_;
+  // Far longer than the robot's command time-out, after which it has stopped, and shorter than the start of a bridge:
+  // a robot that ignored a new bridge's first commands would leap once it obeys.
+  FollowedRun followed_{100000};
   SequenceGapCounter gaps_;
   const char* refusal_ = "";
   int64_t bridge_run_ = 0, missing_ = 0;

@@ -9,10 +9,13 @@ namespace multireach {
 /// heard.
 class FollowedRun {
  public:
+  /// `silence_us`: a publisher that was not heard for this long has ended.
+  explicit FollowedRun(int64_t silence_us = 1000000) : silence_us_(silence_us) {}
+
   /// Whether to accept a message of the publisher's run `run`. `now_us`: the receiver's time, by its ticks; nothing
   /// before they begin, when every publisher is accepted.
   [[nodiscard]] bool accepts(int64_t run, std::optional<int64_t> now_us) {
-    const bool heard = run_ && now_us && last_us_ && *now_us - *last_us_ < kSilence && *now_us >= *last_us_;
+    const bool heard = run_ && now_us && last_us_ && *now_us - *last_us_ < silence_us_ && *now_us >= *last_us_;
     if (heard && run != *run_) return false;
     run_ = run;
     last_us_ = now_us;
@@ -23,8 +26,7 @@ class FollowedRun {
   std::optional<int64_t> run() const { return run_; }
 
  private:
-  static constexpr int64_t kSilence = 1000000;  // us: a publisher that was not heard for this long has ended
-
+  int64_t silence_us_;
   std::optional<int64_t> run_, last_us_;
 };
 

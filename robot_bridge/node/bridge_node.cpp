@@ -149,8 +149,10 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out
 Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto message = decode_and_count<bridge_request_t>(bytes);
   if (!message) return {};
-  // A request in an old log, or for another bridge, changes nothing.
-  if (message->kind != bridge_request_t::STATUS && message->run != run()) {
+  // A request in an old log, or for another bridge, changes nothing; but whoever asks to stop means every bridge.
+  const bool stops = message->kind == bridge_request_t::DISABLE || message->kind == bridge_request_t::PAUSE;
+  const bool meant = message->run == run() || (stops && message->run == bridge_request_t::ALL);
+  if (message->kind != bridge_request_t::STATUS && !meant) {
     ++counters_.refused;
     return {};
   }
@@ -238,18 +240,23 @@ void BridgeNode::send_state(Outbox& out) {
   send(out, channel::kBridgeState, state);
 }
 
-/// The cause of the bridge's state; where the robot itself reports a fault, its fault text.
+/// The cause of the bridge's state; where the robot itself reports a fault, or did so, its fault text.
 std::string BridgeNode::cause() const {
-  const bool stands_still = bridge_.state() == BridgeState::kIdle || bridge_.state() == BridgeState::kFault;
-  return stands_still && bridge_.robot_faulted() ? "the robot reports: " + robot_fault_ : bridge_.cause();
+  const bool idle = bridge_.state() == BridgeState::kIdle;
+  const bool stands_still = idle || bridge_.state() == BridgeState::kFault;
+  const bool robots_own =
+      stands_still && (bridge_.robot_faulted() || std::string_view(bridge_.cause()) == robot_bridge::kRobotsOwnFault);
+  if (robots_own && !robot_fault_.empty()) return "the robot reports: " + robot_fault_;
+  if (idle) return bridge_.enabled() ? "waiting for the robot" : "disabled";
+  if (bridge_.state() == BridgeState::kArmed && !bridge_.commands_robot())
+    return "shape: linear never commands a real robot";
+  return bridge_.cause();
 }
 
 std::string BridgeNode::state() const {
   std::string text = name_of(bridge_.state());
   if (const std::string why = cause(); !why.empty()) {
     text += ": " + why;
-  } else if (bridge_.state() == BridgeState::kIdle) {
-    text += bridge_.enabled() ? ": waiting for the robot" : ": disabled";
   } else if (bridge_.state() == BridgeState::kArmed) {
     text += ": waiting for a set-point";
   } else if (last_.holding) {

@@ -95,6 +95,8 @@ for seed in $(seq "$first" $((first + runs - 1))); do
     awk -v share="$share" -v most="${limit#*:}" 'BEGIN { exit !(share != "" && share <= most) }' ||
       failed "seed $seed (${said[*]}): ${limit%:*} of the commands $share of the limit"
   done
+  awk -v share="$(numbers "$work/report.json" max_measured_speed_share)" 'BEGIN { exit !(share != "" && share <= 1.06) }' ||
+    failed "seed $seed (${said[*]}): the robot moved at $(numbers "$work/report.json" max_measured_speed_share) of its speed limit"
   awk -v excess="$(numbers "$work/report.json" max_limit_violation_rad)" 'BEGIN { exit !(excess <= 1e-9) }' || failed "seed $seed (${said[*]}): beyond a position limit"
   [ $resets -eq 0 ] || reset_runs=$((reset_runs + 1))
   [ -z "${MULTIREACH_STALLS_TABLE:-}" ] || echo "seed $seed: ${said[*]}; resets $resets"

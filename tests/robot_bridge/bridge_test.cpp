@@ -363,6 +363,38 @@ TEST_F(Bridging, ARealRobotIsCommandedOnlyOnceEnabledAndAgainAfterItsRestart) {
   EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "the restarted robot was not enabled";
 }
 
+TEST_F(Bridging, ARealRobotOfRunZeroAndOneThatPassedForSimulatedWaitToBeEnabled) {
+  Bridge bridge(chain_, {});
+  Measurement measurement = at(start_, 0, 0);
+  measurement.real = true;
+  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
+  Bridge other(chain_, {});
+  EXPECT_TRUE(other.measured(at(start_)));
+  EXPECT_EQ(other.state(), BridgeState::kArmed);
+  measurement.run = kRobot;
+  EXPECT_TRUE(other.measured(measurement));
+  EXPECT_EQ(other.state(), BridgeState::kIdle);
+}
+
+TEST_F(Bridging, SilenceEndsALongSegmentAndAGoalBeyondTheLimitsIsInvalid) {
+  Bridge bridge = running(10);
+  for (int ms = 0; ms < 1000; ++ms) obeyed_tick(bridge);
+  ASSERT_EQ(bridge.state(), BridgeState::kArmed);
+  Setpoint far = ramp(40);
+  far.velocity.setZero();
+  far.theta[0] = chain_.upper()[0] + 5;
+  EXPECT_EQ(give(bridge, far), SetpointVerdict::kInvalid);
+  far.theta[0] = chain_.lower()[0];
+  const double begin = bridge.tick().theta[0], distance = std::abs(far.theta[0] - begin);
+  ASSERT_GT(distance, 1) << "longer than what is left of the time";
+  ASSERT_EQ(give(bridge, far), SetpointVerdict::kAccepted) << "the same controller resumes";
+  double end = begin;
+  for (int ms = 0; ms < 700; ++ms) end = obeyed_tick(bridge).theta[0];
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed) << "at rest after the time-out of 500 ms and a ramp of 0.2 s";
+  EXPECT_LT(std::abs(end - begin), distance / 2);
+}
+
 TEST_F(Bridging, ARealRobotIsNotCommandedInTheLinearShape) {
   Bridge bridge(chain_, {.shape = BridgeOptions::Shape::kLinear});
   Measurement measurement = at(start_);

@@ -14,6 +14,7 @@ namespace {
 
 std::vector<uint8_t> robot_state() {
   robot_state_t state{};
+  state.simulated = true;
   state.num_joints = 4;
   state.joint_name = {"right_SFE", "right_SAA", "right_SHR", "right_EB"};
   state.joint_position = {0.2, -0.3, -0.2, -0.9};

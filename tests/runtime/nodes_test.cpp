@@ -182,6 +182,23 @@ TEST(BridgeNode, ObeysOnlyRequestsThatNameIt) {
   EXPECT_FALSE(last_of<bridge_state_t>(out, channel::kBridgeState).request_accepted);
 }
 
+TEST(BridgeNode, StopsWhenEveryBridgeIsAskedToAndSaysWhyItIsIdle) {
+  BridgeNode node(robot());
+  node.set_run(7);
+  Outbox out;
+  bridge_request_t request{};
+  request.run = bridge_request_t::ALL;
+  request.kind = bridge_request_t::ENABLE;
+  EXPECT_EQ(node.receive(channel::kBridgeRequest, *encode(request), out).effect, Receipt::Effect::kNone);
+  request.kind = bridge_request_t::DISABLE;
+  EXPECT_EQ(node.receive(channel::kBridgeRequest, *encode(request), out).effect, Receipt::Effect::kConsumed);
+  EXPECT_EQ(last_of<bridge_state_t>(out, channel::kBridgeState).cause, "disabled");
+  request.run = 7;
+  request.kind = bridge_request_t::ENABLE;
+  (void)node.receive(channel::kBridgeRequest, *encode(request), out);
+  EXPECT_EQ(last_of<bridge_state_t>(out, channel::kBridgeState).cause, "waiting for the robot");
+}
+
 TEST(WholeLoopWithoutLcm, AControllerWhoseRobotIsElsewhereStartsAgainFromThere) {
   ControllerNode controller(robot());
   controller.set_run(21);

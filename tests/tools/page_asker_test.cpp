@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/page/bridge_asker.hpp"
+#include "tools/robot/bridge_words.hpp"
 
 namespace multireach {
 namespace {
@@ -19,7 +20,8 @@ struct FakeBridge {
     state.state = bridge_state_t::ARMED;
     state.speed = 1;
     state.request = request.request;
-    state.request_accepted = request.kind == bridge_request_t::STATUS || (accepts && request.run == run);
+    state.request_accepted =
+        request.kind == bridge_request_t::STATUS || (accepts && request.run == run_asked(request.kind, run));
     if (state.request_accepted && request.kind != bridge_request_t::STATUS) done.push_back(request.kind);
     return state;
   }

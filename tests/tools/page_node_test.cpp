@@ -149,7 +149,7 @@ TEST_F(Page, AsksTheBridgeWhatTheUserAsks) {
   tick(1);
   ASSERT_EQ(asked().size(), 1U);
   EXPECT_EQ(asked()[0].kind, bridge_request_t::PAUSE);
-  EXPECT_EQ(asked()[0].run, 7);
+  EXPECT_EQ(asked()[0].run, bridge_request_t::ALL);
   bridge_state_t state{};
   state.run = 7;
   state.request = asked()[0].request;

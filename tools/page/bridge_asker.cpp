@@ -60,7 +60,7 @@ std::optional<bridge_request_t> BridgeAsker::tick(int64_t now_us) {
     request.kind = bridge_request_t::STATUS;
     number(request);
   } else {
-    request.run = *run_;
+    request.run = run_asked(request.kind, *run_);
   }
   request.utime = now_us;
   return request;

@@ -19,6 +19,8 @@ std::span<const BridgeWord> bridge_words();
 
 /// "running, speed 100 %, path rate 100 %", with the cause where there is one.
 std::string text_of(const bridge_state_t& state);
+/// The run for a request of this kind: of the bridge that answered, or of all bridges to stop.
+int64_t run_asked(int8_t kind, int64_t answering_run);
 /// Why the bridge refused a request of this kind.
 std::string refusal_of(int8_t kind);
 

@@ -50,7 +50,7 @@ int ask(bridge_request_t request, const LiveOptions& live) {
   status.kind = bridge_request_t::STATUS;
   auto answer = answer_to(status, bus, newest);
   if (answer && request.kind != bridge_request_t::STATUS) {
-    request.run = answer->run;
+    request.run = run_asked(request.kind, answer->run);
     answer = answer_to(request, bus, newest);
   }
   if (!answer) {
