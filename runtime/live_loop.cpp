@@ -5,11 +5,13 @@
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <filesystem>
 #include <multireach/node_status_t.hpp>
 #include <random>
 #include <utility>
@@ -45,12 +47,20 @@ int64_t random_run() {
   return static_cast<int64_t>((static_cast<uint64_t>(device()) << 31) ^ device()) | 2;  // not kVirtualRun
 }
 
-/// Gives this process a fixed priority above all ordinary ones, and keeps its memory from being swapped out.
+/// Gives this process a fixed priority above all ordinary ones, and keeps its memory from being swapped out. LCM's
+/// thread that receives gets one too: the loop waits for that thread's lock, and would wait for all ordinary processes
+/// while the thread is preempted with the lock held.
 void become_real_time() {
-  sched_param parameters{};
-  parameters.sched_priority = kRealTimePriority;
-  const bool priority = sched_setscheduler(0, SCHED_FIFO, &parameters) == 0;
-  const int error = errno;
+  bool priority = true;
+  int error = 0;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    const int thread = std::stoi(task.path().filename());
+    sched_param parameters{};
+    parameters.sched_priority = thread == gettid() ? kRealTimePriority : kRealTimePriority - 1;
+    if (sched_setscheduler(thread, SCHED_FIFO, &parameters) == 0) continue;
+    priority = false;
+    error = errno;
+  }
   const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   if (!priority || !locked) {
     spdlog::warn("no {} ({}): on a busy machine periods will be missed",
