@@ -51,7 +51,7 @@ struct Receipt {
   Effect effect = Effect::kNone;
   std::optional<int64_t> utime{};  ///< time in the message that the ticks are aligned to, if any
   int64_t sequence = -1;           ///< the message's sequence number; -1 if it has none
-  bool restarts_ticks = false;     ///< the ticks begin anew at `utime`, which is now
+  bool restarts_ticks = false;     ///< the ticks begin again at `utime`, which is now
 };
 
 /// What a node does about ticks that could not be computed in time.

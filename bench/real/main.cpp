@@ -1,5 +1,5 @@
 // multireach-bench-real: learns colours from clicks on real images and tracks the objects, beside the usual OpenCV
-// recipe on the same images.
+// baseline on the same images.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 
+#include "bench/real/baseline.hpp"
 #include "bench/real/real_set.hpp"
-#include "bench/real/recipe.hpp"
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/colour_region.hpp"
 #include "vision/colour/learn_colour.hpp"
@@ -52,8 +52,8 @@ struct Run {
   size_t object = 0, click_image = 0;
   std::string fault;  // why the colour was not learned
   std::unique_ptr<vision::StereoVision> ours;
-  std::unique_ptr<Recipe> recipe;
-  Score ours_score, recipe_score;
+  std::unique_ptr<Baseline> baseline;
+  Score ours_score, baseline_score;
   std::map<std::string, int> reasons;
 };
 
@@ -66,7 +66,7 @@ vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourMode
 }
 
 void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, Run& run) {
-  run.recipe = std::make_unique<Recipe>(image, click);
+  run.baseline = std::make_unique<Baseline>(image, click);
   const vision::LearnedColour learned = vision::learn_colour_of(image, region_around(image, click).mask);
   if (learned.status != vision::LearnedColour::Status::kLearned) {
     run.fault = description(learned.status);
@@ -125,7 +125,7 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
     }
   }
   run.ours_score.add(answer, labels);
-  run.recipe_score.add(run.recipe->find(left), labels);
+  run.baseline_score.add(run.baseline->find(left), labels);
 }
 
 double percent(int part, int all) {
@@ -134,11 +134,11 @@ double percent(int part, int all) {
 
 void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
   for (size_t k = 0; k < set.labelled.size(); ++k) {
-    Score ours, recipe;
-    double least = 100, most_wrong = 0, recipe_least = 100;
+    Score ours, baseline;
+    double least = 100, most_wrong = 0, baseline_least = 100;
     for (const Run& run : runs) {
       if (run.object != k) continue;
-      for (auto [sum, one] : {std::pair(&ours, &run.ours_score), {&recipe, &run.recipe_score}}) {
+      for (auto [sum, one] : {std::pair(&ours, &run.ours_score), {&baseline, &run.baseline_score}}) {
         sum->labelled += one->labelled;
         sum->right += one->right;
         sum->between += one->between;
@@ -149,20 +149,20 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
       }
       least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
       most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
-      recipe_least = std::min(recipe_least, percent(run.recipe_score.right, run.recipe_score.labelled));
+      baseline_least = std::min(baseline_least, percent(run.baseline_score.right, run.baseline_score.labelled));
       if (!verbose) continue;
-      std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; recipe %d, %d. %s\n",
+      std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; baseline %d, %d. %s\n",
                   set.labelled[k].name.c_str(), run.click_image, run.ours_score.right, run.ours_score.wrong,
-                  run.ours_score.labelled, run.recipe_score.right, run.recipe_score.wrong, run.fault.c_str());
+                  run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong, run.fault.c_str());
       for (const auto& [reason, count] : run.reasons) std::printf("      %d %s\n", count, reason.c_str());
     }
     const int all = ours.labelled;
     std::printf("| %s | %s | %s | %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f (%.1f) | %.1f | %.2f |\n",
-                set.name.c_str(), set.for_judging ? "judging" : "setting", set.labelled[k].name.c_str(), all,
+                set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), all,
                 percent(ours.right, all), least, percent(ours.wrong, all), most_wrong,
                 percent(all - ours.right - ours.between - ours.wrong, all), percent(ours.by_contour, all),
-                ours.median_px(), percent(recipe.right, all), recipe_least, percent(recipe.wrong, all),
-                recipe.median_px());
+                ours.median_px(), percent(baseline.right, all), baseline_least, percent(baseline.wrong, all),
+                baseline.median_px());
   }
   std::fflush(stdout);
 }
@@ -187,10 +187,10 @@ double outside_range(const StillObject& object, double depth_m) {
 void run_still(const RealSet& set) {
   for (const StillObject& object : set.still) {
     const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
-    const Recipe left_recipe(set.left, object.click), right_recipe(set.right, in_right);
-    const auto a = left_recipe.find(set.left), b = right_recipe.find(set.right);
+    const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
+    const auto a = left_baseline.find(set.left), b = right_baseline.find(set.right);
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
-    const double recipe_mm =
+    const double baseline_mm =
         a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x + set.disparity_offset_px)) : NAN;
     const auto left = vision::learn_colour_of(set.left, region_around(set.left, object.click).mask);
     const auto right = vision::learn_colour_of(set.right, region_around(set.right, in_right).mask);
@@ -210,8 +210,8 @@ void run_still(const RealSet& set) {
       }
     }
     std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
-                set.for_judging ? "judging" : "setting", object.name.c_str(), object.whole ? "whole" : "a part",
-                object.least_m, object.most_m, answer, error_mm, sigmas, recipe_mm);
+                set.for_test ? "test" : "tuning", object.name.c_str(), object.whole ? "whole" : "a part",
+                object.least_m, object.most_m, answer, error_mm, sigmas, baseline_mm);
   }
   std::fflush(stdout);
 }
@@ -227,7 +227,8 @@ int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
         "Per cent of labelled images, over all clicks (%d for an object, or those that the set names); in brackets the "
         "worst click. Right: TRACKED within %.0f px of the "
         "label. Wrong: beyond %.0f px.\n\n"
-        "| video | use | object | images x clicks | right | wrong | no answer | by contour | median px | recipe: right "
+        "| video | use | object | images x clicks | right | wrong | no answer | by contour | median px | baseline: "
+        "right "
         "| "
         "wrong | median px |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         clicks, kRight, kWrong);
@@ -235,7 +236,8 @@ int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
   for (const RealSet& set : videos) run_video(set, clicks, verbose);
   if (!pairs.empty()) {
     std::printf(
-        "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | recipe outside by, "
+        "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | baseline outside "
+        "by, "
         "mm |\n|---|---|---|---|---|---|---|---|---|\n");
   }
   for (const RealSet& set : pairs) run_still(set);
@@ -246,7 +248,8 @@ int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
 }  // namespace multireach::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV recipe.");
+  CLI::App app(
+      "Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV baseline.");
   std::vector<std::string> folders;
   int clicks = 5;
   bool verbose = false;

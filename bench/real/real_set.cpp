@@ -164,7 +164,7 @@ RealSet RealSet::load(const std::string& folder) {
   const Config config = Config::load((fs::path(folder) / "set.yaml").string());
   RealSet set;
   set.name = config.text("name");
-  set.for_judging = config.choice("use", {"setting", "judging"}) == "judging";
+  set.for_test = config.choice("use", {"tuning", "test"}) == "test";
   if (config.has("images")) {
     load_video(config, folder, set);
   } else {

@@ -31,7 +31,7 @@ struct StillObject {
 /// Real data in one folder, as set.yaml in it describes (docs/vision.md).
 struct RealSet {
   std::string name;
-  bool for_judging = false;  ///< no constant was chosen on it
+  bool for_test = false;  ///< no constant was chosen on it
   StereoRig rig;
   // A video with labelled centres. The second camera's image is the first's, shifted by `disparity_px`.
   std::vector<std::string> images;

@@ -72,10 +72,10 @@ class StreamDevice : public CameraDevice {
   /// A FIFO whose writers have closed reports end of file until it is reopened. The new end is opened before the old
   /// one is closed, because the next writer may already be there and must never find the FIFO without a reader.
   bool wait_for_writer() {
-    const int anew = open_fifo(path_);
-    if (anew < 0) return false;
+    const int reopened = open_fifo(path_);
+    if (reopened < 0) return false;
     close(file_);
-    file_ = anew;
+    file_ = reopened;
     stream_ = JpegStream();
     damaged_reported_ = bytes_without_image_ = 0;
     return true;

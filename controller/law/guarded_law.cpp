@@ -37,7 +37,7 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
       proximity_(chain, parameters.body),
       planner_(chain, search_.locked()) {
   start(chain.clamped(JointVector::Zero(chain.size())));
-  started_ = false;  // nobody has said yet where the arm is
+  started_ = false;  // the position of the arm is not known yet
 }
 
 bool GuardedLaw::start(const JointVector& theta) {

@@ -5,6 +5,7 @@
 # bridge runs again by itself, or is in a fault that names its cause and ends by a reset.
 bin=$1 runs=${2:-200} first=${3:-1}
 . "$(dirname "$0")/../live/namespace.sh"
+. "$root/tests/live/streams.sh"
 robot="$root/robots/hoap2/robot.yaml" url='udpm://239.255.76.67:7667?ttl=0'
 declare -A pids
 run() { "$bin/multireach-$1" --config "$2" 2>"$work/$1.err" & pids[$1]=$!; }
@@ -73,7 +74,8 @@ recovers() {
   return 1
 }
 
-reset_runs=0 known=$("$bin/multireach-log" report "$root/logs/load.lcm" --robot "$robot" --json "$work/load.json" >/dev/null 2>&1; numbers "$work/load.json" run)
+reset_runs=0
+readarray -t old < <(runs_in "$root/logs/load.lcm" "$robot")
 for seed in $(seq "$first" $((first + runs - 1))); do
   RANDOM=$seed resets=0 said=()
   for name in vision controller bridge robot-sim; do start $name; done
@@ -87,16 +89,13 @@ for seed in $(seq "$first" $((first + runs - 1))); do
   for name in camera vision controller bridge robot-sim; do kill "${pids[$name]}" 2>/dev/null; wait "${pids[$name]}" 2>/dev/null; done
   kill -INT $logger; wait $logger 2>/dev/null
   "$bin/multireach-log" report "$work/run.lcm" --robot "$robot" --json "$work/report.json" >/dev/null 2>&1
-  # Of the recorded streams, those of the old log are not this bridge's.
-  tr -d ' \n' <"$work/report.json" | grep -o '"command_streams":\[[^]]*' | grep -o '{[^}]*}' >"$work/streams"
-  for old in $known; do grep -v "\"run\":$old\b" "$work/streams" >"$work/own"; mv "$work/own" "$work/streams"; done
   for limit in speed:1.06 acceleration:1.0001 jerk:1.0001; do
-    share=$(grep -o "\"${limit%:*}_share\":[0-9.e+-]*" "$work/streams" | cut -d: -f2 | sort -g | tail -n1)
+    share=$(largest_share command_streams "${limit%:*}" "$work/report.json" "${old[@]}")
     awk -v share="$share" -v most="${limit#*:}" 'BEGIN { exit !(share != "" && share <= most) }' ||
       failed "seed $seed (${said[*]}): ${limit%:*} of the commands $share of the limit"
   done
-  awk -v share="$(numbers "$work/report.json" max_measured_speed_share)" 'BEGIN { exit !(share != "" && share <= 1.06) }' ||
-    failed "seed $seed (${said[*]}): the robot moved at $(numbers "$work/report.json" max_measured_speed_share) of its speed limit"
+  share=$(largest_share robot_streams speed "$work/report.json" "${old[@]}")
+  awk -v share="$share" 'BEGIN { exit !(share != "" && share <= 1.06) }' || failed "seed $seed (${said[*]}): the robot moved at $share of its speed limit"
   awk -v excess="$(numbers "$work/report.json" max_limit_violation_rad)" 'BEGIN { exit !(excess <= 1e-9) }' || failed "seed $seed (${said[*]}): beyond a position limit"
   [ $resets -eq 0 ] || reset_runs=$((reset_runs + 1))
   [ -z "${MULTIREACH_STALLS_TABLE:-}" ] || echo "seed $seed: ${said[*]}; resets $resets"

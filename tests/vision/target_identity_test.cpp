@@ -7,7 +7,7 @@ namespace {
 
 constexpr int64_t kFrame = 33333;
 
-TargetIdentity::Sighting at(double x, double background, bool by_contour = false) {
+TargetIdentity::Observation at(double x, double background, bool by_contour = false) {
   return {.by_contour = by_contour,
           .px = {Eigen::Vector2d(x, 100), Eigen::Vector2d(x - 20, 100)},
           .radius_px = 10,

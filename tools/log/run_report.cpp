@@ -369,8 +369,11 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
     acceleration = std::max(acceleration, stream.derivatives.acceleration());
     jerk = std::max(jerk, stream.derivatives.jerk());
   }
-  for (const auto& [run_number, window] : run.measured_speed)
+  out["robot_streams"] = json::array();
+  for (const auto& [run_number, window] : run.measured_speed) {
+    out["robot_streams"].push_back({{"run", run_number}, {"speed_share", window.largest()}});
     measured_speed = std::max(measured_speed, window.largest());
+  }
   out["max_command_speed_share"] = command_speed;
   out["max_measured_speed_share"] = measured_speed;
   out["max_command_acceleration_share"] = run.smooth ? json(acceleration) : json();

@@ -36,9 +36,9 @@ bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile
   constexpr int kReach = EdgeProfile::kReach;
   const int limit = edgel.along_row ? image.cols : image.rows, lines = edgel.along_row ? image.rows : image.cols;
   if (edgel.line < 0 || edgel.line >= lines) return false;
-  const double place = std::floor(edgel.at + 0.5);
-  if (!(place >= kReach && place < limit - kReach)) return false;
-  profile.middle = static_cast<int>(place);
+  const double position = std::floor(edgel.at + 0.5);
+  if (!(position >= kReach && position < limit - kReach)) return false;
+  profile.middle = static_cast<int>(position);
   const ptrdiff_t step = (edgel.along_row ? ptrdiff_t{3} : static_cast<ptrdiff_t>(image.step[0])) * edgel.outward;
   const uint8_t* pixel = (edgel.along_row ? image.ptr<uint8_t>(edgel.line) + ptrdiff_t{3} * profile.middle
                                           : image.ptr<uint8_t>(profile.middle) + ptrdiff_t{3} * edgel.line) -
@@ -53,9 +53,9 @@ bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile
 Eigen::Vector3d surface_normal(const EdgeProfile& profile, const Edgel& edgel, double radius_px, int outwards) {
   const double edge = (edgel.at - profile.middle) * edgel.outward;
   const double begin = outwards - 0.5, end = std::clamp(edge, begin, outwards + 0.5);
-  const double place = std::min(edge, 0.5 * (begin + end));
+  const double position = std::min(edge, 0.5 * (begin + end));
   Eigen::Vector2d from_centre = edgel.normal;
-  from_centre[edgel.along_row ? 0 : 1] += edgel.outward * (place - edge) / radius_px;
+  from_centre[edgel.along_row ? 0 : 1] += edgel.outward * (position - edge) / radius_px;
   const double r2 = from_centre.squaredNorm();
   if (r2 > 1) from_centre /= std::sqrt(r2);
   return {from_centre.x(), from_centre.y(), std::sqrt(std::max(0.0, 1 - r2))};
@@ -110,9 +110,9 @@ EdgeBlur blur_of(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel
     double moment = 0, moment2 = 0, previous = 1;
     for (int k = -model.half; k <= model.half + 1; ++k) {
       const double share = k <= model.half ? w.dot(profile.at(k) - outside) / span : 0;
-      const double place = k - 0.5;
-      moment += (previous - share) * place;
-      moment2 += (previous - share) * place * place;
+      const double position = k - 0.5;
+      moment += (previous - share) * position;
+      moment2 += (previous - share) * position * position;
       previous = share;
     }
     // Subtract the variance of the pixel's width (1/12) twice: once for each pixel's average, once for the difference.
@@ -173,12 +173,12 @@ struct Window {
     return covered - (half + 0.5);
   }
 
-  /// Edge position by least squares from the start `place`, for a known blur: the noise of pixels that the edge does
-  /// not touch has no effect. Returns `place` when the fit fails.
-  double by_shape(double place, double spread_px) {
+  /// Edge position by least squares from the start `position`, for a known blur: the noise of pixels that the edge does
+  /// not touch has no effect. Returns `position` when the fit fails.
+  double by_shape(double position, double spread_px) {
     const Coverage coverage(spread_px);
     constexpr int kSteps = 3;
-    double at = place;
+    double at = position;
     std::array<double, kMost> slopes{};
     for (int step = 0; step < kSteps; ++step) {
       double squares = 0, sum = 0;
@@ -189,11 +189,11 @@ struct Window {
         sum += slopes[i] * (share[i] - coverage.share(at - k));
       }
       constexpr double kLeast = 0.1;
-      if (squares < kLeast) return place;
+      if (squares < kLeast) return position;
       for (double& slope : slopes) slope /= squares;
       at += std::clamp(sum / squares, -0.5, 0.5);
     }
-    if (!(std::abs(at - place) < 1)) return place;
+    if (!(std::abs(at - position) < 1)) return position;
     influence = slopes;
     return at;
   }

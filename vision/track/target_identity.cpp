@@ -14,22 +14,22 @@ constexpr int64_t kForgets = 10000000;  // us without a match, after which any o
 
 }  // namespace
 
-void TargetIdentity::update(int64_t utime, const Sighting& sighting, bool elsewhere) {
+void TargetIdentity::update(int64_t utime, const Observation& observation, bool elsewhere) {
   if (elsewhere) {
     confirmed_ = strayed_ = false;
     contours_ = moved_ = 0;
-    first_px_ = sighting.px;
+    first_px_ = observation.px;
   }
-  const double away = std::min((sighting.px[0] - first_px_[0]).norm(), (sighting.px[1] - first_px_[1]).norm());
-  const bool apart = away > kDiameter * sighting.radius_px;
-  strayed_ = strayed_ || away > kStill * sighting.radius_px;
-  contours_ = std::min(kEnough, contours_ + (sighting.by_contour ? 1 : 0));
-  moved_ =
-      std::min(kEnough, moved_ + (apart && sighting.background[0] < kNew && sighting.background[1] < kNew ? 1 : 0));
+  const double away = std::min((observation.px[0] - first_px_[0]).norm(), (observation.px[1] - first_px_[1]).norm());
+  const bool apart = away > kDiameter * observation.radius_px;
+  strayed_ = strayed_ || away > kStill * observation.radius_px;
+  contours_ = std::min(kEnough, contours_ + (observation.by_contour ? 1 : 0));
+  moved_ = std::min(kEnough,
+                    moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
   known_ = known_ || confirmed_;
-  last_px_ = sighting.px;
-  last_radius_px_ = sighting.radius_px;
+  last_px_ = observation.px;
+  last_radius_px_ = observation.radius_px;
   last_utime_ = utime;
 }
 

@@ -13,7 +13,7 @@ namespace multireach::vision {
 class TargetIdentity {
  public:
   /// A match that the track accepted.
-  struct Sighting {
+  struct Observation {
     bool by_contour = false;                 ///< both images show a complete sphere contour
     std::array<Eigen::Vector2d, 2> px;       ///< of the left and the right image
     double radius_px = 0;                    ///< of the smaller image of it
@@ -21,7 +21,7 @@ class TargetIdentity {
   };
 
   /// Takes a match; `elsewhere`: the track begins, or jumps, with it.
-  void update(int64_t utime, const Sighting& sighting, bool elsewhere);
+  void update(int64_t utime, const Observation& observation, bool elsewhere);
   /// Takes a pair without a match; `lost`: the track has ended.
   void update_unseen(int64_t utime, bool lost);
 

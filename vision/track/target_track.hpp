@@ -46,7 +46,7 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted(int64_t utime) const;
 
   Status status() const { return status_; }
-  /// Whether the last update began the track anew: the target was lost before, or jumped.
+  /// Whether the last update began a new track: the target was lost before, or jumped.
   bool began_anew() const { return began_anew_; }
   /// Whether there was a pair.
   bool begun() const { return begun_; }

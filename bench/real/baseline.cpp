@@ -1,4 +1,4 @@
-#include "bench/real/recipe.hpp"
+#include "bench/real/baseline.hpp"
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
@@ -6,7 +6,7 @@
 
 namespace multireach::bench {
 
-Recipe::Recipe(const cv::Mat& bgr, const cv::Point& click) {
+Baseline::Baseline(const cv::Mat& bgr, const cv::Point& click) {
   cv::Mat hsv;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   clicked_hue_ = hsv.at<cv::Vec3b>(click)[0];
@@ -27,7 +27,7 @@ Recipe::Recipe(const cv::Mat& bgr, const cv::Point& click) {
   high_ = {median[0] + kHue, 255, 255};
 }
 
-void Recipe::turn(cv::Mat& hsv) const {
+void Baseline::turn(cv::Mat& hsv) const {
   for (int row = 0; row < hsv.rows; ++row) {
     auto* pixels = hsv.ptr<cv::Vec3b>(row);
     for (int column = 0; column < hsv.cols; ++column)
@@ -35,7 +35,7 @@ void Recipe::turn(cv::Mat& hsv) const {
   }
 }
 
-std::optional<cv::Point2d> Recipe::find(const cv::Mat& bgr) const {
+std::optional<cv::Point2d> Baseline::find(const cv::Mat& bgr) const {
   cv::Mat hsv, mask;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   turn(hsv);

@@ -5,11 +5,11 @@
 
 namespace multireach::bench {
 
-/// The usual OpenCV recipe for a coloured object: HSV, inRange (the clicked hue within 10 of 180, at least half the
+/// The usual OpenCV baseline for a coloured object: HSV, inRange (the clicked hue within 10 of 180, at least half the
 /// clicked saturation and value), opening by 5 x 5, largest contour, its moments.
-class Recipe {
+class Baseline {
  public:
-  Recipe(const cv::Mat& bgr, const cv::Point& click);
+  Baseline(const cv::Mat& bgr, const cv::Point& click);
   std::optional<cv::Point2d> find(const cv::Mat& bgr) const;
 
  private:
