@@ -11,7 +11,8 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 echo "Building the page" >&2
 if [ ! -e node_modules/.package-lock.json ] || [ package-lock.json -nt node_modules/.package-lock.json ]; then
-  npm ci --no-audit --no-fund >"$log" 2>&1 || { cat "$log" >&2; echo "web/build.sh: npm could not install the packages of package-lock.json" >&2; exit 1; }
+  # Not `npm ci`: that refuses a lock file without the binaries of every platform, which a mirror may not have.
+  npm install --no-save --no-audit --no-fund >"$log" 2>&1 || { cat "$log" >&2; echo "web/build.sh: npm could not install the packages of package-lock.json" >&2; exit 1; }
 fi
 npm run build >"$log" 2>&1 || { cat "$log" >&2; echo "web/build.sh: the page could not be built" >&2; exit 1; }
 touch $target

@@ -68,6 +68,11 @@ BridgeOptions bridge_options_from(const RobotConfig& robot) {
   BridgeOptions options;
   options.setpoint_period_us = robot.tick_us;
   if (const auto section = robot.section("bridge")) bridge_keys().read(*section, options);
+  if (options.delay_us > 3 * options.setpoint_period_us) {
+    throw InputError(robot.file.file() + ": the bridge's delay_ms (" + std::to_string(options.delay_us / 1000) +
+                     ") must be at most three times tick_ms (" + std::to_string(options.setpoint_period_us / 1000) +
+                     ")");
+  }
   options.acceleration = robot.joint_acceleration_limits;
   options.jerk = robot.joint_jerk_limits;
   return options;

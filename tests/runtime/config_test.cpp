@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "controller/node/controller_node.hpp"
+#include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/robot_config.hpp"
 
 namespace multireach {
@@ -30,6 +31,13 @@ class ConfigFile : public ::testing::Test {
   void TearDown() override { std::remove(path_.c_str()); }
   std::string path_ = ::testing::TempDir() + "multireach_config_test." + std::to_string(getpid()) + ".yaml";
 };
+
+TEST_F(ConfigFile, NamesTheFileWhereTheBridgesDelayIsTooLongForTheTicks) {
+  write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
+                         "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\ntick_ms: 1\n");
+  const std::string message = fault([&] { (void)bridge_options_from(RobotConfig::load(path_)); });
+  EXPECT_EQ(message, path_ + ": the bridge's delay_ms (5) must be at most three times tick_ms (1)");
+}
 
 TEST_F(ConfigFile, GivesValuesAndDefaults) {
   const Config config = load("a: 1.5\nb: 3\nc: yes\nd: word\ne: [1, 2]\nf: {x: 1, y: 2}\n");

@@ -117,8 +117,8 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 3);
   EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
   EXPECT_NEAR(report.json["nodes"]["bridge"]["clock_lead_ms"].get<double>(), -3200, 1e-9);
-  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us"]["p50"], 64);
-  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us"]["p99"], 512) << "8 of 308 ticks";
+  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us_p50"], 64);
+  EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us_p99"], 512) << "8 of 308 ticks";
   const std::string table = table_of(report.json);
   EXPECT_NE(table.find("ticks of bridge began late by < 512 us (99 %)"), std::string::npos) << table;
   EXPECT_NE(table.find("restarts: bridge 3"), std::string::npos) << table;

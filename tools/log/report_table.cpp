@@ -16,12 +16,12 @@ constexpr double kSameClock = 20;  // ms
 std::string lines_on_nodes(const json& nodes) {
   std::string lines;
   for (const auto& [name, node] : nodes.items()) {
-    const json& lateness = node["lateness_us"];
-    if (!lateness["p50"].is_number()) continue;
+    if (!node["lateness_us_p50"].is_number()) continue;
     const auto under = [&](const char* share) {
-      return lateness[share].is_number() ? "< " + lateness[share].dump() + " us" : std::string("> 16384 us");
+      return node[share].is_number() ? "< " + node[share].dump() + " us" : std::string("> 16384 us");
     };
-    lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("p99"), under("p99.9"));
+    lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("lateness_us_p99"),
+                         under("lateness_us_p99.9"));
   }
   std::string restarts;
   for (const auto& [name, node] : nodes.items()) {

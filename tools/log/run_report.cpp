@@ -121,7 +121,9 @@ struct NodeRecord {
             {"limited", sum.limited},
             {"sent", sum.sent},
             {"build_id", newest.build_id},
-            {"lateness_us", {{"p50", lateness_us(0.5)}, {"p99", lateness_us(0.99)}, {"p99.9", lateness_us(0.999)}}},
+            {"lateness_us_p50", lateness_us(0.5)},
+            {"lateness_us_p99", lateness_us(0.99)},
+            {"lateness_us_p99.9", lateness_us(0.999)},
             {"lateness_bins", sum.lateness}};
   }
 };
