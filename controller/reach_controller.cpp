@@ -109,7 +109,7 @@ bool ReachController::observe(const TargetObservation& observation) {
 /// Notices a target that jumps to and fro, e.g. between two objects of one colour: to follow each jump would only shake
 /// the arm.
 void ReachController::note_jump(int64_t utime) {
-  std::ranges::rotate(jumps_, jumps_.end() - 1);
+  std::rotate(jumps_.begin(), jumps_.end() - 1, jumps_.end());
   jumps_.front() = utime;
   if (jumps_.back() && utime - *jumps_.back() <= kFlickersWithin) flickers_ = true;
 }
