@@ -17,7 +17,7 @@ std::string lines_on_nodes(const json& nodes) {
   std::string lines;
   for (const auto& [name, node] : nodes.items()) {
     if (!node["lateness_us_p50"].is_number()) continue;
-    const auto under = [&](const char* share) {
+    const auto under = [&node = node](const char* share) {
       return node[share].is_number() ? "< " + node[share].dump() + " us" : std::string("> 16384 us");
     };
     lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("lateness_us_p99"),
