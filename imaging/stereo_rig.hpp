@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <stdexcept>
 
 #include "imaging/camera_model.hpp"
 
@@ -14,5 +15,17 @@ struct StereoRig {
 
   double baseline_m() const { return X_RL.translation().norm(); }
 };
+
+/// Throws std::invalid_argument when no position can be computed from the images of such cameras.
+inline void require_usable(const StereoRig& rig) {
+  const auto require = [](bool sensible, const char* sentence) {
+    if (!sensible) throw std::invalid_argument(sentence);
+  };
+  for (const CameraModel* camera : {&rig.left, &rig.right}) {
+    require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
+    require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
+  }
+  require(rig.baseline_m() > 1e-6, "the two cameras are at the same position: there is no baseline");
+}
 
 }  // namespace multireach

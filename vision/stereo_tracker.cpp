@@ -11,7 +11,6 @@ namespace {
 constexpr int kMaxBlobs = 6;           // measured per image
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
-constexpr int64_t kFarApart = 200000;  // us: an image time that differs more than this from the pair's is ignored
 constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
 constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
 constexpr double kWindowMargin = 8;    // pixels
@@ -28,11 +27,7 @@ const TrackerOptions& checked(const TrackerOptions& options) {
   const auto require = [](bool sensible, const char* sentence) {
     if (!sensible) throw std::invalid_argument(sentence);
   };
-  for (const CameraModel* camera : {&options.rig.left, &options.rig.right}) {
-    require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
-    require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
-  }
-  require(options.rig.baseline_m() > 1e-6, "the two cameras are at the same place: there is no baseline");
+  require_usable(options.rig);
   // Position of the right camera in the left camera's frame.
   require(options.rig.X_RL.inverse().translation().x() > 0,
           "the right camera is to the left of the left one: the images are swapped, or the baseline's sign is wrong");
@@ -55,12 +50,6 @@ bool is_dark(const cv::Mat& bgr) {
     }
   }
   return true;
-}
-
-/// Time of an image relative to its pair's, s; 0 when the image's time is implausible.
-double offset_s(int64_t image, int64_t pair) {
-  const int64_t offset = image - pair;
-  return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
 }
 
 /// 1 for a disc, less for an ellipse by its axes' ratio, and less the more a blob lacks of the ellipse of its moments.

@@ -6,6 +6,7 @@
 #include "vision/colour/colour_background.hpp"
 #include "vision/colour/find.hpp"
 #include "vision/colour/illumination.hpp"
+#include "vision/pair_times.hpp"
 #include "vision/stereo/stereo_match.hpp"
 #include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
@@ -20,12 +21,6 @@ struct TrackerOptions {
   double sigma_px = 0;       ///< standard deviation of additional error of every image point, e.g. calibration error
   double min_area_px = 30;   ///< smaller blobs are ignored
   bool adapt_colour = true;  ///< follow slow changes of white balance
-};
-
-/// Capture times of a stereo pair, microseconds.
-struct PairTimes {
-  int64_t pair = 0;  ///< nominal time of the pair
-  int64_t left = 0, right = 0;
 };
 
 /// What was found of one target in one image of a pair.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "vision/track/shared_state.hpp"
+
 namespace multireach::vision {
 
 StereoVision::StereoVision(const std::vector<TrackerOptions>& options) {
@@ -50,11 +52,7 @@ const char* StereoVision::measure(StereoImages& images) {
   // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto frozen = frozen_frames_.frozen();
   const auto black = [&](const Target& target) { return target.views[index(*frozen)].dark; };
-  if (frozen && std::ranges::none_of(targets_, black)) {
-    return *frozen == Side::kLeft ? "the left camera is frozen: it repeats the same image"
-                                  : "the right camera is frozen: it repeats the same image";
-  }
-  return nullptr;
+  return frozen && std::ranges::none_of(targets_, black) ? frozen_frames_.fault() : nullptr;
 }
 
 /// Searches both images and matches. Returns false when an image cannot be decoded.
@@ -90,27 +88,11 @@ bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere)
 }
 
 std::vector<double> StereoVision::serialize(size_t target, int64_t utime) const {
-  std::vector<double> state = targets_[target].tracker.serialize(utime);
-  const std::vector<double> shared = frozen_frames_.serialize();
-  state.insert(state.end(), shared.begin(), shared.end());
-  return state;
+  return serialize_target(targets_[target], frozen_frames_, utime);
 }
 
 bool StereoVision::deserialize(int64_t utime, const std::vector<std::span<const double>>& states) {
-  constexpr size_t kShared = FrozenFrameDetector::kSerializedSize;
-  if (states.size() != targets_.size()) return false;
-  FrozenFrameDetector frozen_frames;
-  std::vector<StereoTracker> trackers;
-  for (size_t k = 0; k < states.size(); ++k) {
-    if (states[k].size() < kShared) return false;
-    const size_t own = states[k].size() - kShared;
-    trackers.push_back(targets_[k].tracker);
-    if (!trackers[k].deserialize(utime, states[k].first(own)) || !frozen_frames.deserialize(states[k].subspan(own)))
-      return false;
-  }
-  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = std::move(trackers[k]);
-  frozen_frames_ = frozen_frames;
-  return true;
+  return deserialize_targets(utime, states, targets_, frozen_frames_);
 }
 
 }  // namespace multireach::vision

@@ -10,7 +10,6 @@ namespace multireach::vision {
 namespace {
 
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a tag that was not tracked
-constexpr int64_t kFarApart = 200000;  // us: an image time that differs more than this from the pair's is ignored
 constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
 constexpr double kWindowSides = 1.1;   // ... plus this many sides of the tag: half its diagonal, and the white margin
 constexpr double kWindowMargin = 10;   // pixels
@@ -25,21 +24,11 @@ const TagOptions& checked(const TagOptions& options) {
   const auto require = [](bool sensible, const char* sentence) {
     if (!sensible) throw std::invalid_argument(sentence);
   };
-  for (const CameraModel* camera : {&options.rig.left, &options.rig.right}) {
-    require(camera->width > 0 && camera->height > 0, "a camera's image size must be positive");
-    require(camera->fx > 0 && camera->fy > 0, "a camera's focal lengths must be positive");
-  }
-  require(options.rig.baseline_m() > 1e-6, "the two cameras are at the same place: there is no baseline");
+  require_usable(options.rig);
   require(options.id >= 0 && options.id < kTagIds, "a tag's id must be from 0 to 586");
   require(options.size.side_m > 0, "a tag's size must be positive");
   require(options.size.tolerance_m >= 0 && options.sigma_px >= 0, "a tag's tolerances must not be negative");
   return options;
-}
-
-/// Time of an image relative to its pair's, s; 0 when the image's time is implausible.
-double offset_s(int64_t image, int64_t pair) {
-  const int64_t offset = image - pair;
-  return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
 }
 
 const char* sentence_for(EdgeFault fault, Side side) {

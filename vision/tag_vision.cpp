@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "vision/track/shared_state.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -57,11 +59,7 @@ const char* TagVision::measure(StereoImages& images) {
     frozen_frames_.update(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, found_in_both) && !search(images, true)) return "an image cannot be decoded";
-  if (const auto frozen = frozen_frames_.frozen()) {
-    return *frozen == Side::kLeft ? "the left camera is frozen: it repeats the same image"
-                                  : "the right camera is frozen: it repeats the same image";
-  }
-  return nullptr;
+  return frozen_frames_.fault();
 }
 
 /// Searches both images and estimates the poses. Returns false when an image cannot be decoded.
@@ -111,27 +109,11 @@ bool TagVision::search_side(StereoImages& images, Side side, bool everywhere) {
 }
 
 std::vector<double> TagVision::serialize(size_t target, int64_t utime) const {
-  std::vector<double> state = targets_[target].tracker.serialize(utime);
-  const std::vector<double> shared = frozen_frames_.serialize();
-  state.insert(state.end(), shared.begin(), shared.end());
-  return state;
+  return serialize_target(targets_[target], frozen_frames_, utime);
 }
 
 bool TagVision::deserialize(int64_t utime, const std::vector<std::span<const double>>& states) {
-  constexpr size_t kShared = FrozenFrameDetector::kSerializedSize;
-  if (states.size() != targets_.size()) return false;
-  FrozenFrameDetector frozen_frames;
-  std::vector<TagTracker> trackers;
-  for (size_t k = 0; k < states.size(); ++k) {
-    if (states[k].size() < kShared) return false;
-    const size_t own = states[k].size() - kShared;
-    trackers.push_back(targets_[k].tracker);
-    if (!trackers[k].deserialize(utime, states[k].first(own)) || !frozen_frames.deserialize(states[k].subspan(own)))
-      return false;
-  }
-  for (size_t k = 0; k < trackers.size(); ++k) targets_[k].tracker = trackers[k];
-  frozen_frames_ = frozen_frames;
-  return true;
+  return deserialize_targets(utime, states, targets_, frozen_frames_);
 }
 
 }  // namespace multireach::vision

@@ -9,6 +9,7 @@
 
 #include "numeric/random.hpp"
 #include "tests/vision/mask_blobs.hpp"
+#include "vision/stereo/stereo_match.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -24,11 +25,20 @@ CameraModel camera(bool distorted = false) {
 struct Scene {
   Eigen::Vector3d ball_rgb{210, 50, 60}, wall_rgb{100, 110, 120};
   double noise = 0;
+  Eigen::Vector3d light{0, 0, 0};  // direction to a distant light; none: the ball has the same colour everywhere
   std::function<bool(double, double)> hides = [](double, double) { return false; };  // pixels
   Eigen::Vector3d hiding_rgb{60, 120, 70};
 };
 
-/// The picture of a sphere of one colour without shading: a pixel's colour is the mean over 8 x 8 rays, each of which
+/// The ball's colour where the direction `e` meets it: matt, with a third of its light from everywhere.
+Eigen::Vector3d colour_at(const Scene& scene, const Eigen::Vector3d& p_CB, double radius, const Eigen::Vector3d& e) {
+  if (scene.light.isZero()) return scene.ball_rgb;
+  const double along = e.dot(p_CB), beside2 = p_CB.squaredNorm() - along * along;
+  const Eigen::Vector3d normal = (e * (along - std::sqrt(std::max(0.0, radius * radius - beside2))) - p_CB) / radius;
+  return scene.ball_rgb * (1 + 2 * std::max(0.0, normal.dot(scene.light))) / 3;
+}
+
+/// The picture of a sphere of one colour: a pixel's colour is the mean over 8 x 8 rays, each of which
 /// either hits the sphere or misses it.
 cv::Mat picture(const CameraModel& camera, const Eigen::Vector3d& p_CB, double radius, const Scene& scene) {
   cv::Mat image(camera.height, camera.width, CV_8UC3);
@@ -51,7 +61,7 @@ cv::Mat picture(const CameraModel& camera, const Eigen::Vector3d& p_CB, double r
           const Eigen::Vector3d e = rays[k].homogeneous().normalized();
           const bool ball = (p_CB - e * e.dot(p_CB)).norm() < radius;
           const bool hidden = scene.hides(pixels[k].x(), pixels[k].y());
-          sum += hidden ? scene.hiding_rgb : ball ? scene.ball_rgb : scene.wall_rgb;
+          sum += hidden ? scene.hiding_rgb : ball ? colour_at(scene, p_CB, radius, e) : scene.wall_rgb;
         }
       }
       for (int channel = 0; channel < 3; ++channel) {
@@ -152,6 +162,112 @@ TEST(SphereContourFit, WhatIsHiddenIsRejectedAndDeclared) {
     const Eigen::Vector2d error = disc.ray() - p.hnormalized();
     EXPECT_LT(c.fx * error.norm(), 0.25) << share;
     EXPECT_LT(error.dot(disc.ray_covariance().inverse() * error), 14) << "one in a thousand";
+  }
+}
+
+/// Two cameras side by side, 6 cm apart.
+StereoRig two_cameras() {
+  StereoRig rig;
+  rig.left = rig.right = camera();
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -0.06;
+  return rig;
+}
+
+/// What a pair of pictures of the ball at `p` says; `picture_at(p_CB)` makes one.
+template <typename PictureAt>
+StereoMatch matched(const Eigen::Vector3d& p, double radius_m, const PictureAt& picture_at) {
+  const StereoRig rig = two_cameras();
+  const double least = radius_m > 0 ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything;
+  SphereContourFitter fitter(camera(), least);
+  std::array<std::vector<SphereContour>, 2> contours;
+  for (size_t side = 0; side < 2; ++side) {
+    const cv::Mat image = picture_at(side == 0 ? p : Eigen::Vector3d(rig.X_RL * p));
+    for (const Blob& blob : red_blobs(image)) contours[side].push_back(fitter.fit(image, blob));
+  }
+  MatchOptions options;
+  options.radius_m = radius_m;
+  return match_candidates(rig, contours[0], contours[1], std::nullopt, options);
+}
+
+double squared_sigmas(const StereoMatch& match, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d apart = match.point.p_W - p;
+  return apart.dot(match.point.covariance.inverse() * apart);
+}
+
+constexpr double kOneInAThousand = 16.3;  // of chi^2 with three degrees of freedom
+
+TEST(SphereContourFit, WhatMayBeHiddenOfAnUnknownObjectIsInTheCovariance) {
+  // Half a disc may be half a ball or a whole object of that shape: without a radius nobody knows.
+  const CameraModel c = camera();
+  const Eigen::Vector3d p(0.03, -0.01, 0.4);
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector2d way(std::cos(0.8 * k), std::sin(0.8 * k));
+    const StereoMatch match = matched(p, 0, [&](const Eigen::Vector3d& p_CB) {
+      Scene scene;
+      scene.noise = 3;
+      const Eigen::Vector2d centre = c.project(p_CB);
+      scene.hides = [&](double x, double y) { return way.dot(Eigen::Vector2d(x, y) - centre) > 0; };
+      return picture(c, p_CB, 0.03, scene);
+    });
+    EXPECT_EQ(match.occlusion, SphereContour::kUnknown) << k;
+    ASSERT_EQ(match.status, StereoMatch::Status::kSeen) << k << ": " << description(match.status);
+    EXPECT_LT(squared_sigmas(match, p), kOneInAThousand) << k;
+  }
+}
+
+/// The mean of pictures of a ball that moves by `motion_px` in the direction `way` while they are exposed.
+cv::Mat moved_picture(const CameraModel& c, const Eigen::Vector3d& p_CB, double radius_m, double motion_px,
+                      const Eigen::Vector3d& way, const Scene& scene) {
+  constexpr int kInstants = 16;
+  cv::Mat sum = cv::Mat::zeros(c.height, c.width, CV_32FC3);
+  for (int i = 0; i < kInstants; ++i) {
+    const double share = (i + 0.5) / kInstants - 0.5;
+    cv::Mat at;
+    picture(c, p_CB + share * motion_px * p_CB.z() / c.fx * way, radius_m, scene).convertTo(at, CV_32FC3);
+    sum += at / kInstants;
+  }
+  cv::Mat image;
+  sum.convertTo(image, CV_8UC3);
+  return image;
+}
+
+TEST(SphereContourFit, ABallThatMovesByItsRadiusIsWhereItsCovarianceSays) {
+  const CameraModel c = camera();
+  const Eigen::Vector3d p(0.02, 0.01, 0.4);
+  constexpr double kMotionPx = 20, kRadius = 0.016;
+  Scene scene;
+  scene.noise = 3;
+  scene.light = Eigen::Vector3d(-0.4, -0.8, -0.45).normalized();
+  for (const double known : {0.0, kRadius}) {
+    for (int k = 0; k < 6; ++k) {
+      const Eigen::Vector3d way(std::cos(0.55 * k), std::sin(0.55 * k), 0);
+      const StereoMatch match = matched(p, known, [&](const Eigen::Vector3d& p_CB) {
+        return moved_picture(c, p_CB, kRadius, kMotionPx, way, scene);
+      });
+      if (match.status != StereoMatch::Status::kSeen) continue;  // is not tracked, and says why
+      EXPECT_LT(squared_sigmas(match, p), kOneInAThousand) << "radius " << known << ", direction " << k;
+    }
+  }
+}
+
+TEST(SphereContourFit, ABallThatMovesALittleIsMeasuredByItsContour) {
+  const CameraModel c = camera();
+  const Eigen::Vector3d p(0.02, 0.01, 0.4);
+  constexpr double kRadius = 0.02;
+  Scene scene;
+  scene.noise = 3;
+  scene.light = Eigen::Vector3d(-0.4, -0.8, -0.45).normalized();
+  for (const double motion_px : {4.0, 8.0}) {
+    for (int k = 0; k < 6; ++k) {
+      const Eigen::Vector3d way(std::cos(0.55 * k), std::sin(0.55 * k), 0);
+      const StereoMatch match = matched(p, kRadius, [&](const Eigen::Vector3d& p_CB) {
+        return moved_picture(c, p_CB, kRadius, motion_px, way, scene);
+      });
+      ASSERT_EQ(match.status, StereoMatch::Status::kSeen) << motion_px << " px, direction " << k;
+      EXPECT_TRUE(match.both_by_contour) << motion_px << " px, direction " << k;
+      EXPECT_LT(squared_sigmas(match, p), kOneInAThousand) << motion_px << " px, direction " << k;
+    }
   }
 }
 

@@ -82,6 +82,68 @@ TEST(Triangulate, CovarianceIsHonest) {
   EXPECT_NEAR(sum / kCases / 3, 1, 0.04);
 }
 
+TEST(Triangulate, WhatBothImagesShareMovesASphereAcrossTheLineOfSightOnly) {
+  // Midway before two parallel cameras: depth is B / (x_L - x_R), the place across it Z (x_L + x_R) / 2. With an
+  // error c that both images share and errors of their own o: sigma_Z = Z^2 / B sqrt(2) o, sigma_X^2 = Z^2 (o^2 / 2 +
+  // c^2).
+  StereoRig r = rig();
+  r.X_RL = r.X_WL = Eigen::Isometry3d::Identity();
+  constexpr double kBaseline = 0.06, kDepth = 0.5, kOwn = 2e-4, kShared = 5e-4, kRadius = 0.02;
+  r.X_RL.translation() = Eigen::Vector3d(-kBaseline, 0, 0);
+  const Eigen::Vector3d p(kBaseline / 2, 0, kDepth);
+  const auto sphere_at = [&](const Eigen::Vector3d& p_C) {
+    SphereMeasurement sphere;
+    sphere.value << p_C.hnormalized(), kRadius / p_C.norm();
+    sphere.shared(0, kLight) = kShared;
+    constexpr double kSizeUnknown = 0.1;  // the radius is free: only the sizes' ratio could say something
+    sphere.covariance = Eigen::Vector3d(kOwn * kOwn, kOwn * kOwn, kSizeUnknown * kSizeUnknown).asDiagonal();
+    sphere.covariance += sphere.shared * sphere.shared.transpose();
+    return sphere;
+  };
+  const auto point = triangulate_sphere(r, sphere_at(p), sphere_at(r.X_RL * p), std::nullopt);
+  ASSERT_TRUE(point);
+  EXPECT_LT((point->p_W - p).norm(), 1e-9);
+  const Eigen::Vector3d sigma = point->covariance.diagonal().cwiseSqrt();
+  EXPECT_NEAR(sigma.z() / (kDepth * kDepth / kBaseline * std::sqrt(2.0) * kOwn), 1, 1e-3);
+  EXPECT_NEAR(sigma.x() / (kDepth * std::sqrt(kOwn * kOwn / 2 + kShared * kShared)), 1, 1e-3);
+  EXPECT_NEAR(sigma.y() / (kDepth * kOwn / std::sqrt(2.0)), 1, 1e-3);
+}
+
+TEST(Triangulate, CovarianceIsHonestForErrorsThatBothImagesShare) {
+  const StereoRig r = rig();
+  const CounterRandom random(3);
+  constexpr double kOwn = 2e-4, kOwnSize = 1e-4;
+  constexpr int kCases = 5000;
+  double sum = 0;
+  for (uint64_t k = 0; k < kCases; ++k) {
+    const auto normal = [&](uint64_t i) {
+      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) *
+             std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
+    };
+    const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
+    constexpr double kRadius = 0.02;
+    const Eigen::Vector2d of_both(normal(0), normal(1));  // one value of each cause
+    const auto measured = [&](const Eigen::Vector3d& p_C, double strength, uint64_t first) {
+      SphereMeasurement sphere;
+      sphere.shared.col(kLight) << 4e-4 * strength, -2e-4, 0;
+      sphere.shared.col(kHidden) << 3e-4, 5e-4, 1e-4 * strength;
+      const Eigen::Vector3d own(kOwn, kOwn, kOwnSize);
+      sphere.covariance = own.cwiseAbs2().asDiagonal();
+      sphere.covariance += sphere.shared * sphere.shared.transpose();
+      sphere.value << p_C.hnormalized(), kRadius / p_C.norm();
+      sphere.value += sphere.shared * of_both +
+                      own.cwiseProduct(Eigen::Vector3d(normal(first), normal(first + 1), normal(first + 2)));
+      return sphere;
+    };
+    const auto point = triangulate_sphere(r, measured(p_L, 1, 2), measured(p_R, 1.2, 5), std::nullopt);
+    ASSERT_TRUE(point);
+    const Eigen::Vector3d error = point->p_W - r.X_WL * p_L;
+    sum += error.dot(point->covariance.ldlt().solve(error));
+  }
+  // The mean of chi^2 with three degrees of freedom over these cases scatters by sqrt(6 / 5000) = 0.035: four of them.
+  EXPECT_NEAR(sum / kCases / 3, 1, 4 * 0.035 / 3) << "seed 3";
+}
+
 TEST(Triangulate, NothingBehindTheCamerasOrForParallelRays) {
   const StereoRig r = rig();
   const Eigen::Vector3d p(0.05, 0, 0.5);

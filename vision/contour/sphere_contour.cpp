@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "numeric/trigonometry.hpp"
+#include "vision/contour/contour_covariance.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -14,10 +17,13 @@ constexpr int kEdgelsBefore = 64;     // edgels in the passes before the last on
 constexpr int kMaxBorder = 16;        // rows, and columns, of the blob whose ends the first fit uses
 constexpr double kWorstShape = 0.03;  // largest residual of an edge fit, relative to the radius
 constexpr double kLumaEdge = 0.15;    // smallest brightness share of a colour difference for measuring luma blur
-// Errors of the image model (blur, shading, lens) that the edges do not reveal, pixels.
-constexpr double kModelCentre = 0.006, kModelRadius = 0.04, kModelEdge = 0.01;
-constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
-constexpr double kNoBlur = 0.05;     // px^2: blur that sharp edges of a shaded ball appear to have
+constexpr double kModelEdge = 0.01;   // error of the image model at an edge, pixels
+constexpr double kExplained = 0.4;    // of the area that missing edges make expect to be hidden
+// A blob that is this many times as long as a contour shows more than the contour does: for certain, and where its
+// edges are blurred by a motion of some 4 px (variance beyond kMoved2, px^2).
+// A disc of which three tenths are hidden is longer than itself by 1.11, for it lacks a part of its middle.
+constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
+constexpr double kBothEndsMissing = 0.6;  // share of the contour of a moved ball that its sides, and more, must show
 
 /// The smallest and the largest column at which a closed polygon crosses a row; from > to when it does not.
 void cross_rows(const ContourPolygon& polygon, int row, double& from, double& to) {
@@ -30,6 +36,20 @@ void cross_rows(const ContourPolygon& polygon, int row, double& from, double& to
     from = std::min(from, x);
     to = std::max(to, x);
   }
+}
+
+/// Half the length of the ellipse that has the blob's second moments.
+double half_length(const Blob& blob) {
+  const double middle = 0.5 * blob.spread.trace(), apart = 0.5 * (blob.spread(0, 0) - blob.spread(1, 1));
+  return 2 * std::sqrt(middle + std::hypot(apart, blob.spread(0, 1)));
+}
+
+/// Half the longest diameter of a contour.
+double half_length(const ContourPolygon& polygon) {
+  double longest = 0;
+  for (size_t k = 0; k < polygon.size() / 2; ++k)
+    longest = std::max(longest, (polygon[k] - polygon[k + polygon.size() / 2]).norm());
+  return 0.5 * longest;
 }
 
 double median_of(std::vector<double>& values) {
@@ -266,11 +286,12 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
   }
 }
 
-bool SphereContourFitter::fit_edges(const cv::Mat& bgr, const Search& search, SphereContour& result) {
+SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search,
+                                                            SphereContour& result) {
   find_border_points();
   const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
   auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
-  if (!fit) return false;
+  if (!fit) return Verdict::kNothing;
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   if (search.larger_px > 0) {
     const double sine = std::min(0.8, fit->cone.sine() + search.larger_px / focal);
@@ -281,19 +302,41 @@ bool SphereContourFitter::fit_edges(const cv::Mat& bgr, const Search& search, Sp
   for (int pass = 0; pass < kPasses; ++pass) {
     const auto polygon = polygon_of(fit->cone, camera_);
     const double radius_px = fit->cone.sine() * focal;
-    if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return false;
+    if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return Verdict::kNothing;
     place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels);
     model.radius_px = radius_px;
     measure_edgels(bgr, pass > 0, search, model);
     RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
-    if (!fit) return false;
+    if (!fit) return Verdict::kNothing;
     if (pass < kPasses - 1) learn_blur(search);
+    if (pass == kPasses - 2) motion_ = motion_blur_of(edgels_, points_, profiles_);
     learn_parts();
   }
   describe(bgr, *fit, model.noise, result);
-  return result.visible_fraction >= least_seen_ &&
-         result.residual_px < std::max(search.small_residual, kWorstShape * result.radius_px);
+  result.motion_px = motion_.length_px();
+  // Where the object moved further than an edge's window, both ends of its image have no edges, and what is left of the
+  // contour fits anywhere along the motion.
+  const auto polygon = polygon_of(fit->cone, camera_);
+  const double longer = polygon ? half_length(blob) / half_length(*polygon) : 0;
+  const bool whole = result.visible_fraction >= kOfAnything;
+  // A straight border that hides the share h of a circle hides h - sin(2 pi h) / 2 pi of its area. Where edges are
+  // missing although nothing is hidden, the contour is not what it seems.
+  const double missing = 1 - result.visible_fraction;
+  double sine, cosine;
+  sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
+  const double expected = missing - sine / (2 * std::numbers::pi);
+  const bool unexplained = !whole && !result.cut_off && result.occlusion < kExplained * expected;
+  const bool moved = motion_.variance > kMoved2;
+  const bool contradicted = moved ? longer > kSlightlyLonger || result.visible_fraction < kBothEndsMissing
+                                  : unexplained || (longer > kLonger && !whole);
+  if (contradicted) {
+    result.occlusion = SphereContour::kUnknown;
+    return Verdict::kNothing;
+  }
+  if (!(result.residual_px < std::max(search.small_residual, kWorstShape * result.radius_px))) return Verdict::kNothing;
+  if (result.visible_fraction < kOfASphere) return Verdict::kNothing;
+  return result.visible_fraction < least_seen_ ? Verdict::kPart : Verdict::kAccepted;
 }
 
 double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) const {
@@ -315,59 +358,6 @@ double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) con
   return all > 0 ? 1 - there / all : 1;
 }
 
-double SphereContourFitter::neighbours_agree() const {
-  // Neighbours on the contour share errors (texture, JPEG blocks), so there are fewer independent points than points.
-  // The sum of the residuals' autocorrelation is the ratio of the two.
-  constexpr size_t kLags = 12;
-  const size_t count = edgels_.size();
-  std::array<double, kMaxContourPoints + kLags> weights, values;  // periodic: the first kLags again at the end
-  for (size_t i = 0; i < count + kLags; ++i) {
-    const ContourEdgel& edgel = edgels_[i % count];
-    weights[i] = values[i] = 0;
-    if (edgel.point < 0) continue;
-    const ContourPoint& point = points_[static_cast<size_t>(edgel.point)];
-    weights[i] = point.weight;
-    values[i] = point.weight * point.residual_px / point.sigma_px * edgel.edge.outward;
-  }
-  std::array<double, kLags + 1> covariance{};
-  for (size_t lag = 0; lag <= kLags; ++lag) {
-    double product = 0, pairs = 0;
-    for (size_t i = 0; i < count; ++i) {
-      product += values[i] * values[i + lag];
-      pairs += weights[i] * weights[i + lag];
-    }
-    if (pairs > 0) covariance[lag] = product / pairs;
-  }
-  if (covariance[0] == 0) return 1;
-  double factor = 1, squares = 0;
-  for (size_t lag = 1; lag <= kLags; ++lag) {
-    const double taper = 1 - static_cast<double>(lag) / (kLags + 1);
-    factor += 2 * taper * covariance[lag] / covariance[0];
-    squares += taper * taper;
-  }
-  // For independent points the sum scatters with this standard deviation, and max(0, sum) has a mean of 0.4 of it:
-  // divide by that bias.
-  const double by_chance = 2 * std::sqrt(squares / static_cast<double>(count));
-  return std::max(1.0, factor) / (1 + 0.4 * by_chance);
-}
-
-Eigen::Matrix3d SphereContourFitter::shading_covariance(const ConeFit& fit, double noise) const {
-  // Derivative of n with respect to the shading's coefficients in each channel.
-  std::array<Eigen::Matrix<double, 3, Shading::kTerms>, 3> changes;
-  for (auto& change : changes) change.setZero();
-  for (const ContourEdgel& edgel : edgels_) {
-    if (edgel.point < 0) continue;
-    const Eigen::Vector3d& pull = points_[static_cast<size_t>(edgel.point)].pull;
-    for (int channel = 0; channel < 3; ++channel) {
-      changes[static_cast<size_t>(channel)].noalias() +=
-          edgel.found.shading_gain[channel] * pull * edgel.found.shading_terms.transpose();
-    }
-  }
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (const auto& change : changes) sum += change * shading_.covariance() * change.transpose();
-  return noise * noise * fit.covariance * sum * fit.covariance.transpose();
-}
-
 void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result) {
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   const ContourCone& cone = fit.cone;
@@ -376,7 +366,7 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
   result.centre_px = centre.pixel;
   result.radius_px = cone.sine() * focal;
 
-  double seen = 0, all = 0, squares = 0, weights = 0, shading = 0;
+  double seen = 0, all = 0, squares = 0, weights = 0;
   for (const ContourEdgel& edgel : edgels_) {
     all += edgel.length;
     const Edgel& edge = edgel.edge;
@@ -388,7 +378,6 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
     seen += edgel.length;
     squares += point.weight * point.residual_px * point.residual_px;
     weights += point.weight;
-    shading += point.weight * edgel.found.shading_px * edgel.found.shading_px;
   }
   if (!(all > 0 && weights > 0)) return;
   result.visible_fraction = seen / all;
@@ -405,20 +394,19 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
     result.occlusion = std::min(result.occlusion, 1 - result.visible_fraction);
   }
 
-  constexpr double kPriorPoints = 10;  // weight of the prior that the errors are as large as expected
-  const double spread = std::max(1.0, (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3));
-  const Eigen::Matrix3d J = cone.jacobian();
-  result.covariance = spread * neighbours_agree() * J * fit.covariance * J.transpose();
-  // An error that all edges of one side share moves the centre of a complete contour by as much, and the centre of a
-  // partly visible one by more.
-  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, colour_blur2_ - kNoBlur);
-  // A shading error equal on all sides changes the size, an alternating one the shape; only the one-sided share moves
-  // the centre. That share was tuned on rendered balls and flat discs. Subsampled chroma errs by whole blocks, which
-  // are one-sided.
-  const double one_sided = hues_blurred_ ? 1 : 0.4;
-  const double shared2 = kModelCentre * kModelCentre + blur2 + one_sided * shading / weights;
-  result.covariance += J * (shared2 / 2 * fit.geometry + shading_covariance(fit, noise)) * J.transpose();
-  result.covariance(2, 2) += kModelRadius * kModelRadius / (focal * focal);
+  const ContourCovariance errors = covariance_of({.edgels = edgels_,
+                                                  .points = points_,
+                                                  .fit = fit,
+                                                  .shading = shading_,
+                                                  .noise = noise,
+                                                  .focal_px = focal,
+                                                  .d_ray_d_pixel = d_ray_d_pixel_,
+                                                  .whole = result.visible_fraction >= kWhole,
+                                                  .hues_blurred = hues_blurred_,
+                                                  .colour_blur2 = colour_blur2_,
+                                                  .motion = motion_});
+  result.covariance = errors.covariance;
+  result.shared = errors.shared;
 }
 
 void SphereContourFitter::use_centroid(SphereContour& result) const {
@@ -452,6 +440,7 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
   constexpr double kShare = 0.2, kBorder = 0.5, kSize = 0.3;
   const Eigen::Matrix2d spread = kShare * kShare * second + kBorder * kBorder * Eigen::Matrix2d::Identity();
   result.covariance.setZero();
+  result.shared.setZero();
   result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * spread * d_ray_d_pixel_.transpose();
   const double sigma_size = kSize * result.value.z() + kBorder / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
@@ -465,15 +454,27 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
   const Eigen::Vector2d pinhole((middle_px_.x() - camera_.cx) / camera_.fx, (middle_px_.y() - camera_.cy) / camera_.fy);
   middle_ray_ = ray_of(camera_, middle_px_, pinhole);
   d_ray_d_pixel_ = image_of(camera_, middle_ray_).d_pixel_d_ray.inverse();
-  if (fit_edges(bgr, kSharp, result)) {
-    result.kind = SphereContour::Kind::kEdges;
-  } else if (SphereContour second; fit_edges(bgr, kSoft, second)) {
-    result = second;
+  Verdict verdict = fit_edges(bgr, blob, kSharp, result);
+  if (verdict != Verdict::kAccepted) {
+    SphereContour second;
+    const Verdict of_second = fit_edges(bgr, blob, kSoft, second);
+    if (of_second > verdict) {
+      verdict = of_second;
+      result = second;
+    }
+  }
+  if (verdict == Verdict::kAccepted) {
     result.kind = SphereContour::Kind::kEdges;
   } else {
+    const SphereContour part = result;
     // Occlusion is meaningful only for objects known to be spheres.
-    if (least_seen_ > kOfASphere) result = {};
+    if (least_seen_ > kOfASphere || part.visible_fraction == 0) result = {.occlusion = SphereContour::kUnknown};
     use_centroid(result);
+    if (verdict == Verdict::kPart) {
+      // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
+      result.shared.col(kHidden) = part.value - result.value;
+      result.covariance += result.shared.col(kHidden) * result.shared.col(kHidden).transpose();
+    }
   }
   result.area = blob.area;
   return result;

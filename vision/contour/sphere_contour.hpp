@@ -6,7 +6,10 @@
 
 #include "vision/colour/blob.hpp"
 #include "vision/contour/contour_cone.hpp"
+#include "vision/contour/contour_edgel.hpp"
 #include "vision/contour/edge_profile.hpp"
+#include "vision/contour/motion_blur.hpp"
+#include "vision/contour/shared_errors.hpp"
 
 namespace multireach::vision {
 
@@ -20,12 +23,15 @@ struct SphereContour {
   /// (x/z, y/z, s) in the camera's frame: direction to the sphere's centre, and s = radius / distance of the centre,
   /// the sine of the angular radius.
   Eigen::Vector3d value{0, 0, 0};
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of `value`, including model errors
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of `value`, including model errors and `shared`
+  SharedErrors shared = SharedErrors::Zero();            ///< the errors that the other image of a pair shares
   Eigen::Vector2d centre_px{0, 0};                       ///< image of the sphere's centre
   double radius_px = 0;                                  ///< approximate, in pixels at the image centre
   double visible_fraction = 0;                           ///< share of the contour's length with a fitting edge
-  double occlusion = 0;    ///< share of the contour's area that is occluded or outside the image
+  static constexpr double kUnknown = -1;
+  double occlusion = 0;    ///< share of the contour's area that is occluded or outside the image; kUnknown: not known
   double residual_px = 0;  ///< weighted root mean square of the edges' distances from the contour
+  double motion_px = 0;    ///< how far the object moved during the exposure, from the blur of its edges; 0: not known
   double area = 0;         ///< of the blob, pixels
   bool cut_off = false;    ///< a part of the contour is outside the image
 
@@ -49,16 +55,6 @@ class SphereContourFitter {
   SphereContour fit(const cv::Mat& bgr, const Blob& blob);
 
  private:
-  struct ContourEdgel {
-    Edgel edge;
-    size_t part = 0;     // its side of the polygon
-    double length = 0;   // of the contour that it represents, pixels
-    size_t profile = 0;  // index in profiles_
-    bool readable = false;
-    int half = 2;    // of the window, see EdgeModel
-    Edge found;      // valid when `point` is not -1
-    int point = -1;  // index in points_; -1: no edge found
-  };
   /// How far a fit looks for edges, and what it takes for an edge.
   struct Search {
     int reach_px = 0;           ///< edges are looked for this far from the expected position
@@ -82,11 +78,15 @@ class SphereContourFitter {
   void learn_blur(const Search& search);
   void learn_parts();
   void learn_shading(const EdgeModel& model);
-  bool fit_edges(const cv::Mat& bgr, const Search& search, SphereContour& result);
+  /// What a fit to edges shows of the object.
+  enum class Verdict {
+    kNothing,   ///< no sphere contour, or one that does not explain the blob: the object moved, or is no sphere
+    kPart,      ///< an arc of a sphere contour: less of it than is accepted
+    kAccepted,  ///< a sphere contour
+  };
+  Verdict fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search, SphereContour& result);
   void describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result);
-  Eigen::Matrix3d shading_covariance(const ConeFit& fit, double noise) const;  // of n, from the shading's fit
   double occluded_fraction(const ContourPolygon& polygon) const;
-  double neighbours_agree() const;
   void use_centroid(SphereContour& result) const;
 
   CameraModel camera_;
@@ -103,6 +103,7 @@ class SphereContourFitter {
   // Variance of the blur across the edges, px^2: of the colour, and of the brightness only.
   double colour_blur2_ = 0, luma_blur2_ = 0;
   bool hues_blurred_ = false;  // the image has subsampled chroma
+  MotionBlur motion_;
   std::vector<double> samples_, wider_samples_;
 };
 

@@ -47,7 +47,7 @@ bool agree(double first, double first_sigma, double second, double second_sigma,
 }
 
 SphereMeasurement sphere_of(const SphereContour& contour) {
-  return {contour.value, contour.covariance};
+  return {contour.value, contour.covariance, contour.shared};
 }
 
 /// One candidate pair: its match and its score among pairs of the same status.
@@ -66,7 +66,8 @@ class CandidateScorer {
     StereoMatch& match = scored.match;
     match.left_px = left.centre_px;
     match.right_px = right.centre_px;
-    match.occlusion = std::max(left.occlusion, right.occlusion);
+    const bool known = left.occlusion >= 0 && right.occlusion >= 0;
+    match.occlusion = known ? std::max(left.occlusion, right.occlusion) : SphereContour::kUnknown;
     match.both_by_contour = left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges;
     scored.score = std::min(left.radius_px, right.radius_px) * (1 + left.visible_fraction + right.visible_fraction);
 

@@ -35,8 +35,8 @@ struct StereoMatch {
   SphereTriangulation point;
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
-  double occlusion = 0;                           ///< share occluded or cut off, the larger of both contours
-  bool both_by_contour = false;                   ///< both measured by sphere contours, not by centroids
+  double occlusion = 0;          ///< share occluded or cut off, the larger of both contours; -1: not known
+  bool both_by_contour = false;  ///< both measured by sphere contours, not by centroids
   /// Signed distance of the right ray from the left ray (+: the right ray passes below in the left image), in pixels of
   /// the left camera, and its standard deviation. For a good calibration its mean over many frames is 0.
   double epipolar_px = 0, epipolar_sigma_px = 0;

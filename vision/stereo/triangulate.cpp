@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 
 namespace multireach::vision {
@@ -91,38 +92,43 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
                                                       const std::optional<RadiusPrior>& prior) {
   const auto meeting = meeting_of(rig, left.value.head<2>(), right.value.head<2>());
   if (!meeting) return std::nullopt;
-  const Eigen::Isometry3d X_LL = Eigen::Isometry3d::Identity();
-  const Eigen::Matrix3d left_weight = left.covariance.inverse(), right_weight = right.covariance.inverse();
+  using Joint = Eigen::Matrix<double, 6, 6>;
+  const std::array cameras{Eigen::Isometry3d::Identity(), rig.X_RL};
+  const std::array measured{left.value, right.value};
+  Joint joint;
+  joint.topLeftCorner<3, 3>() = left.covariance;
+  joint.bottomRightCorner<3, 3>() = right.covariance;
+  joint.topRightCorner<3, 3>() = left.shared * right.shared.transpose();
+  joint.bottomLeftCorner<3, 3>() = right.shared * left.shared.transpose();
+  const Joint weight = joint.ldlt().solve(Joint::Identity());
   Eigen::Vector4d x;  // the centre in the left camera's frame, and the radius
   x << meeting->p_L, prior ? prior->radius_m : left.value.z() * meeting->p_L.norm();
   Eigen::Matrix4d information;
   SphereTriangulation result;
   for (int k = 0; k <= kSteps; ++k) {
-    information.setZero();
-    Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
-    result.chi2 = 0;
-    const auto take = [&](const Eigen::Isometry3d& X_CL, const Eigen::Vector3d& measured, const Eigen::Matrix3d& W) {
+    Eigen::Matrix<double, 6, 4> J = Eigen::Matrix<double, 6, 4>::Zero();
+    Eigen::Matrix<double, 6, 1> r;
+    for (int side = 0; side < 2; ++side) {
+      const Eigen::Isometry3d& X_CL = cameras[static_cast<size_t>(side)];
+      const Eigen::Vector3d p_L = x.head<3>(), p_C = X_CL * p_L;
       Eigen::Vector2d ray;
       Eigen::Matrix<double, 2, 3> J_ray;
-      const Eigen::Vector3d p_L = x.head<3>(), p_C = X_CL * p_L;
       project(X_CL, p_L, ray, J_ray);
       const double distance = p_C.norm();
-      Eigen::Matrix<double, 3, 4> J = Eigen::Matrix<double, 3, 4>::Zero();
-      J.topLeftCorner<2, 3>() = J_ray;
-      J.bottomLeftCorner<1, 3>() = -x[3] / (distance * distance * distance) * p_C.transpose() * X_CL.linear();
-      J(2, 3) = 1 / distance;
-      const Eigen::Vector3d r = measured - Eigen::Vector3d(ray.x(), ray.y(), x[3] / distance);
-      information += J.transpose() * W * J;
-      gradient += J.transpose() * W * r;
-      result.chi2 += r.dot(W * r);
-    };
-    take(X_LL, left.value, left_weight);
-    take(rig.X_RL, right.value, right_weight);
+      J.block<2, 3>(3 * side, 0) = J_ray;
+      J.block<1, 3>(3 * side + 2, 0) = -x[3] / (distance * distance * distance) * p_C.transpose() * X_CL.linear();
+      J(3 * side + 2, 3) = 1 / distance;
+      r.segment<3>(3 * side) = measured[static_cast<size_t>(side)] - Eigen::Vector3d(ray.x(), ray.y(), x[3] / distance);
+    }
+    const Eigen::Matrix<double, 4, 6> weighted = J.transpose() * weight;
+    information = weighted * J;
+    Eigen::Vector4d gradient = weighted * r;
+    result.chi2 = r.dot(weight * r);
     if (prior) {
-      const double weight = 1 / (prior->sigma_m * prior->sigma_m), r = prior->radius_m - x[3];
-      information(3, 3) += weight;
-      gradient[3] += weight * r;
-      result.chi2 += weight * r * r;
+      const double of_prior = 1 / (prior->sigma_m * prior->sigma_m), apart = prior->radius_m - x[3];
+      information(3, 3) += of_prior;
+      gradient[3] += of_prior * apart;
+      result.chi2 += of_prior * apart * apart;
     }
     if (k < kSteps) x += information.ldlt().solve(gradient);
   }

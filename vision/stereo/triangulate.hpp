@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "imaging/stereo_rig.hpp"
+#include "vision/contour/shared_errors.hpp"
 
 namespace multireach::vision {
 
@@ -17,10 +18,11 @@ struct RayMeasurement {
 Eigen::Matrix2d ray_covariance(const CameraModel& camera, double sigma_px);
 
 /// One camera's measurement of a sphere: (x/z, y/z, s), the direction to its centre and the sine of its angular radius
-/// (radius / distance of the centre), with their covariance.
+/// (radius / distance of the centre), with their covariance and the part of it that the other image shares.
 struct SphereMeasurement {
   Eigen::Vector3d value;
-  Eigen::Matrix3d covariance;
+  Eigen::Matrix3d covariance;                  ///< includes shared * shared^T
+  SharedErrors shared = SharedErrors::Zero();  ///< of one cause each, that acts on both images
 };
 
 struct Triangulation {
@@ -50,9 +52,10 @@ struct SphereTriangulation : Triangulation {
   double radius_sigma_m = 0;  ///< standard deviation of `radius_m`
 };
 
-/// Triangulates a sphere: its centre and radius from both directions and both angular radii. The common size, and a
-/// known radius, improve the estimate where a direction is uncertain (partial occlusion); a large chi2 indicates that
-/// the measurements contradict each other.
+/// Triangulates a sphere: its centre and radius from both directions and both angular radii, by generalised least
+/// squares: the errors of both images correlate by what they share. The common size, and a known radius, improve the
+/// estimate where a direction is uncertain (partial occlusion); a large chi2 indicates that the measurements contradict
+/// each other.
 [[nodiscard]] std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, const SphereMeasurement& left,
                                                                     const SphereMeasurement& right,
                                                                     const std::optional<RadiusPrior>& prior);

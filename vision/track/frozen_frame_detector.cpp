@@ -25,6 +25,13 @@ std::optional<Side> FrozenFrameDetector::frozen() const {
   return std::nullopt;
 }
 
+const char* FrozenFrameDetector::fault() const {
+  const auto side = frozen();
+  if (!side) return nullptr;
+  return *side == Side::kLeft ? "the left camera is frozen: it repeats the same image"
+                              : "the right camera is frozen: it repeats the same image";
+}
+
 std::vector<double> FrozenFrameDetector::serialize() const {
   return {static_cast<double>(last_[0]), static_cast<double>(last_[1]), static_cast<double>(repeated_[0]),
           static_cast<double>(repeated_[1])};

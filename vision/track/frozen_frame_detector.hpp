@@ -17,6 +17,8 @@ class FrozenFrameDetector {
   /// Adds a pair, given as hashes of its images' bytes: whole numbers below 2^53.
   void update(int64_t left, int64_t right);
   std::optional<Side> frozen() const;
+  /// Why the pair is unusable when a camera is frozen, as text; null when none is.
+  const char* fault() const;
 
   /// The complete state.
   std::vector<double> serialize() const;

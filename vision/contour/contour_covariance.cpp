@@ -1,0 +1,141 @@
+#include "vision/contour/contour_covariance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace multireach::vision {
+namespace {
+
+// Errors of the image model (blur, shading, lens) that the edges do not reveal, pixels.
+constexpr double kModelCentre = 0.003, kModelRadius = 0.04;
+constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
+constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
+// Set on rendered balls (docs/vision.md, Errors and covariance, names them): how much the variance of what the edges
+// say grows in a small contour (pixels of radius) and in blocks of chroma, and the shared error along the light.
+constexpr double kFewPixels = 5, kBlocks = 3, kBlockPixels = 8, kOneSideOnly = 2, kOneSided = 0.25, kSharedEdges = 1.5;
+// The same, of an edge whose blur along the motion has the variance v (px^2, as measured): error kMoved v^1.5, pixels,
+// and its share in the size.
+constexpr double kMoved = 0.043, kMovedSize = 0.75;
+
+/// Neighbours on the contour share errors (texture, JPEG blocks), so there are fewer independent points than points.
+/// The sum of the residuals' autocorrelation is the ratio of the two.
+double neighbours_agree(const ContourEvidence& evidence) {
+  constexpr size_t kLags = 12;
+  const size_t count = evidence.edgels.size();
+  std::array<double, kMaxContourPoints + kLags> weights, values;  // periodic: the first kLags again at the end
+  for (size_t i = 0; i < count + kLags; ++i) {
+    const ContourEdgel& edgel = evidence.edgels[i % count];
+    weights[i] = values[i] = 0;
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = evidence.points[static_cast<size_t>(edgel.point)];
+    weights[i] = point.weight;
+    values[i] = point.weight * point.residual_px / point.sigma_px * edgel.edge.outward;
+  }
+  std::array<double, kLags + 1> covariance{};
+  for (size_t lag = 0; lag <= kLags; ++lag) {
+    double product = 0, pairs = 0;
+    for (size_t i = 0; i < count; ++i) {
+      product += values[i] * values[i + lag];
+      pairs += weights[i] * weights[i + lag];
+    }
+    if (pairs > 0) covariance[lag] = product / pairs;
+  }
+  if (covariance[0] == 0) return 1;
+  double factor = 1, squares = 0;
+  for (size_t lag = 1; lag <= kLags; ++lag) {
+    const double taper = 1 - static_cast<double>(lag) / (kLags + 1);
+    factor += 2 * taper * covariance[lag] / covariance[0];
+    squares += taper * taper;
+  }
+  // For independent points the sum scatters with this standard deviation, and max(0, sum) has a mean of 0.4 of it:
+  // divide by that bias.
+  const double by_chance = 2 * std::sqrt(squares / static_cast<double>(count));
+  return std::max(1.0, factor) / (1 + 0.4 * by_chance);
+}
+
+/// Covariance of n from the noise of the shading's fit.
+Eigen::Matrix3d shading_covariance(const ContourEvidence& evidence) {
+  // Derivative of n with respect to the shading's coefficients in each channel.
+  std::array<Eigen::Matrix<double, 3, Shading::kTerms>, 3> changes;
+  for (auto& change : changes) change.setZero();
+  for (const ContourEdgel& edgel : evidence.edgels) {
+    if (edgel.point < 0) continue;
+    const Eigen::Vector3d& pull = evidence.points[static_cast<size_t>(edgel.point)].pull;
+    for (int channel = 0; channel < 3; ++channel) {
+      changes[static_cast<size_t>(channel)].noalias() +=
+          edgel.found.shading_gain[channel] * pull * edgel.found.shading_terms.transpose();
+    }
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (const auto& change : changes) sum += change * evidence.shading.covariance() * change.transpose();
+  return evidence.noise * evidence.noise * evidence.fit.covariance * sum * evidence.fit.covariance.transpose();
+}
+
+/// Mean square of the edges' errors of the shading model, px^2.
+double mean_shading2(const ContourEvidence& evidence) {
+  double sum = 0, weights = 0;
+  for (const ContourEdgel& edgel : evidence.edgels) {
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = evidence.points[static_cast<size_t>(edgel.point)];
+    if (point.weight == 0) continue;
+    weights += point.weight;
+    sum += point.weight * edgel.found.shading_px * edgel.found.shading_px;
+  }
+  return sum / weights;
+}
+
+/// Direction in which the object gets brighter in the image, a unit vector; zero where it is lit from the camera.
+Eigen::Vector2d light_direction(const Shading& shading) {
+  const auto change = [&](int term) {
+    const Shading::Terms along = Shading::Terms::Unit(term);
+    return shading.colour(along).sum();
+  };
+  const Eigen::Vector2d gradient(change(1), change(2));
+  constexpr double kLeast = 20;  // grey levels, summed over the channels: less is noise
+  const double size = gradient.norm();
+  return size > kLeast ? Eigen::Vector2d(gradient / size) : Eigen::Vector2d(0, 0);
+}
+
+}  // namespace
+
+ContourCovariance covariance_of(const ContourEvidence& evidence) {
+  const ConeFit& fit = evidence.fit;
+  constexpr double kPriorPoints = 10;  // weight of the prior that the errors are as large as expected
+  const double spread = std::max(1.0, (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3));
+  const Eigen::Matrix3d J = fit.cone.jacobian(), geometry = J * fit.geometry * J.transpose();
+  // Small contours, and chroma at half resolution, err by more than their edges scatter: few pixels, or whole blocks of
+  // them, decide on the model of light and background that all edges use.
+  // Beside an occluder, light and background are known on one side only.
+  const double blocks = (evidence.hues_blurred ? kBlocks : 1) * (evidence.whole ? 1 : kOneSideOnly);
+  const double radius_px = fit.cone.sine() * evidence.focal_px;
+  const double of_radius = (evidence.hues_blurred ? kBlockPixels : kFewPixels) / radius_px;
+  const double few_pixels = 1 + of_radius * of_radius;
+  const Eigen::Matrix3d of_edges = few_pixels * blocks *
+                                   (spread * neighbours_agree(evidence) * J * fit.covariance * J.transpose() +
+                                    J * shading_covariance(evidence) * J.transpose());
+  // An error that all edges of one side have moves the centre of a complete contour by as much, and the centre of a
+  // partly visible one by more.
+  const double blur2 = kModelBlur * kModelBlur * std::max(0.0, evidence.colour_blur2 - kNoBlur);
+  ContourCovariance result;
+  result.covariance = of_edges + (kModelCentre * kModelCentre + blur2) / 2 * geometry;
+  // A shading error equal on all sides changes the size; one that differs between the lit side and the dark one moves
+  // the centre along the light, alike in both images.
+  const double shading2 = mean_shading2(evidence);
+  result.covariance(2, 2) += kOneSided * shading2 / 2 * geometry(2, 2);
+  const Eigen::Vector2d light = light_direction(evidence.shading);
+  const double along2 =
+      light.dot((kOneSided * blocks * shading2 / 2 * geometry + kSharedEdges * of_edges).topLeftCorner<2, 2>() * light);
+  result.shared.col(kLight).head<2>() = std::sqrt(along2) * light;
+  result.covariance += result.shared * result.shared.transpose();
+  // A window that holds less than the whole of a blurred edge places it too near to its middle; either end of the image
+  // of a moving object, in front of its own background.
+  const double blur = evidence.motion.variance, moved2 = kMoved * kMoved * blur * blur * blur;
+  const Eigen::Vector2d along = evidence.d_ray_d_pixel * evidence.motion.along;
+  result.covariance.topLeftCorner<2, 2>() += moved2 * along * along.transpose();
+  result.covariance(2, 2) +=
+      (kModelRadius * kModelRadius + kMovedSize * kMovedSize * moved2) / (evidence.focal_px * evidence.focal_px);
+  return result;
+}
+
+}  // namespace multireach::vision

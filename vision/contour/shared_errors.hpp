@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace multireach::vision {
+
+/// Errors that the two images of a pair share, since their cause is the same for both: each column is the error of
+/// (x/z, y/z, s) by one standard deviation of that cause, in the image at hand. They move a position across the line of
+/// sight, but hardly along it, for disparity is a difference.
+enum SharedError {
+  kLight,   ///< the edges of the lit and of the dark side are biased differently
+  kHidden,  ///< a part of the object may be hidden that the blob's centroid does not know of
+  kSharedErrors
+};
+using SharedErrors = Eigen::Matrix<double, 3, kSharedErrors>;
+
+}  // namespace multireach::vision
