@@ -3,16 +3,46 @@
 #include <fstream>
 #include <numbers>
 #include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
+#include "controller/collision/obstacle.hpp"
 #include "kinematics/urdf_chain.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::bench {
 
-inline Chain hoap2() {
-  std::ifstream file(MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf");
+struct ArmName {
+  std::string urdf, base, tip;
+};
+
+/// The Hoap2, and the public arms of ../shared/robots, whether they are there or not.
+inline std::vector<ArmName> default_arms() {
+  const std::string here = MULTIREACH_SOURCE_DIR, beside = here + "/../shared/robots/";
+  return {{here + "/robots/hoap2/hoap2.urdf", "torso", "right_hand"},
+          {beside + "panda.urdf", "panda_link0", "panda_hand"},
+          {beside + "iiwa14.urdf", "base", "iiwa_link_ee"},
+          {beside + "ur5_robot.urdf", "base_link", "ee_link"},
+          {beside + "kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"},
+          {beside + "baxter.urdf", "base", "left_gripper"}};
+}
+
+/// Throws std::invalid_argument when the file cannot be read or is no URDF with this chain.
+inline Chain load(const ArmName& arm) {
+  std::ifstream file(arm.urdf);
+  if (!file) throw std::invalid_argument(arm.urdf + ": cannot be read");
   std::stringstream text;
   text << file.rdbuf();
-  return chain_from_urdf(text.str(), "torso", "right_hand");
+  try {
+    return chain_from_urdf(text.str(), arm.base, arm.tip);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(arm.urdf + ": " + error.what());
+  }
+}
+
+inline Chain hoap2() {
+  return load(default_arms().front());
 }
 
 /// A typical seven-joint arm: spherical shoulder, elbow, spherical wrist with an offset hand; about 0.9 m.
@@ -37,6 +67,24 @@ inline Chain seven_joints() {
     fixed.push_back(X);
   }
   return Chain(joints, fixed, "base", "hand");
+}
+
+/// Twenty obstacles of three shapes around the arm.
+inline std::vector<controller::Obstacle> twenty_obstacles(const Chain& chain) {
+  const CounterRandom random(3);
+  std::vector<controller::Obstacle> obstacles;
+  for (uint64_t k = 0; k < 20; ++k) {
+    controller::Obstacle obstacle;
+    obstacle.shape = static_cast<controller::Obstacle::Shape>(k % 3);
+    for (uint64_t axis = 0; axis < 3; ++axis) {
+      obstacle.X_WO.translation()[static_cast<Eigen::Index>(axis)] =
+          chain.reach() * random.uniform(3 * k + axis, -1.2, 1.2);
+    }
+    obstacle.X_WO.translation() += chain.fixed(0).translation();
+    obstacle.size = 0.08 * chain.reach() * Eigen::Vector3d::Ones();
+    obstacles.push_back(obstacle);
+  }
+  return obstacles;
 }
 
 }  // namespace multireach::bench

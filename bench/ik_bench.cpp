@@ -12,6 +12,7 @@
 #include <optional>
 #include <sstream>
 
+#include "bench/arms.hpp"
 #include "bench/ik_solvers.hpp"
 #include "kinematics/urdf_chain.hpp"
 #include "numeric/random.hpp"
@@ -22,40 +23,19 @@ namespace {
 using controller::TaskKind;
 using controller::TaskTarget;
 
-struct ArmName {
-  std::string urdf, base, tip;
-};
-
-std::vector<ArmName> default_arms() {
-  const std::string here = MULTIREACH_SOURCE_DIR, beside = here + "/../shared/robots/";
-  return {{here + "/robots/hoap2/hoap2.urdf", "torso", "right_hand"},
-          {beside + "panda.urdf", "panda_link0", "panda_hand"},
-          {beside + "iiwa14.urdf", "base", "iiwa_link_ee"},
-          {beside + "ur5_robot.urdf", "base_link", "ee_link"},
-          {beside + "kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"},
-          {beside + "baxter.urdf", "base", "left_gripper"}};
-}
-
 std::optional<ArmName> arm_named(const std::string& text) {
   const size_t tip = text.rfind(':'), base = tip == 0 || tip == std::string::npos ? tip : text.rfind(':', tip - 1);
   if (base == std::string::npos || tip == 0 || base == tip) return std::nullopt;
   return ArmName{text.substr(0, base), text.substr(base + 1, tip - base - 1), text.substr(tip + 1)};
 }
 
-Chain load(const ArmName& arm) {
-  std::ifstream file(arm.urdf);
-  if (!file) throw std::invalid_argument(arm.urdf + ": cannot be read");
-  std::stringstream text;
-  text << file.rdbuf();
-  try {
-    const Chain chain = chain_from_urdf(text.str(), arm.base, arm.tip);
-    const bool turns = std::all_of(chain.joints().begin(), chain.joints().end(),
-                                   [](const Joint& joint) { return joint.type != Joint::Type::kPrismatic; });
-    if (!turns) throw std::invalid_argument("it has a sliding joint; the peers' arms only turn");
-    return chain;
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(arm.urdf + ": " + error.what());
-  }
+/// The chain of an arm whose joints all turn, as the peers need it.
+Chain load_turning(const ArmName& arm) {
+  Chain chain = load(arm);
+  const bool turns = std::all_of(chain.joints().begin(), chain.joints().end(),
+                                 [](const Joint& joint) { return joint.type != Joint::Type::kPrismatic; });
+  if (!turns) throw std::invalid_argument(arm.urdf + ": it has a sliding joint; the peers' arms only turn");
+  return chain;
 }
 
 struct Score {
@@ -140,7 +120,7 @@ int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bo
     if (skip_missing && !std::filesystem::exists(arm.urdf)) {
       fmt::print(stderr, "multireach-bench-ik: {} is not here; its arm is left out\n", arm.urdf);
     } else {
-      chains.emplace_back(std::filesystem::path(arm.urdf).stem().string(), load(arm));
+      chains.emplace_back(std::filesystem::path(arm.urdf).stem().string(), load_turning(arm));
     }
   }
   fmt::print("{} targets for each arm, seed {}; processor time\n\n", samples, seed);

@@ -180,19 +180,7 @@ void guarded_step_among_obstacles(benchmark::State& state, const Chain& chain, d
   parameters.body.link_radius_m = link_radius_m;
   GuardedLaw law(chain, parameters);
   controller::Proximity proximity(chain, parameters.body);
-  const CounterRandom random(3);
-  std::vector<controller::Obstacle> obstacles;
-  for (uint64_t k = 0; k < 20; ++k) {
-    controller::Obstacle obstacle;
-    obstacle.shape = static_cast<controller::Obstacle::Shape>(k % 3);
-    for (uint64_t axis = 0; axis < 3; ++axis) {
-      obstacle.X_WO.translation()[static_cast<Eigen::Index>(axis)] =
-          chain.reach() * random.uniform(3 * k + axis, -1.2, 1.2);
-    }
-    obstacle.X_WO.translation() += chain.fixed(0).translation();
-    obstacle.size = 0.08 * chain.reach() * Eigen::Vector3d::Ones();
-    obstacles.push_back(obstacle);
-  }
+  const std::vector<controller::Obstacle> obstacles = twenty_obstacles(chain);
   law.set_obstacles(obstacles);
   proximity.set_obstacles(obstacles);
   std::vector<Reach> all = reaches(chain, TaskKind::kPosition);

@@ -22,6 +22,7 @@ constexpr double kStill = 0.01;               // rad (m): a joint that moves les
 constexpr double kArrived = 0.005;            // m: an end effector nearer than this to the target has arrived
 constexpr double kOffsetAfter = 1e7;          // us: time constant with which a lasting deviation is learnt as an offset
 constexpr double kMaxOffset = 0.5;            // rad (m): limits the effect of one wrong measurement on the offset
+constexpr int64_t kTicksWithin = 4;           // tick_us: at most so many ticks
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
 bool is_plausible_time(int64_t utime) {
@@ -61,7 +62,7 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   require(options.ik.samples >= 3 && options.ik.starts >= 0,
           "inverse kinematics needs at least 3 samples, and starts must not be negative");
   law_ = make_law(chain, options, steps_per_second());
-  for (JointVector& command : commands_) command = JointVector::Zero(chain.size());
+  for (PastCommand& command : commands_) command.theta = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
   const auto fault = joint_configuration_fault(chain, {rest_.begin(), rest_.end()}, "the rest posture");
   if (fault) throw std::invalid_argument(*fault);
@@ -103,7 +104,16 @@ bool ReachController::observe(const TargetObservation& observation) {
   if (jumped) note_jump(observation.utime);
   last_seen_ = observation.utime;
   last_position_ = filter_.position_at(observation.utime);
+  bring_tick_forward(observation.utime);
   return true;
+}
+
+/// Lets the next tick take up a target of this time, where the last one was long enough ago.
+void ReachController::bring_tick_forward(int64_t utime) {
+  if (options_.ticks != TickTimes::kOnTargets || !grid_origin_ || tick_ == 0) return;
+  if (utime <= time_of_step(last_step_) || utime >= time_of_step(next_step_)) return;
+  const int64_t step = (utime - *grid_origin_) * options_.steps_per_tick / options_.tick_us;
+  if (kTicksWithin * (step - last_step_) >= options_.steps_per_tick) next_step_ = step;
 }
 
 /// Notices a target that jumps to and fro, e.g. between two objects of one colour: to follow each jump would only shake
@@ -125,7 +135,7 @@ bool ReachController::restart_grid(int64_t utime) {
   grid_origin_ = utime;
   jumps_.fill(std::nullopt);
   flickers_ = false;
-  tick_ = 0;
+  tick_ = last_step_ = next_step_ = 0;
   if (newest_ && *newest_ > utime) newest_.reset();
   if (last_seen_ && *last_seen_ > utime) {
     last_seen_.reset();
@@ -136,7 +146,7 @@ bool ReachController::restart_grid(int64_t utime) {
 
 std::optional<int64_t> ReachController::next_tick() const {
   if (!grid_origin_) return std::nullopt;
-  return *grid_origin_ + tick_ * options_.tick_us;
+  return time_of_step(next_step_);
 }
 
 /// `velocity`: m per integration step.
@@ -167,14 +177,14 @@ void ReachController::handle_lost_target() {
   if (mode_ != ReachMode::kWaiting) mode_ = ReachMode::kHolding;
 }
 
-void ReachController::track_target(int64_t now) {
+void ReachController::track_target(int64_t now, int64_t begin) {
   if (flickers_ && now - *jumps_.front() >= kSteadyAfter) flickers_ = false;
   if (flickers_ && mode_ == ReachMode::kReaching) {
     law_->update_target(task_target(held_position_, Eigen::Vector3d::Zero()));
     return;
   }
   const TaskTarget target =
-      task_target(filter_.position_at(now + options_.prediction_us), filter_.velocity() / steps_per_second());
+      task_target(filter_.position_at(begin + options_.prediction_us), filter_.velocity() / steps_per_second());
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
   const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
   held_position_ = target.position;
@@ -188,36 +198,42 @@ void ReachController::track_target(int64_t now) {
   dwelling_ = false;
 }
 
-void ReachController::update_goal(int64_t now) {
+/// `begin`: the time for which the joint positions hold before this tick, one period after the last. A moving target is
+/// predicted to it.
+void ReachController::update_goal(int64_t now, int64_t begin) {
   lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
   unreachable_ = false;
   if (!lost_) {
-    track_target(now);
+    track_target(now, begin);
   } else if (last_seen_ || mode_ != ReachMode::kWaiting) {
     handle_lost_target();
   }
 }
 
 void ReachController::record_command() {
-  commands_[static_cast<size_t>(commands_recorded_ % kCommandHistory)] = law_->theta();
+  commands_[static_cast<size_t>(commands_recorded_ % kCommandHistory)] = {law_->theta(), due_steps_};
   ++commands_recorded_;
 }
 
-void ReachController::compensate_disturbance() {
+/// `interval_us`: the time that this tick stands for. Its steps are counted in due_steps_ already.
+void ReachController::compensate_disturbance(int64_t interval_us) {
   if (options_.feedback != Feedback::kMeasured) return;
   JointVector displacement = JointVector::Zero(chain_.size());
   if (measured_) {
     const auto known = static_cast<int>(std::min<int64_t>(commands_recorded_, kCommandHistory));
+    const int64_t oldest = due_steps_ - int64_t{kCommandsWithin} * options_.steps_per_tick;
     for (int i = 0; i < chain_.size(); ++i) {
-      double low = commands_[0][i], high = low;
-      for (int k = 1; k < known; ++k) {
-        low = std::min(low, commands_[static_cast<size_t>(k)][i]);
-        high = std::max(high, commands_[static_cast<size_t>(k)][i]);
+      double low = law_->theta()[i], high = low;
+      for (int k = 0; k < known; ++k) {
+        const PastCommand& command = commands_[static_cast<size_t>(k)];
+        if (command.step < oldest) continue;
+        low = std::min(low, command.theta[i]);
+        high = std::max(high, command.theta[i]);
       }
       // Deviation from the range of the commands of the last 0.3 s, after removing the learnt offset.
       const double there = (*measured_)[i] - offset_[i], beside = there - std::clamp(there, low, high);
-      offset_[i] += std::min(1.0, static_cast<double>(options_.tick_us) / kOffsetAfter) *
-                    std::clamp(beside, -kMaxOffset, kMaxOffset);
+      offset_[i] +=
+          std::min(1.0, static_cast<double>(interval_us) / kOffsetAfter) * std::clamp(beside, -kMaxOffset, kMaxOffset);
       displacement[i] = std::copysign(std::max(std::abs(beside) - options_.disturbance_threshold, 0.0), beside);
     }
   }
@@ -227,16 +243,15 @@ void ReachController::compensate_disturbance() {
 
 /// Whether the arm has come to rest short of a target that no limit of its own keeps it from, and why. A robot that the
 /// bridge slows down is not blocked.
-Blocked ReachController::blocked(double distance_m) {
+Blocked ReachController::blocked(double distance_m, int64_t interval_us) {
   const JointVector theta = law_->theta();
   if (rested_.size() != theta.size() || (theta - rested_).cwiseAbs().maxCoeff() > kStill || rate_ < 1) {
     rested_ = theta;
-    still_ticks_ = 0;
+    still_us_ = 0;
   } else {
-    ++still_ticks_;
+    still_us_ += interval_us;
   }
-  if (mode_ != ReachMode::kReaching || distance_m < kArrived || still_ticks_ * options_.tick_us < kStillFor)
-    return Blocked::kNo;
+  if (mode_ != ReachMode::kReaching || distance_m < kArrived || still_us_ < kStillFor) return Blocked::kNo;
   const Obstruction obstruction = law_->obstruction();
   if (obstruction == Obstruction::kTarget) return Blocked::kTargetInObstacle;
   if (unreachable_) return Blocked::kNo;
@@ -255,9 +270,15 @@ ReachOutput ReachController::tick() {
   }
   output.utime = *next_tick();
   output.tick = tick_++;
-  update_goal(output.utime);
-  compensate_disturbance();
-  owed_steps_ += rate_ * options_.steps_per_tick;
+  // The first tick stands for as much time as if one had been before it.
+  const int64_t due = output.tick == 0 ? options_.steps_per_tick : next_step_ - last_step_;
+  const int64_t interval_us = due * options_.tick_us / options_.steps_per_tick;
+  last_step_ = next_step_;
+  next_step_ += options_.steps_per_tick;
+  due_steps_ += due;
+  update_goal(output.utime, output.utime + options_.tick_us - interval_us);
+  compensate_disturbance(interval_us);
+  owed_steps_ += rate_ * static_cast<double>(due);
   const int steps = static_cast<int>(owed_steps_);
   owed_steps_ -= steps;
   if (mode_ != ReachMode::kWaiting) {
@@ -266,13 +287,13 @@ ReachOutput ReachController::tick() {
   record_command();
   if (mode_ == ReachMode::kReaching) unreachable_ = law_->unreachable();
   if (last_seen_) output.distance_m = (last_position_ - law_->x()).norm();
-  output.blocked = blocked(output.distance_m);
+  output.blocked = blocked(output.distance_m, interval_us);
   output.mode = mode_;
   output.target_lost = lost_;
   output.target_unreachable = unreachable_;
   output.target_flickers = flickers_ && mode_ == ReachMode::kReaching;
   output.theta = law_->theta();
-  output.velocity = law_->velocity() * (steps_per_second() * steps / options_.steps_per_tick);
+  output.velocity = law_->velocity() * (steps_per_second() * steps / static_cast<double>(due));
   output.theta_target = law_->theta_target();
   output.x = law_->x();
   output.x_T = mode_ == ReachMode::kWaiting ? law_->x() : law_->x_target();

@@ -33,11 +33,18 @@ enum class Feedback {
               ///< seconds (sag, a wrongly calibrated joint) is learnt as an offset and not compensated
 };
 
+/// When ticks are computed.
+enum class TickTimes {
+  kPeriodic,   ///< every tick_us from the first target
+  kOnTargets,  ///< at each target that is seen, a quarter of tick_us or more after the last tick; else tick_us after it
+};
+
 struct ReachOptions {
   /// The controller overwrites steps_per_second and ik of GuardedParameters with the values below.
   std::variant<GuardedParameters, PaperParameters> law{};
   int64_t tick_us = 50000;  ///< period of the set-points: 20 Hz, Sect. 4
-  int steps_per_tick = 7;   ///< integration steps per tick, each "roughly 7 milliseconds" (Fig. 10)
+  int steps_per_tick = 7;   ///< integration steps per tick_us, each "roughly 7 milliseconds" (Fig. 10)
+  TickTimes ticks = TickTimes::kOnTargets;
   TargetFilter::Options target{};
   /// The hand aims at where the target will be this much later. A set-point holds for the end of its tick; what passes
   /// besides, from the image to the controller and from the bridge to the robot's motion, belongs here.
@@ -94,7 +101,9 @@ struct ReachOutput {
 };
 
 /// The reaching controller as a stage: receives target observations, measured joint positions and obstacles; computes
-/// one set-point per tick (20 Hz). Deterministic: the same calls in the same order give the same outputs.
+/// one set-point per tick (20 Hz or more, TickTimes). A tick integrates as many steps as the time since the last one
+/// holds, so a target that is waited for less changes nothing but when the arm knows of it. Deterministic: the same
+/// calls in the same order give the same outputs.
 class ReachController {
  public:
   /// Throws std::invalid_argument for invalid options (a rest configuration outside the limits, a period or a number
@@ -131,23 +140,34 @@ class ReachController {
   /// Restarts the ticks with tick 0 at `utime`: for the first target, and after a jump of the target's clock. Returns
   /// false, and changes nothing, when `utime` is further than kMaxTime from 0.
   bool restart_grid(int64_t utime);
-  /// The time of the next tick; nullopt before restart_grid().
+  /// The time of the next tick, a whole number of integration steps after the first; nullopt before restart_grid().
   std::optional<int64_t> next_tick() const;
+  /// Whether a target of the next tick's time, or a newer one, is there: nothing is gained by waiting for another.
+  bool target_waits() const { return last_seen_ && grid_origin_ && *last_seen_ >= *next_tick(); }
   /// Computes the next tick. Call start() and restart_grid() first: before, the output is of ReachMode::kNotStarted and
   /// has no joint positions.
   ReachOutput tick();
 
  private:
-  static constexpr int kCommandHistory = 6;  // commands kept, one per tick of 50 ms
+  static constexpr int kCommandsWithin = 6;  // tick_us: the time for which commands are compared with the robot
+  static constexpr int kCommandHistory = 4 * kCommandsWithin;  // as many as ticks fit into that time
 
-  void update_goal(int64_t now);
+  /// A command, and the integration steps that were due since the first tick.
+  struct PastCommand {
+    JointVector theta;
+    int64_t step = 0;
+  };
+
+  int64_t time_of_step(int64_t step) const { return *grid_origin_ + step * options_.tick_us / options_.steps_per_tick; }
+  void bring_tick_forward(int64_t utime);
+  void update_goal(int64_t now, int64_t begin);
   void note_jump(int64_t utime);
-  void track_target(int64_t now);
+  void track_target(int64_t now, int64_t begin);
   void handle_lost_target();
   TaskTarget task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const;
-  void compensate_disturbance();
+  void compensate_disturbance(int64_t interval_us);
   void record_command();
-  Blocked blocked(double distance_m);
+  Blocked blocked(double distance_m, int64_t interval_us);
   double steps_per_second() const { return 1e6 * options_.steps_per_tick / static_cast<double>(options_.tick_us); }
 
   Chain chain_;
@@ -157,9 +177,11 @@ class ReachController {
   JointVector rest_;
   std::optional<int64_t> grid_origin_;
   int64_t tick_ = 0;
-  double rate_ = 1, owed_steps_ = 0;  // integration steps not done yet, less than one
-  JointVector rested_;                // where the arm has been for still_ticks_
-  int64_t still_ticks_ = 0;
+  int64_t last_step_ = 0, next_step_ = 0;  // of the last and the next tick: integration steps since grid_origin_
+  int64_t due_steps_ = 0;                  // in all ticks so far, also before the ticks were restarted
+  double rate_ = 1, owed_steps_ = 0;       // integration steps not done yet, less than one
+  JointVector rested_;                     // where the arm has been for still_us_
+  int64_t still_us_ = 0;
 
   std::optional<int64_t> newest_;                            // time of the newest observation, seen or not
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen
@@ -175,7 +197,7 @@ class ReachController {
   bool lost_ = false, unreachable_ = false, dwelling_ = false;
   std::optional<JointVector> measured_;  // newest measurement since the last tick
   JointVector offset_;                   // lasting deviation of the arm from the commands: sag, calibration error
-  std::array<JointVector, kCommandHistory> commands_;
+  std::array<PastCommand, kCommandHistory> commands_;
   int64_t commands_recorded_ = 0;
 };
 

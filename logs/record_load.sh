@@ -15,7 +15,7 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
 fi
 work=$(mktemp -d)
 declare -A pids
-trap 'kill "${pids[@]}" 2>/dev/null; rm -rf "$work"' EXIT
+trap 'kill "${pids[@]}" 2>/dev/null || true; rm -rf "$work"' EXIT
 robot="$root/robots/hoap2/robot.yaml"
 run() { "$bin/multireach-$1" --config "$2" 2>/dev/null & pids[$1]=$!; }
 restart() { kill -KILL "${pids[$1]}"; wait "${pids[$1]}" 2>/dev/null || true; run "$1" "$robot"; }

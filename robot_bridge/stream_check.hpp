@@ -12,7 +12,7 @@ namespace multireach::robot_bridge {
 /// averages of the derivatives, so a motion that keeps its limits keeps them in the differences too.
 class StreamCheck {
  public:
-  explicit StreamCheck(const MotionLimits& limits) : limits_(limits) {}
+  explicit StreamCheck(const MotionLimits& limits) : limits_(limits), lower_(limits.lower), upper_(limits.upper) {}
 
   void add(const JointVector& position) {
     for (int i = 0; i < position.size(); ++i) {
@@ -21,13 +21,19 @@ class StreamCheck {
       if (count_ >= 1) velocity_ = std::max(velocity_, std::abs(v) / limits_.velocity[i]);
       if (count_ >= 2) acceleration_ = std::max(acceleration_, std::abs(a) / limits_.acceleration[i]);
       if (count_ >= 3) jerk_ = std::max(jerk_, std::abs(a - last_[joint][2]) / kPeriod / limits_.jerk[i]);
-      excess_ = std::max({excess_, limits_.lower[i] - position[i], position[i] - limits_.upper[i]});
+      excess_ = std::max({excess_, lower_[i] - position[i], position[i] - upper_[i]});
       last_[joint] = {position[i], count_ >= 1 ? v : 0, count_ >= 2 ? a : 0};
     }
     ++count_;
   }
   /// The stream begins again: the next positions are not compared with those before.
   void begin() { count_ = 0; }
+  /// A stream of its own begins, where the robot stands. From a position beyond a limit it may only come back.
+  void begin_at(const JointVector& robot) {
+    begin();
+    lower_ = limits_.lower.cwiseMin(robot);
+    upper_ = limits_.upper.cwiseMax(robot);
+  }
 
   double velocity() const { return velocity_; }
   double acceleration() const { return acceleration_; }
@@ -44,6 +50,7 @@ class StreamCheck {
   static constexpr double kRounding = 1e-4;
 
   MotionLimits limits_;
+  JointVector lower_, upper_;
   std::array<std::array<double, 3>, kMaxJoints> last_{};
   int64_t count_ = 0;
   double velocity_ = 0, acceleration_ = 0, jerk_ = 0, excess_ = 0;

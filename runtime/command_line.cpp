@@ -130,7 +130,9 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     app_->parse(argc, argv);
   } catch (const CLI::Success& asked) {
     const int code = app_->exit(asked);
-    return std::cout.flush() ? code : 1;
+    if (std::cout.flush()) return code;
+    std::cerr << app_->get_name() << ": standard output: cannot be written\n";
+    return 1;
   } catch (const CLI::ParseError& error) {
     const std::string name = app_->get_name();
     std::cerr << name << ": " << error.what() << "; see " << name << " --help\n";

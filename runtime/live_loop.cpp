@@ -142,7 +142,9 @@ class LiveLoop {
     return wake;
   }
 
-  int64_t due_us(int64_t tick) const { return clock_.monotonic_at(tick) + node_->tick_delay_us(); }
+  int64_t due_us(int64_t tick) const {
+    return std::max(clock_.monotonic_at(tick) + node_->tick_delay_us(), asked_for_us_);
+  }
 
   /// Sleeps until the next drain, then handles what has arrived.
   void drain_messages(int64_t timeout_us) {
@@ -168,7 +170,10 @@ class LiveLoop {
 
   void receive(std::string_view channel, std::span<const uint8_t> bytes) {
     if (lockstep_) return lockstep_->receive(channel, bytes);
+    const auto next = node_->next_tick();
+    const int64_t delay = node_->tick_delay_us();
     const Receipt receipt = node_->receive(channel, bytes, outbox_);
+    if (node_->next_tick() != next || node_->tick_delay_us() < delay) asked_for_us_ = monotonic_us();
     if (receipt.utime && receipt.restarts_ticks) {
       clock_.anchor(*receipt.utime, monotonic_us());
     } else if (receipt.utime) {
@@ -309,6 +314,7 @@ class LiveLoop {
   std::optional<InputJournal> journal_;
   Outbox outbox_;
   int64_t start_us_ = 0, next_status_us_ = 0;
+  int64_t asked_for_us_ = INT64_MIN;                      // when a message brought the next tick forward, last
   std::optional<int64_t> shutdown_us_;                    // when the node was asked to end
   bool refused_step_ = false, dropped_datagram_ = false;  // said once
 };

@@ -76,7 +76,7 @@ class Node {
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }
   /// Live, a tick is computed this long after a message of its time arrives at the earliest, so that the messages of
-  /// that time are there.
+  /// that time are there. Once they are, the node may say 0.
   virtual int64_t tick_delay_us() const { return 0; }
   virtual void tick(Outbox&) {}
   virtual LateTicks late_ticks() const { return LateTicks::kCompute; }

@@ -23,7 +23,7 @@ ConfigKeys<SharedValues> shared_keys() {
   keys.other("robot", "section", "", "required", "The arm.", read_elsewhere)
       .number(
           "tick_ms", "ms", 1, 10000, [](auto& v) -> auto& { return v.tick_us; },
-          "Period of the controller's set-points, which the bridge interpolates; 50 ms in the paper (Sect. 4).", 1e3)
+          "Longest time from one of the controller's set-points to the next; 50 ms in the paper (Sect. 4).", 1e3)
       .integer(
           "state_hz", "Hz", 1, 1000, [](auto& v) -> auto& { return v.state_hz; },
           "Rate of the simulated robot's ROBOT_STATE.")

@@ -147,7 +147,10 @@ GuardedBatch::GuardedBatch(const Chain& chain, const GuardedParameters& paramete
       constants_{FastLinks<0, double>(chain, tool_frame(parameters.tool)), guarded_settings(chain, parameters)},
       search_(chain, guarded_ik_options(chain, parameters), parameters.tool) {
   if (parameters.body.link_radius_m > 0) throw std::invalid_argument("a batch has no body: link_radius_m must be 0");
+  if (parameters.path_work > 0) throw std::invalid_argument("a batch plans no paths: path_work must be 0");
   blocks_.resize(running().size());
+  searching_.resize(running().size());
+  searches_.resize(static_cast<size_t>(size()));
   reset_all();
 }
 
@@ -168,6 +171,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
     (*row)[lane] = 0;
   }
   set_theta_target(block, lane, theta_target);
+  searching_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << lane);
   run(arm);
   return true;
 }
@@ -187,23 +191,36 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
   HWY_DYNAMIC_DISPATCH(refresh_guarded)(constants_, block);
 }
 
-void GuardedBatch::search_theta_target(int arm) {
+void GuardedBatch::begin_search(int arm) {
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
-  const IkSolution found = search_.best({.position = target_of(block, lane)}, theta(arm));
+  search_.begin({.position = target_of(block, lane)}, theta(arm), searches_[static_cast<size_t>(arm)]);
   ++ik_searches_;
-  block.progress.unreachable[lane] = found.error_m > GuardedTuning::kReached ? 1 : 0;
-  set_theta_target(block, lane, found.theta);
+  searching_[static_cast<size_t>(arm / kRowLanes)] |= 1U << lane;
+  block.progress.no_search_before[lane] = std::numeric_limits<double>::infinity();  // until this search is complete
+}
+
+void GuardedBatch::continue_search(int arm) {
+  IkSearch& search = searches_[static_cast<size_t>(arm)];
+  if (!search_.continue_search(search, GuardedTuning::search_work(TaskKind::kPosition))) return;
+  GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
+  const int lane = arm % kRowLanes;
+  searching_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << lane);
+  block.progress.unreachable[lane] = search.best.error_m > GuardedTuning::kReached ? 1 : 0;
+  set_theta_target(block, lane, search.best.theta);
 }
 
 void GuardedBatch::step() {
   const auto step_block = HWY_DYNAMIC_DISPATCH(step_guarded);
+  const auto each = [](size_t b, uint32_t lanes, auto&& visit) {
+    for (int lane = 0; lanes >> lane != 0; ++lane) {
+      if (lanes >> lane & 1) visit(static_cast<int>(b) * kRowLanes + lane);
+    }
+  };
   for (size_t b = 0; b < blocks_.size(); ++b) {
     if (running()[b] == 0) continue;
-    const uint32_t arms = step_block(constants_, blocks_[b]) & running()[b];
-    for (int lane = 0; arms >> lane != 0; ++lane) {
-      if (arms >> lane & 1) search_theta_target(static_cast<int>(b) * kRowLanes + lane);
-    }
+    each(b, step_block(constants_, blocks_[b]) & running()[b], [&](int arm) { begin_search(arm); });
+    each(b, searching_[b] & running()[b], [&](int arm) { continue_search(arm); });
   }
 }
 

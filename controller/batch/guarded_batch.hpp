@@ -29,12 +29,15 @@ class GuardedBatch final : public ArmBatch {
   void step() override;
 
  private:
-  void search_theta_target(int arm);
+  void begin_search(int arm);
+  void continue_search(int arm);
   void set_theta_target(GuardedBlock& block, int lane, const JointVector& theta_target);
 
   GuardedConstants constants_;
   MultiStartIk search_;
   std::vector<GuardedBlock> blocks_;
+  std::vector<IkSearch> searches_;   // of each arm
+  std::vector<uint32_t> searching_;  // a mask for each block: whether theta_T of the arm of lane a is being searched
 };
 
 }  // namespace multireach::controller

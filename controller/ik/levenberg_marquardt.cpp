@@ -82,73 +82,96 @@ JointVector LevenbergMarquardtIk::damped_step(const JointVector& posture, const 
 }
 
 template <int M>
-double LevenbergMarquardtIk::solve_task(const TaskTarget& target, JointVector& posture, double tolerance_m) const {
+int LevenbergMarquardtIk::descend_task(const TaskTarget& target, IkDescent& descent, double tolerance_m,
+                                       int most) const {
   constexpr int kMaxSteps = 60;
   constexpr double kMaxStep = 0.5;    // rad (or m) of any joint, so that the linearisation stays valid
   constexpr double kProgress = 1e-6;  // relative: a step that reduces the error by less has converged
   Task<M> now, candidate_task;
-  task<M>(target, posture, now);
-  double damping = 1e-4;  // m^2, against singular values of some 0.1 m; adapted as Levenberg and Marquardt do
-  double error = now.error.norm();
-  for (int k = 0; k < kMaxSteps && error > tolerance_m; ++k) {
-    JointVector step = damped_step<M>(posture, now, now.error, damping);
+  task<M>(target, descent.posture, now);  // again after an interruption: cheaper to compute than to keep
+  double& error = descent.error;
+  error = now.error.norm();
+  const auto ended = [&] { return descent.steps >= kMaxSteps || !(error > tolerance_m); };
+  descent.finished = ended();
+  int work = 1;
+  while (!descent.finished && work <= most) {
+    JointVector step = damped_step<M>(descent.posture, now, now.error, descent.damping);
     const double largest = step.cwiseAbs().maxCoeff();
     if (largest > kMaxStep) step *= kMaxStep / largest;
-    const JointVector candidate = clamped(posture + step);
+    const JointVector candidate = clamped(descent.posture + step);
     task<M>(target, candidate, candidate_task);
+    ++descent.steps;
+    ++work;
     const double candidate_error = candidate_task.error.norm();
+    bool converged = false;
     if (candidate_error < error) {
-      const bool arrived = error - candidate_error < kProgress * error && damping < 1e-6;
-      posture = candidate;
+      converged = error - candidate_error < kProgress * error && descent.damping < 1e-6;
+      descent.posture = candidate;
       now = candidate_task;
       error = candidate_error;
-      damping = std::max(damping * 0.2, 1e-15);
-      if (arrived) break;
+      descent.damping = std::max(descent.damping * 0.2, 1e-15);
     } else {
-      damping *= 8;
-      if (damping > 1e4) break;
+      descent.damping *= 8;
+      converged = descent.damping > 1e4;
     }
+    descent.finished = converged || ended();
   }
-  return error;
+  return work;
 }
 
 template <int M>
-void LevenbergMarquardtIk::approach_task(const TaskTarget& target, const JointVector& theta, JointVector& posture,
-                                         double tolerance_m) const {
-  constexpr int kMaxSteps = 40;
-  double stride = 1;
+int LevenbergMarquardtIk::approach_task(const TaskTarget& target, const JointVector& theta, IkApproach& run,
+                                        double tolerance_m, int most) const {
+  constexpr int kMaxStrides = 40;
   const auto squared_distance = [&](const JointVector& from) {
     return weight_.size() == 0 ? (from - theta).squaredNorm() : (from - theta).cwiseProduct(weight_).squaredNorm();
   };
-  double distance = squared_distance(posture);
-  Task<M> now;
-  for (int k = 0; k < kMaxSteps && stride > 1e-3; ++k) {
-    task<M>(target, posture, now);
-    const JointVector wanted = stride * (theta - posture);
-    // Remove the part of `wanted` that moves the end effector; damping keeps this finite at singularities.
-    const Eigen::Matrix<double, M, 1> moved = now.jacobian * wanted;
-    JointVector candidate = clamped(posture + wanted - damped_step<M>(posture, now, moved, 1e-9));
-    const bool reaches = solve_task<M>(target, candidate, tolerance_m) <= tolerance_m;
-    const double candidate_distance = squared_distance(candidate);
-    if (reaches && candidate_distance < distance) {
-      const bool settled = distance - candidate_distance < 1e-3 * distance + 1e-12;
-      posture = candidate;
-      distance = candidate_distance;
-      stride = std::min(1.0, stride * 2);
-      if (settled) break;
+  if (run.strides == 0) run.distance2 = squared_distance(run.posture);
+  int work = 0;
+  while (work < most) {
+    if (!run.descends) {
+      run.finished = run.finished || run.strides >= kMaxStrides || !(run.stride > 1e-3);
+      if (run.finished) break;
+      Task<M> now;
+      task<M>(target, run.posture, now);
+      ++work;
+      const JointVector wanted = run.stride * (theta - run.posture);
+      // Remove the part of `wanted` that moves the end effector; damping keeps this finite at singularities.
+      const Eigen::Matrix<double, M, 1> moved = now.jacobian * wanted;
+      run.candidate = IkDescent{clamped(run.posture + wanted - damped_step<M>(run.posture, now, moved, 1e-9))};
+      run.descends = true;
+      ++run.strides;
+    }
+    work += descend_task<M>(target, run.candidate, tolerance_m, std::max(1, most - work));
+    if (!run.candidate.finished) continue;
+    run.descends = false;
+    const double distance2 = squared_distance(run.candidate.posture);
+    if (run.candidate.error <= tolerance_m && distance2 < run.distance2) {
+      run.finished = run.distance2 - distance2 < 1e-3 * run.distance2 + 1e-12;
+      run.posture = run.candidate.posture;
+      run.distance2 = distance2;
+      run.stride = std::min(1.0, run.stride * 2);
     } else {
-      stride *= 0.5;
+      run.stride *= 0.5;
     }
   }
+  return work;
 }
 
 double LevenbergMarquardtIk::solve(const TaskTarget& target, JointVector& posture, double tolerance_m) const {
-  return with_rows(target.task, [&]<int M>() { return solve_task<M>(target, posture, tolerance_m); });
+  IkDescent descent{posture};
+  while (!descent.finished) descend(target, descent, tolerance_m, std::numeric_limits<int>::max());
+  posture = descent.posture;
+  return descent.error;
 }
 
-void LevenbergMarquardtIk::approach(const TaskTarget& target, const JointVector& theta, JointVector& posture,
-                                    double tolerance_m) const {
-  with_rows(target.task, [&]<int M>() { approach_task<M>(target, theta, posture, tolerance_m); });
+int LevenbergMarquardtIk::descend(const TaskTarget& target, IkDescent& descent, double tolerance_m, int most) const {
+  return with_rows(target.task, [&]<int M>() { return descend_task<M>(target, descent, tolerance_m, most); });
+}
+
+int LevenbergMarquardtIk::approach(const TaskTarget& target, const JointVector& theta, IkApproach& run,
+                                   double tolerance_m, int most) const {
+  return with_rows(target.task, [&]<int M>() { return approach_task<M>(target, theta, run, tolerance_m, most); });
 }
 
 double LevenbergMarquardtIk::error(const TaskTarget& target, const JointVector& posture) const {

@@ -19,8 +19,6 @@ constexpr double kFar = 10;
 constexpr double kAsGood = 1e-3;
 /// A joint is heavy when it weighs this many times as much as the lightest.
 constexpr double kHeavy = 4;
-/// How many solutions, the nearest first, are moved along their self-motion towards the given configuration.
-constexpr int kDrawn = 3;
 
 }  // namespace
 
@@ -71,19 +69,46 @@ TaskTarget within_ten_reaches(const Chain& chain, TaskTarget target) {
 }
 
 IkSolution MultiStartIk::best(const TaskTarget& target, const JointVector& theta) const {
-  const TaskTarget near = within_ten_reaches(chain_, target);
-  if (closed_form_ik_ && target.task == TaskKind::kPosition) {
-    // All solutions inside the limits may lie between two samples; then multi_start() below continues.
-    if (auto posture = closed_form_ik_->nearest(near.position, theta)) {
-      return {*posture, solver_.error(near, *posture)};
+  IkSearch search;
+  begin(target, theta, search);
+  while (!continue_search(search, std::numeric_limits<int>::max())) continue;
+  return search.best;
+}
+
+void MultiStartIk::begin(const TaskTarget& target, const JointVector& theta, IkSearch& search) const {
+  search = {};
+  search.target = within_ten_reaches(chain_, target);
+  search.theta = theta;
+  if (closed_form_ik_ && target.task == TaskKind::kPosition) return;
+  begin_starts(light_solver_.has_value(), theta, search);
+}
+
+void MultiStartIk::begin_starts(bool light, const JointVector& theta, IkSearch& search) const {
+  const double infinity = std::numeric_limits<double>::infinity();
+  search.phase = IkSearch::Phase::kStarts;
+  search.light = light;
+  search.best = {solver_of(search).clamped(theta), infinity};
+  search.start = search.solutions = search.approached = 0;
+  search.counter = 0;
+  search.least = infinity;
+  search.distance.fill(infinity);
+}
+
+bool MultiStartIk::continue_search(IkSearch& search, int work) const {
+  if (!search.finished && search.phase == IkSearch::Phase::kClosedForm) {
+    // All solutions inside the limits may lie between two samples; then the random starts continue.
+    if (auto posture = closed_form_ik_->nearest(search.target.position, search.theta)) {
+      search.best = {*posture, solver_.error(search.target, *posture)};
+      search.finished = true;
+    } else {
+      begin_starts(false, search.theta, search);
     }
+    return search.finished;
   }
-  const JointVector from = solver_.clamped(theta);
-  if (light_solver_) {
-    const IkSolution light = multi_start(*light_solver_, heavy_, options_.starts, near, from);
-    if (light.error_m <= options_.tolerance_m) return light;
+  while (!search.finished && work > 0) {
+    work -= search.phase == IkSearch::Phase::kStarts ? continue_starts(search, work) : continue_approach(search, work);
   }
-  return multi_start(solver_, locked_, options_.most_starts, near, theta);
+  return search.finished;
 }
 
 IkSolution MultiStartIk::first(const TaskTarget& target, const JointVector& theta) const {
@@ -101,51 +126,74 @@ IkSolution MultiStartIk::first(const TaskTarget& target, const JointVector& thet
   return best;
 }
 
-IkSolution MultiStartIk::multi_start(const LevenbergMarquardtIk& solver, const JointSet& fixed, int most_starts,
-                                     const TaskTarget& target, const JointVector& theta) const {
-  const CounterRandom random(options_.seed);
-  struct Candidate {
-    JointVector posture;
-    double distance = std::numeric_limits<double>::infinity();
-  };
-  std::array<Candidate, kDrawn> nearest;  // sorted by distance
-  IkSolution best{solver_.clamped(theta), std::numeric_limits<double>::infinity()};
-  uint64_t counter = 0;
-  int solutions = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (int start = 0; start <= most_starts; ++start) {
-    if (solutions >= options_.solutions || (solutions > 0 && start > options_.starts)) break;
-    JointVector posture = solver_.clamped(theta);
-    if (start > 0) draw(random, counter, fixed, posture);
-    const double error = solver.solve(target, posture, options_.tolerance_m);
-    for (int i = 0; i < chain_.size(); ++i) {
-      if (!chain_.joint(i).limited() && !fixed[i]) posture[i] -= kTurn * std::round((posture[i] - theta[i]) / kTurn);
+int MultiStartIk::continue_starts(IkSearch& search, int work) const {
+  const LevenbergMarquardtIk& solver = solver_of(search);
+  const JointSet& fixed = search.light ? heavy_ : locked_;
+  // A search with heavy joints at rest begins from inside the limits.
+  const JointVector theta = search.light ? solver_.clamped(search.theta) : search.theta;
+  if (!search.descends) {
+    const int most_starts = search.light ? options_.starts : options_.most_starts;
+    const bool enough =
+        search.solutions >= options_.solutions || (search.solutions > 0 && search.start > options_.starts);
+    if (search.start > most_starts || enough) {
+      search.phase = IkSearch::Phase::kApproach;
+      if (search.solutions > 0) return 0;
+      search.finished = !search.light;
+      if (search.light) begin_starts(false, search.theta, search);
+      return 0;
     }
-    // Of two configurations with nearly the same error, e.g. two stretched ones, prefer the one nearer to theta.
-    const double slack = kAsGood * chain_.reach();
-    if (error < least - slack ||
-        (error < least + slack && solver_.distance(posture, theta) < solver_.distance(best.theta, theta))) {
-      best = {posture, error};
-    }
-    least = std::min(least, error);
-    if (error > options_.tolerance_m) continue;
-    ++solutions;
-    Candidate candidate{posture, solver_.distance(posture, theta)};
-    for (Candidate& kept : nearest) {
-      if (candidate.distance < kept.distance) std::swap(candidate, kept);
-    }
+    search.descent = IkDescent{solver.clamped(theta)};
+    if (search.start > 0) draw(CounterRandom(options_.seed), search.counter, fixed, search.descent.posture);
+    search.descends = true;
   }
-  if (solutions == 0) return best;
-  double distance = std::numeric_limits<double>::infinity();
-  for (Candidate& candidate : nearest) {
-    if (!std::isfinite(candidate.distance)) continue;
-    solver.approach(target, theta, candidate.posture, options_.tolerance_m);
-    const double drawn = solver_.distance(candidate.posture, theta);
-    if (drawn >= distance) continue;
-    distance = drawn;
-    best = {candidate.posture, solver_.error(target, candidate.posture)};
+  const int used = solver.descend(search.target, search.descent, options_.tolerance_m, work);
+  if (!search.descent.finished) return used;
+  search.descends = false;
+  ++search.start;
+  JointVector& posture = search.descent.posture;
+  const double error = search.descent.error;
+  for (int i = 0; i < chain_.size(); ++i) {
+    if (!chain_.joint(i).limited() && !fixed[i]) posture[i] -= kTurn * std::round((posture[i] - theta[i]) / kTurn);
   }
-  return best;
+  // Of two configurations with nearly the same error, e.g. two stretched ones, prefer the one nearer to theta.
+  const double slack = kAsGood * chain_.reach(), distance = solver_.distance(posture, theta);
+  if (error < search.least - slack ||
+      (error < search.least + slack && distance < solver_.distance(search.best.theta, theta))) {
+    search.best = {posture, error};
+  }
+  search.least = std::min(search.least, error);
+  if (error > options_.tolerance_m) return used;
+  ++search.solutions;
+  IkApproach candidate{posture};
+  double far = distance;
+  for (size_t k = 0; k < search.nearest.size(); ++k) {
+    if (!(far < search.distance[k])) continue;
+    std::swap(candidate, search.nearest[k]);
+    std::swap(far, search.distance[k]);
+  }
+  return used;
+}
+
+int MultiStartIk::continue_approach(IkSearch& search, int work) const {
+  const LevenbergMarquardtIk& solver = solver_of(search);
+  const JointVector theta = search.light ? solver_.clamped(search.theta) : search.theta;
+  const auto k = static_cast<size_t>(search.approached);
+  if (k == search.nearest.size() || !std::isfinite(search.distance[k])) {
+    search.finished = !search.light || search.best.error_m <= options_.tolerance_m;
+    if (!search.finished) begin_starts(false, search.theta, search);
+    return 0;
+  }
+  IkApproach& run = search.nearest[k];
+  const int used = solver.approach(search.target, theta, run, options_.tolerance_m, work);
+  if (!run.finished) return used;
+  if (search.approached == 0) search.least = std::numeric_limits<double>::infinity();  // from here on: the distance
+  ++search.approached;
+  const double distance = solver_.distance(run.posture, theta);
+  if (distance < search.least) {
+    search.least = distance;
+    search.best = {run.posture, solver_.error(search.target, run.posture)};
+  }
+  return used + 1;
 }
 
 }  // namespace multireach::controller

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "controller/ik/closed_form.hpp"
@@ -18,6 +19,28 @@ struct IkSolution {
 };
 
 using JointSet = std::array<bool, kMaxJoints>;
+
+/// A search of MultiStartIk, interrupted between two steps. Copies are independent.
+struct IkSearch {
+  /// How many solutions, the nearest first, are moved along their self-motion towards the given configuration.
+  static constexpr int kDrawn = 3;
+
+  TaskTarget target;
+  JointVector theta;  ///< the solution is to be near to it
+  IkSolution best;    ///< the result once `finished`
+  bool finished = false;
+
+  enum class Phase { kClosedForm, kStarts, kApproach } phase = Phase::kClosedForm;
+  bool light = false;                                      ///< joints that are much heavier than others stay
+  int start = 0, solutions = 0;                            ///< descents ended, and those to a solution
+  uint64_t counter = 0;                                    ///< random numbers drawn
+  double least = std::numeric_limits<double>::infinity();  ///< least error; then, of `nearest`, least distance
+  bool descends = false;                                   ///< whether `descent` has begun
+  IkDescent descent{};
+  std::array<IkApproach, kDrawn> nearest{};  ///< solutions, the nearest first
+  std::array<double, kDrawn> distance{};     ///< theirs; infinite for none
+  int approached = 0;                        ///< how many of them have been moved
+};
 
 /// Limits a finite target to ten times the arm's reach, along its direction from the shoulder, and its velocity to one
 /// reach per step.
@@ -37,6 +60,11 @@ class MultiStartIk {
   /// The solution for any target nearest to `theta`. When there is none, the configuration found with the smallest task
   /// error. The target and `theta` must be finite.
   IkSolution best(const TaskTarget& target, const JointVector& theta) const;
+  /// The same search in slices: begin(), then continue_search() until it returns true; then `best` of the search is the
+  /// result, the same as that of best(). One unit of work is one computation of the kinematics with one linear system,
+  /// some 0.4 to 1 us; a call does at most `work` + 3. A closed form counts as one call's work.
+  void begin(const TaskTarget& target, const JointVector& theta, IkSearch& search) const;
+  bool continue_search(IkSearch& search, int work) const;
   /// The first solution found, starting from `theta`, then from the seeded starts. Takes a fraction of the time of
   /// `best`, but the solution may be far from `theta`. When there is none, the configuration with the smallest error.
   IkSolution first(const TaskTarget& target, const JointVector& theta) const;
@@ -56,9 +84,13 @@ class MultiStartIk {
   void draw(const CounterRandom& random, uint64_t& counter, const JointSet& fixed, JointVector& posture) const;
 
  private:
-  /// `fixed`: the joints that random starts leave at `theta`, as `solver` does; at most `most_starts` random starts.
-  IkSolution multi_start(const LevenbergMarquardtIk& solver, const JointSet& fixed, int most_starts,
-                         const TaskTarget& target, const JointVector& theta) const;
+  void begin_starts(bool light, const JointVector& theta, IkSearch& search) const;
+  /// One descent from a start, or a part of it. Returns its work.
+  int continue_starts(IkSearch& search, int work) const;
+  int continue_approach(IkSearch& search, int work) const;
+  const LevenbergMarquardtIk& solver_of(const IkSearch& search) const {
+    return search.light ? *light_solver_ : solver_;
+  }
 
   Chain chain_;
   IkOptions options_;

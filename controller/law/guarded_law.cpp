@@ -24,6 +24,9 @@ constexpr double kMaxDisturbance = 3;
 constexpr double kPassed = 0.15;
 /// Random starts tried to find a collision-free IK solution.
 constexpr int kCollisionFreeTries = 60;
+/// Work of computing a clearance, in units of MultiStartIk::continue_search().
+constexpr int kClearanceWork = 6;
+constexpr int kAllWork = std::numeric_limits<int>::max();
 
 }  // namespace
 
@@ -36,6 +39,7 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
       solver_(chain, parameters.tool, search_.options().joint_weights),
       proximity_(chain, parameters.body),
       planner_(chain, search_.locked()) {
+  if (parameters.path_work > 0) reach_path_.emplace(chain, arm_.settings, solver_, parameters.path_work);
   start(chain.clamped(JointVector::Zero(chain.size())));
   started_ = false;  // the position of the arm is not known yet
 }
@@ -64,9 +68,11 @@ bool GuardedLaw::start(const JointVector& theta) {
 void GuardedLaw::begin_reach(bool posture_only) {
   posture_only_ = posture_only;
   state_.target_fixed = posture_only;
+  searching_ = false;
   state_.progress.unreachable = 0;
   path_.clear();
   path_next_ = 0;
+  if (reach_path_) reach_path_->stop();
   steps_until_plan_ = kStepsUntilPlan;
   restart_schedule(arm_, state_);
 }
@@ -81,23 +87,38 @@ int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
   if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
   const int refused = proximity_.set_obstacles(obstacles);
   if (following_path()) end_path();
+  if (following_short_path()) release_theta_target(theta_target());
+  if (reach_path_) reach_path_->stop();
   if (target_ && !posture_only_) target_->position = proximity_.outside_obstacles(requested_target_.position);
   return refused;
 }
 
-std::optional<JointVector> GuardedLaw::collision_free_solution(uint64_t seed, bool nearest) {
+CollisionFreeSearch GuardedLaw::collision_free_search(const TaskTarget& target, uint64_t seed, bool nearest) const {
+  return {.target = target, .theta = theta(), .seed = seed, .nearest = nearest};
+}
+
+bool GuardedLaw::continue_search(CollisionFreeSearch& search, int work) {
   const double tolerance = search_.options().tolerance_m;
-  const CounterRandom random(seed, 11);
-  std::optional<JointVector> best;
-  uint64_t counter = 0;
-  for (int k = 0; k < kCollisionFreeTries && (nearest || !best); ++k) {
-    JointVector posture = theta();
-    search_.draw(random, counter, search_.locked(), posture);
-    if (solver_.solve(*target_, posture, tolerance) > tolerance) continue;
-    if (best && solver_.distance(posture, theta()) >= solver_.distance(*best, theta())) continue;
-    if (proximity_.clearance(posture) >= 0) best = posture;
+  while (!search.finished && work > 0) {
+    if (!search.descends) {
+      search.descent = IkDescent{search.theta};
+      search_.draw(CounterRandom(search.seed, 11), search.counter, search_.locked(), search.descent.posture);
+      search.descends = true;
+    }
+    work -= solver_.descend(search.target, search.descent, tolerance, work);
+    if (!search.descent.finished) continue;
+    search.descends = false;
+    ++search.tries;
+    const JointVector& posture = search.descent.posture;
+    const bool nearer =
+        !search.best || solver_.distance(posture, search.theta) < solver_.distance(*search.best, search.theta);
+    if (search.descent.error <= tolerance && nearer) {
+      if (proximity_.clearance(posture) >= 0) search.best = posture;
+      work -= kClearanceWork;
+    }
+    search.finished = search.tries >= kCollisionFreeTries || (search.best && !search.nearest);
   }
-  return best;
+  return search.finished;
 }
 
 void GuardedLaw::end_path() {
@@ -105,9 +126,13 @@ void GuardedLaw::end_path() {
   const JointVector goal = path_.back();
   path_.clear();
   path_next_ = 0;
+  release_theta_target(goal);
+}
+
+void GuardedLaw::release_theta_target(const JointVector& theta_target) {
   state_.target_fixed = posture_only_;
   restart_schedule(arm_, state_);
-  set_theta_target(goal);
+  set_theta_target(theta_target);
 }
 
 void GuardedLaw::follow_path() {
@@ -128,7 +153,11 @@ void GuardedLaw::plan_around_obstruction() {
   // Plan to theta_T; at every second attempt, to another collision-free IK solution of the target.
   JointVector goal = following_path() ? path_.back() : JointVector(theta_target());
   const uint64_t seed = search_.options().seed + plans_;
-  if (plans_++ % 2 == 1 && !posture_only_) goal = collision_free_solution(seed, false).value_or(goal);
+  if (plans_++ % 2 == 1 && !posture_only_) {
+    CollisionFreeSearch other = collision_free_search(*target_, seed, false);
+    while (!continue_search(other, kAllWork)) continue;
+    goal = other.best.value_or(goal);
+  }
   // The planner cannot reach a goal that penetrates obstacles more deeply than the arm does now.
   const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
   const auto planned = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
@@ -141,6 +170,7 @@ void GuardedLaw::plan_around_obstruction() {
   path_.clear();
   for (const JointVector& posture : planned) path_.push_back(solver_.clamped(posture));
   path_next_ = 0;
+  if (reach_path_) reach_path_->stop();
   state_.target_fixed = true;
   state_.gamma = 0;  // follow the planned joint path: no straight hand path
   follow_path();
@@ -156,6 +186,7 @@ JointVector GuardedLaw::with_locked_joints(JointVector posture) const {
 void GuardedLaw::set_theta_target(const JointVector& theta_target) {
   const JointVector posture = with_locked_joints(theta_target);
   for (int i = 0; i < chain_.size(); ++i) state_.theta_target[i] = posture[i];
+  searching_ = false;
   GuardedProgress<double>& progress = state_.progress;
   progress.stuck = 0;
   progress.checked_residual = std::numeric_limits<double>::infinity();
@@ -165,14 +196,29 @@ void GuardedLaw::set_theta_target(const JointVector& theta_target) {
   update_kinematics(arm_, state_);
 }
 
-void GuardedLaw::search_theta_target() {
-  IkSolution found = search_.best(*target_, theta());
+void GuardedLaw::begin_search() {
+  searching_ = true;
+  search_.begin(*target_, theta(), ik_search_);
+  collision_free_search_.reset();
   ++ik_searches_;
-  state_.progress.unreachable = found.error_m > Tuning::kReached ? 1 : 0;
-  if (!unreachable() && !proximity_.nothing_to_avoid() && proximity_.clearance(found.theta) < 0) {
-    found.theta = collision_free_solution(search_.options().seed, true).value_or(found.theta);
+}
+
+bool GuardedLaw::continue_search(int work) {
+  const IkSolution& found = ik_search_.best;
+  const auto reachable = [&] { return found.error_m <= Tuning::kReached; };
+  if (!collision_free_search_) {
+    if (!search_.continue_search(ik_search_, work)) return false;
+    if (reachable() && !proximity_.nothing_to_avoid() && proximity_.clearance(found.theta) < 0) {
+      collision_free_search_ = collision_free_search(ik_search_.target, search_.options().seed, true);
+      return false;
+    }
+  } else if (!continue_search(*collision_free_search_, work)) {
+    return false;
   }
-  set_theta_target(found.theta);
+  state_.progress.unreachable = reachable() ? 0 : 1;
+  set_theta_target(collision_free_search_ ? collision_free_search_->best.value_or(found.theta) : found.theta);
+  searched_target_ = ik_search_.target.position;
+  return true;
 }
 
 void GuardedLaw::assign_target(const TaskTarget& target) {
@@ -193,7 +239,9 @@ TargetResult GuardedLaw::set_target(const TaskTarget& target) {
   if (!checked) return TargetResult::kRefused;
   assign_target(*checked);
   begin_reach(false);
-  search_theta_target();
+  begin_search();
+  while (!continue_search(kAllWork)) continue;
+  if (reach_path_ && !unreachable()) reach_path_->begin(arm_, state_, *target_);
   return unreachable() ? TargetResult::kUnreachable : TargetResult::kReachable;
 }
 
@@ -244,13 +292,19 @@ double GuardedLaw::distance_to_go() const {
 }
 
 void GuardedLaw::search_if_needed() {
-  if (posture_only_ || state_.progress.steps < state_.progress.no_search_before) return;
-  const bool unchanged = (target_->position - searched_target_).norm() < kSameTarget;
-  if (needs_search(arm_, *target_, unchanged, state_)) search_theta_target();
+  if (posture_only_) return;
+  if (!searching_) {
+    if (state_.progress.steps < state_.progress.no_search_before) return;
+    const bool unchanged = (target_->position - searched_target_).norm() < kSameTarget;
+    if (!needs_search(arm_, *target_, unchanged, state_)) return;
+    begin_search();
+  }
+  continue_search(Tuning::search_work(target_->task));
 }
 
 void GuardedLaw::step() {
   if (!started_) return;
+  if (target_ && reach_path_) reach_path_->before_step(arm_, *target_, proximity_, state_);
   const std::span<const ProximityPair> pairs =
       proximity_.nothing_to_avoid() ? std::span<const ProximityPair>{} : proximity_.near_pairs(theta());
   if (!target_) {
@@ -263,10 +317,11 @@ void GuardedLaw::step() {
   if (++steps_since_update_ > parameters_.extrapolation_s * parameters_.steps_per_second) target_->velocity.setZero();
   target_->position += target_->velocity;
   requested_target_.position += target_->velocity;
+  if (reach_path_ && reach_path_->after_step(state_)) release_theta_target(theta_target());
   if (!pairs.empty()) plan_around_obstruction();
   if (following_path()) {
     follow_path();
-  } else {
+  } else if (!following_short_path()) {
     search_if_needed();
   }
 }

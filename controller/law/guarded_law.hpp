@@ -10,6 +10,7 @@
 #include "controller/collision/rrt_planner.hpp"
 #include "controller/ik/multi_start.hpp"
 #include "controller/law/guarded_step.hpp"
+#include "controller/law/reach_path.hpp"
 #include "controller/law/reaching_law.hpp"
 #include "controller/law/vite.hpp"
 #include "kinematics/chain.hpp"
@@ -31,9 +32,26 @@ struct GuardedParameters {
   /// s: a target moves with the velocity that it was set with for at most this long after it was set or updated last;
   /// then it stands still.
   double extrapolation_s = 1;
+  /// Work spent on the plan of a short hand path at each new position target, in optimisation steps (5 us with 4
+  /// joints, 11 us with 7), spread over the first 7 integration steps; 0: no plan, the attractors alone lead the arm.
+  int path_work = 0;
+  static constexpr int kUsualPathWork = 70;  ///< with less, ways become longer
   Tool tool{};
   Body body{};  ///< without a link radius, obstacles and self-collision are ignored
   IkOptions ik{};
+};
+
+/// A search for a collision-free IK solution, interrupted between two steps.
+struct CollisionFreeSearch {
+  TaskTarget target;
+  JointVector theta;  ///< the solution is to be near to it, if `nearest`
+  uint64_t seed = 0;
+  bool nearest = false;  ///< the nearest solution; otherwise the first
+  uint64_t counter = 0;  ///< random numbers drawn
+  int tries = 0;         ///< random starts ended
+  bool descends = false, finished = false;
+  IkDescent descent{};
+  std::optional<JointVector> best{};
 };
 
 /// The guarded law for one arm: takes a target and computes joint positions, one integration step at a time. After
@@ -51,7 +69,8 @@ class GuardedLaw final : public ReachingLaw {
   bool start(const JointVector& theta) override;
 
   /// Sets a new target and searches theta_T, the IK solution nearest to the arm. The search takes some 0.05 ms with a
-  /// closed form, some milliseconds without.
+  /// closed form, some milliseconds without. For a position target, the next steps also plan a short hand path to it
+  /// (GuardedParameters::path_work).
   TargetResult set_target(const TaskTarget& target) override;
   /// Updates a target that has moved a little; theta_T follows without a search. A target with a velocity must be
   /// updated within GuardedParameters::extrapolation_s, or it stops.
@@ -60,7 +79,7 @@ class GuardedLaw final : public ReachingLaw {
   /// limits, and before start().
   bool set_joint_target(const JointVector& theta) override;
   /// Sets a new target without a search. `theta_target` should be an IK solution of it. If it is not, theta_T moves
-  /// from there towards a solution; a search follows only when theta_T gets stuck.
+  /// from there towards a solution; a search follows only when theta_T gets stuck. No path is planned.
   TargetResult set_target(const TaskTarget& target, const JointVector& theta_target);
 
   /// Replaces all obstacles. Returns how many were refused; all of them without a body.
@@ -69,8 +88,12 @@ class GuardedLaw final : public ReachingLaw {
   double clearance() { return proximity_.clearance(theta()); }
   /// Whether the arm follows a planned path around an obstruction.
   bool following_path() const { return path_next_ < path_.size(); }
+  /// Whether the arm follows a path that was planned because its hand path is short. gamma() is 0 meanwhile.
+  bool following_short_path() const { return reach_path_ && reach_path_->leads(); }
 
-  /// One integration step. Without a target the arm brakes and stops.
+  /// One integration step. Without a target the arm brakes and stops. A search for another theta_T is continued by a
+  /// bounded part in each step; its result is taken over when it is complete. Planning around an obstruction is not
+  /// bounded so: some 10 to 30 ms in the step that needs it.
   void step() override;
 
   /// Sets the measured displacement of the arm from theta() (rad or m per joint); zero for none. theta() follows it at
@@ -91,6 +114,8 @@ class GuardedLaw final : public ReachingLaw {
   double residual_m() const override { return std::isfinite(state_.progress.residual) ? state_.progress.residual : 0; }
   bool unreachable() const override { return state_.progress.unreachable > 0; }
   Obstruction obstruction() const override;
+  /// Whether another theta_T is being searched.
+  bool searching() const { return searching_; }
   /// Number of IK searches for theta_T.
   int64_t ik_searches() const override { return ik_searches_; }
   /// Number of linear systems solved for the bounds, beyond one per step.
@@ -107,7 +132,10 @@ class GuardedLaw final : public ReachingLaw {
   void assign_target(const TaskTarget& target);
   /// Resets the state of the reach, for a new goal.
   void begin_reach(bool posture_only);
-  void search_theta_target();
+  void begin_search();
+  /// Continues the search for theta_T by about `work` units (MultiStartIk::continue_search()). When it is complete,
+  /// takes its result over and returns true.
+  bool continue_search(int work);
   void set_theta_target(const JointVector& theta_target);
   /// `posture` with the locked joints where they are.
   JointVector with_locked_joints(JointVector posture) const;
@@ -117,8 +145,13 @@ class GuardedLaw final : public ReachingLaw {
   void plan_around_obstruction();
   void follow_path();
   void end_path();
-  /// A collision-free IK solution of the target, from random starts: the nearest to theta(), or the first found.
-  std::optional<JointVector> collision_free_solution(uint64_t seed, bool nearest);
+  /// Begins a search for a collision-free IK solution of `target`, from random starts: the nearest to theta(), or the
+  /// first found.
+  CollisionFreeSearch collision_free_search(const TaskTarget& target, uint64_t seed, bool nearest) const;
+  /// Continues it by about `work` units; returns true when it is finished.
+  bool continue_search(CollisionFreeSearch& search, int work);
+  /// Lets theta_T move again, after a path whose end it was.
+  void release_theta_target(const JointVector& theta_target);
 
   Chain chain_;
   GuardedParameters parameters_;
@@ -127,10 +160,14 @@ class GuardedLaw final : public ReachingLaw {
   LevenbergMarquardtIk solver_;
   Proximity proximity_;
   RrtPlanner planner_;
+  std::optional<ReachPath> reach_path_;
   GuardedState state_;
   std::optional<TaskTarget> target_;
   TaskTarget requested_target_;  // the target as given; target_ is moved out of obstacles
   bool started_ = false, posture_only_ = false;
+  bool searching_ = false;  // for theta_T: by search_ without regard to obstacles; then, if necessary, collision-free
+  IkSearch ik_search_;
+  std::optional<CollisionFreeSearch> collision_free_search_;
   int64_t steps_since_update_ = 0;
   Eigen::Vector3d searched_target_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
   Path path_;                                                  // planned around an obstruction

@@ -36,6 +36,7 @@ GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& pa
   const double gamma = parameters.gamma.value_or(8.5 / (reach * reach));
   require(std::isfinite(gamma) && gamma >= 0 && gamma <= 1e12, "gamma must be in [0, 1e12]");
   require(positive(parameters.steps_per_second), "steps_per_second must be positive");
+  require(parameters.path_work >= 0 && parameters.path_work <= 1000000, "path_work must be in [0, 1000000]");
   require(parameters.extrapolation_s > 0, "extrapolation_s must be positive");
   require(std::abs(parameters.tool.axis.norm() - 1) < 1e-9, "the tool's axis must be a unit vector");
   require(positive(parameters.tool.orientation_length_m), "orientation_length_m must be positive");

@@ -5,6 +5,7 @@
 #include "controller/ik/ik_options.hpp"
 #include "controller/law/vite.hpp"
 #include "controller/qp/barrier_rate.hpp"
+#include "controller/task/task_target.hpp"
 #include "kinematics/chain.hpp"
 
 namespace multireach::controller {
@@ -49,9 +50,13 @@ struct GuardedTuning {
   static constexpr int kIdle = 280, kWait = 700;
   static constexpr double kCeilingDecay = 0.99, kMinGamma = 1e-9;
   static constexpr double kMovedAway = 0.01;  // of the reach: a target that moves this far counts as a new one
-  static constexpr double kAtTarget = 1e-3;   // of the reach: within this distance the schedule of gamma restarts
+  static constexpr double kAtTarget = 1e-3;   // of the reach: the schedule of gamma restarts when the hand is within
+                                              // this distance of K(theta_T) ...
+  static constexpr double kAtPosture = 0.1;   // rad or m: ... and the arm within this distance of theta_T
   // Searching another theta_T
-  static constexpr int kQuiet = 140;                         // smallest number of steps between two searches
+  static constexpr int kQuiet = 140;  // smallest number of steps between two searches
+  /// Work of a search in one step, see MultiStartIk::begin(): some 20 us for an arm of seven joints.
+  static constexpr int search_work(TaskKind task) { return task == TaskKind::kPosition ? 48 : 24; }
   static constexpr int kLookAgain = 16;                      // steps between two checks whether a search is needed
   static constexpr double kStrayed = 1.3, kStrayedBy = 0.3;  // search beyond factor * least distance to theta_T + rad
 };

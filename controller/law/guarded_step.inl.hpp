@@ -354,7 +354,8 @@ class GuardedStep {
   [[gnu::always_inline]] void schedule_gamma(Mask slow, Scalar distance, Scalar hand_error, Scalar gamma) {
     auto& progress = arms_.progress();
     const Scalar never = std::numeric_limits<double>::infinity(), most = get(progress.gamma_max);
-    const Mask there = hand_error < Tuning::kAtTarget * settings_.reach;
+    // Far from theta_T the hand may stand beside the target for ever: the joints' pull holds it there against gamma.
+    const Mask there = (hand_error < Tuning::kAtTarget * settings_.reach) & (distance < Tuning::kAtPosture);
     const Mask moved = arms_.target_moved_away();  // counts as a new target: restart the waiting time
     Scalar best = where(there, never, get(progress.best_distance));
     Scalar stalled = where(there, never, get(progress.stalled_distance));

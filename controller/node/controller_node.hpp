@@ -7,11 +7,6 @@
 
 namespace multireach {
 
-/// Reads the section `controller`; all keys have defaults. Throws InputError.
-controller::ReachOptions reach_options_from(const RobotConfig& robot);
-/// The section `controller` of the reference page.
-std::string controller_config_reference();
-
 /// Receives TARGET, OBSTACLES, ROBOT_STATE and BRIDGE_STATE; sends JOINT_SETPOINT and CONTROLLER_STATE once a tick.
 /// When the first target arrives, or when the bridge says that the robot is elsewhere, the controller starts from the
 /// joint positions of the newest ROBOT_STATE. From then on it integrates its own joint positions; with `feedback:
@@ -27,7 +22,7 @@ class ControllerNode : public Node {
   int64_t tick_period_us() const override { return controller_.options().tick_us; }
   /// Most targets arrive within this time of the earliest; without it, about half of those of a tick's own time would
   /// wait for the next tick.
-  int64_t tick_delay_us() const override { return 4000; }
+  int64_t tick_delay_us() const override { return controller_.target_waits() ? 0 : 4000; }
   void tick(Outbox& out) override;
   std::optional<int64_t> config_digest() const override { return config_digest_; }
   std::string state() const override;

@@ -1,4 +1,5 @@
 // multireach-controller: targets in, joint set-points out.
+#include "controller/node/controller_config.hpp"
 #include "controller/node/controller_node.hpp"
 #include "runtime/program.hpp"
 

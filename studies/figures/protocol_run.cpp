@@ -48,6 +48,7 @@ ProtocolRun ticks(const Chain& chain, const JointVector& start, const std::vecto
 ProtocolRun run_controller(const Chain& chain, ReachOptions options, const JointVector& start,
                            const std::vector<ProtocolTarget>& targets, double seconds) {
   options.lost_after_us = microseconds(seconds) + 1;
+  options.ticks = TickTimes::kPeriodic;  // as all controllers that are compared
   ReachController controller(chain, options);
   controller.start(start);
   controller.restart_grid(0);

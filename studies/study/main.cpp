@@ -12,6 +12,7 @@
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
 #include "studies/acceleration_option.hpp"
+#include "studies/straightness/straightness.hpp"
 #include "studies/study/study.hpp"
 
 namespace multireach {
@@ -28,6 +29,7 @@ struct Options {
 
   double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
   std::vector<std::string> merge;
+  int nodes = 4000;
 };
 
 std::pair<int64_t, int64_t> shard_of(const std::string& text) {
@@ -230,6 +232,31 @@ int study(const Options& options) {
   return 0;
 }
 
+int straightness(const Options& options) {
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  const ReachSampler sampler(chain, options.seed,
+                             options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
+  check_outputs(options);
+  nlohmann::json result =
+      straightness_json(run_straightness(chain, sampler, options.samples, options.nodes, options.threads));
+  const std::string table = straightness_table(result);
+  result["urdf_digest"] = digest_of(options.urdf);
+  result["base"] = options.base;
+  result["tip"] = options.tip;
+  result["targets"] = sampler.from_space() ? "space" : "postures";
+  result["seed"] = options.seed;
+  result["samples"] = options.samples;
+  result["nodes"] = options.nodes;
+  if (!options.json.empty()) write_json_file(options.json, result);
+  if (options.json != "-") {
+    std::printf("%s to %s: %lld reaches, targets uniform in %s, seed %llu, roadmap of %d nodes\n\n%s",
+                options.base.c_str(), options.tip.c_str(), static_cast<long long>(options.samples),
+                sampler.from_space() ? "space" : "postures", static_cast<unsigned long long>(options.seed),
+                options.nodes, table.c_str());
+  }
+  return 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -270,13 +297,21 @@ int main(int argc, char** argv) {
   merging.option("files", options.merge, "JSON files of the shards").required();
   merging.option("--json", options.json, "where to write the results; - for standard output");
   merging.option("--csv", options.csv, "where to write them as a table");
+  multireach::CommandLine straight = cli.subcommand(
+      "straightness",
+      "length of the hand's path: guarded, a damped-least-squares follower, and the shortest path inside the limits");
+  straight.fallthrough();
+  straight.option("--nodes", options.nodes, "nodes of the roadmap for the shortest path; 0: do not compute it")
+      .whole(0, 1000000)
+      .show_default();
   return program.run(argc, argv, [&] {
-    if (options.json.empty() && options.csv.empty()) options.json = "-";
+    if (options.json.empty() && options.csv.empty() && !straight.given()) options.json = "-";
     if (merging.given()) return multireach::merge(options);
     for (const auto& [text, name] :
          {std::pair(options.urdf, "--urdf"), {options.base, "--base"}, {options.tip, "--tip"}}) {
       if (text.empty()) throw multireach::InputError(std::string(name) + " is missing; see --help");
     }
+    if (straight.given()) return multireach::straightness(options);
     return multireach::study(options);
   });
 }

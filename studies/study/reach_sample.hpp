@@ -30,11 +30,12 @@ class ReachSampler {
   /// Throws std::invalid_argument when no joint can move: the workspace is empty.
   ReachSampler(const Chain& chain, uint64_t seed, TargetsFrom targets = TargetsFrom::kSpace);
   ReachSample sample(uint64_t index) const;
+  /// Whether targets are uniform in space: kSpace, and the arm has a closed form.
+  bool from_space() const { return targets_ == TargetsFrom::kSpace && search_.closed_form(); }
   /// Writes the reaches first, first + 1, ... to `samples`; uses SIMD lanes to compute several at once.
   void sample(uint64_t first, std::span<ReachSample> samples) const;
 
  private:
-  bool from_space() const { return targets_ == TargetsFrom::kSpace && search_.closed_form(); }
   ReachSample sample_of_postures(const CounterRandom& random, ReachSample sample) const;
 
   Chain chain_;

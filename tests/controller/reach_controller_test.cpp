@@ -83,7 +83,9 @@ TEST_F(Reaching, ReachesAStillTarget) {
 
 TEST_F(Reaching, WaitsWhileTheBridgeDoesAndTakesTheSameWayAtHalfTheRate) {
   // At half the rate, two ticks integrate as many steps as one tick at the full rate.
-  ReachController whole = controller(), half = controller();
+  ReachOptions options;
+  options.ticks = TickTimes::kPeriodic;
+  ReachController whole = controller(options), half = controller(options);
   for (ReachController* c : {&whole, &half}) {
     c->restart_grid(now_);
     ASSERT_TRUE(c->observe({.utime = now_, .seen = true, .position = front_}));

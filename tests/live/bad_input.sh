@@ -56,6 +56,8 @@ expect 1 "no event was selected" "$bin/multireach-log" filter "$root/logs/reach.
 expect 2 "cannot be written over" "$bin/multireach-log" cut "$work/none.lcm" -o "$work/none.lcm"
 expect 2 "holds no event of an LCM log" "$bin/multireach-log" report "$root/README.md" --robot "$root/robots/hoap2/robot.yaml"
 
+expect 1 "standard output: cannot be written" bash -c '"$1" --config-reference >/dev/full' - "$bin/multireach-controller"
+
 # What is no regular file of a bounded size is refused at once.
 mkfifo "$work/pipe"
 truncate --size 10G "$work/large"

@@ -69,7 +69,7 @@ if [ ! -r $data/left01.jpg ]; then
   [ $failed -eq 0 ] && exit 77
   exit $failed
 fi
-# Colours, from a photograph: by a click, by a rectangle, and what is no good.
+# Colours, from a photograph: by a click, by a rectangle, and a picture that is no good.
 photographs="$root/../shared/data/moebius"
 if [ -d "$photographs" ]; then
   "$bin/multireach-calibrate" colour --left "$photographs/view1.png" --click-left 225,245 --right "$photographs/view5.png" --rectangle-right 162,225,41,46 \

@@ -48,6 +48,14 @@ read -r never < <("$bin/multireach-study" "${arm[@]}" --law paper --gamma 100 --
 "$bin/multireach-study" "${arm[@]}" --law paper --gamma 350 --drift 1e6 --samples 600 --json "$work/far.json"
 diff <(numbers "$work/never.json" | grep -v drift) <(numbers "$work/far.json" | grep -v drift) >/dev/null || fail "0 is not never"
 
+# Straightness: a table, and the same numbers with any threads.
+straight() { "$bin/multireach-study" straightness "${arm[@]}" --samples 20 --nodes 200 "$@"; }
+straight --threads 1 --json "$work/straight1.json" >"$work/straight.txt" || fail "straightness"
+straight --threads 3 --json "$work/straight3.json" >/dev/null
+cmp "$work/straight1.json" "$work/straight3.json" || fail "straightness: one thread and three give other numbers"
+[ "$(grep -c '^| all | ' "$work/straight.txt")" -eq 4 ] || fail "the table of straightness has not four ways"
+refuses "--urdf is missing" "$bin/multireach-study" straightness --base a --tip b
+
 refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5
 refuses "--gamma" "$bin/multireach-study" "${arm[@]}" --gamma=many
 refuses "not positive" "$bin/multireach-study" "${arm[@]}" --acceleration=-1

@@ -4,7 +4,8 @@ bin=$1
 . "$(dirname "$0")/namespace.sh"
 command -v systemd-analyze >/dev/null || { echo "skipped: systemd-analyze is not here (Debian package systemd)"; exit 77; }
 tree="$work/root"
-"$root/tools/systemd/install.sh" --root "$tree" vision bridge record || failed "install.sh: exit code $?"
+install_units() { DESTDIR=$tree cmake -DCMAKE_INSTALL_PREFIX="$1" -P "$root/tools/systemd/install.cmake" >/dev/null 2>&1; }
+install_units /usr/local || failed "install.cmake: exit code $?"
 mkdir -p "$tree"/usr/{local/bin,bin,lib/systemd/system}
 nodes=(vision controller bridge robot-sim camera)
 for node in "${nodes[@]}"; do cp "$bin/multireach-$node" "$tree/usr/local/bin"; done
@@ -14,18 +15,20 @@ verify() { systemd-analyze verify --root="$tree" multireach.target "${nodes[@]/#
 nodes=("${nodes[@]/%/.service}")
 said=$(verify) || failed "systemd-analyze fails: $said"
 [ -z "$said" ] || failed "systemd-analyze says: $said"
-conf="$tree/etc/systemd/system/multireach@bridge.service.d/real-time.conf"
+conf="$tree/usr/local/lib/systemd/system/multireach@bridge.service.d/real-time.conf"
 cp "$conf" "$work/sound"
 sed -i 's/^LimitRTPRIO/LimitRTPRI/' "$conf"
 verify | grep -q "Unknown key 'LimitRTPRI'" || failed "systemd-analyze does not see a wrong key"
 cp "$work/sound" "$conf"
 
-# A user's files stay.
-echo "OPTIONS=mine" >"$tree/etc/multireach/bridge.env"
-"$root/tools/systemd/install.sh" --root "$tree" bridge
-grep -qx "OPTIONS=mine" "$tree/etc/multireach/bridge.env" || failed "install.sh overwrites a configuration"
-"$root/tools/systemd/install.sh" --root "$tree" nose 2>"$work/err" && failed "a node that there is not"
-grep -q "'nose' is not one of" "$work/err" || failed "it says $(cat "$work/err")"
+# The units of the Debian package name its programs and options, and nothing of /usr/local.
+install_units /usr || failed "install.cmake for /usr: exit code $?"
+grep -qx 'ExecStart=/usr/bin/multireach-%i $OPTIONS' "$tree/usr/lib/systemd/system/multireach@.service" || failed "the package's unit starts something else"
+grep -rq /usr/local "$tree"/usr/lib/systemd/system/multireach* && failed "the package's units name /usr/local"
+for node in multireach vision controller bridge robot-sim camera record-control record-images; do
+  [ -r "$tree/usr/share/multireach/systemd/$node.env" ] || failed "no default options for $node"
+done
+[ -e "$tree/etc/multireach" ] && failed "files in /etc/multireach, which is the user's"
 
 # Without capabilities, with the unit's limits only, the bridge has its priority; without the limits it warns.
 limit() { sed -n "s/^$1=//p" "$conf" | sed 's/infinity/unlimited/'; }
@@ -44,5 +47,5 @@ else
   echo "not checked: the limits of the bridge's unit cannot be set here"
 fi
 [ -z "${MULTIREACH_KEEP:-}" ] || echo "$said"
-grep -rq '^RestrictRealtime' "$tree/etc/systemd/system" && failed "RestrictRealtime forbids SCHED_FIFO"
+grep -rq '^RestrictRealtime' "$tree/usr/local/lib/systemd/system" && failed "RestrictRealtime forbids SCHED_FIFO"
 finish

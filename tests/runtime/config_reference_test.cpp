@@ -3,6 +3,7 @@
 
 #include "camera/devices/device_options.hpp"
 #include "camera/node/render_source.hpp"
+#include "controller/node/controller_config.hpp"
 #include "controller/node/controller_node.hpp"
 #include "robot_bridge/drivers/node/driver_config.hpp"
 #include "robot_bridge/node/bridge_node.hpp"

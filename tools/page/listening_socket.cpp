@@ -17,7 +17,7 @@ namespace {
 constexpr int kBacklog = 64;
 constexpr int kFirstDescriptor = 100;  // scripts use small descriptors for their own files
 
-/// 0 for what is no listening IPv4 socket.
+/// The port of a listening IPv4 socket; 0 for any other descriptor.
 int port_or_zero(int socket) {
   int listens = 0;
   socklen_t size = sizeof listens;

@@ -36,6 +36,11 @@ int64_t run_asked(int8_t kind, int64_t answering_run) {
   return stops ? bridge_request_t::ALL : answering_run;
 }
 
+bool asks_to_move(int8_t kind) {
+  return kind == bridge_request_t::ENABLE || kind == bridge_request_t::RESUME || kind == bridge_request_t::RESET ||
+         kind == bridge_request_t::SPEED;
+}
+
 std::string refusal_of(int8_t kind) {
   return kind == bridge_request_t::RESET
              ? "the bridge refuses this now: there is no fault, or the robot is silent or moves"

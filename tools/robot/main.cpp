@@ -18,6 +18,7 @@ namespace {
 
 constexpr int64_t kTimeout = 2000000;      // us
 constexpr int64_t kRepeatPeriod = 200000;  // us: a request that was lost is sent again
+constexpr int64_t kSilence = 500000;       // us: a robot that sends nothing for so long is not there
 
 /// Sends a request until the bridge answers; nothing when it does not.
 std::optional<bridge_state_t> answer_to(bridge_request_t request, Bus& bus, std::optional<bridge_state_t>& newest) {
@@ -46,6 +47,8 @@ int ask(bridge_request_t request, const LiveOptions& live) {
   bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
     if (auto state = decode<bridge_state_t>(bytes)) newest = std::move(*state);
   });
+  bool heard = false;
+  bus.subscribe(channel::kRobotState, "robot", [&](std::string_view, std::span<const uint8_t>) { heard = true; });
   bridge_request_t status{};
   status.kind = bridge_request_t::STATUS;
   auto answer = answer_to(status, bus, newest);
@@ -58,8 +61,15 @@ int ask(bridge_request_t request, const LiveOptions& live) {
     return 1;
   }
   std::cout << text_of(*answer) << "\n";
-  if (answer->request_accepted) return 0;
-  std::cerr << "multireach-robot: " << refusal_of(request.kind) << "\n";
+  if (!answer->request_accepted) {
+    std::cerr << "multireach-robot: " << refusal_of(request.kind) << "\n";
+    return 1;
+  }
+  if (!asks_to_move(request.kind)) return 0;
+  for (const int64_t begin = monotonic_us(); !heard && !interrupted() && monotonic_us() - begin < kSilence;)
+    bus.handle_messages(kSilence, [&] { return heard; });
+  if (heard) return 0;
+  std::cerr << "multireach-robot: no ROBOT_STATE arrives, so nothing moves; is the robot, or its driver, running?\n";
   return 1;
 }
 
