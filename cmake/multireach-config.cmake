@@ -1,5 +1,6 @@
 # find_package(multireach REQUIRED COMPONENTS controller) gives the library multireach::controller; the components are the
-# libraries: numeric, kinematics, imaging, controller, controller_batch, vision, robot_bridge. Without COMPONENTS: kinematics and controller.
+# libraries: numeric, kinematics, imaging, controller, controller_batch, vision, robot_bridge, and lcmtypes, the messages (needs
+# liblcm-dev). Without COMPONENTS: kinematics and controller.
 include(CMakeFindDependencyMacro)
 set(multireach_components ${multireach_FIND_COMPONENTS})
 if(NOT multireach_components)
@@ -23,13 +24,25 @@ find_dependency(hwy)
 find_dependency(tinyxml2)
 list(PREPEND multireach_components numeric kinematics)
 list(REMOVE_DUPLICATES multireach_components)
+if("lcmtypes" IN_LIST multireach_components)
+  find_path(MULTIREACH_LCM_INCLUDE lcm/lcm_coretypes.h)
+endif()
 foreach(component IN LISTS multireach_components)
-  if(EXISTS "${CMAKE_CURRENT_LIST_DIR}/multireach-${component}.cmake")
+  if(component STREQUAL "lcmtypes" AND MULTIREACH_LCM_INCLUDE AND TARGET multireach::numeric)
+    # Headers alone, installed beside those of the libraries.
+    if(NOT TARGET multireach::lcmtypes)
+      get_target_property(multireach_include multireach::numeric INTERFACE_INCLUDE_DIRECTORIES)
+      add_library(multireach::lcmtypes INTERFACE IMPORTED)
+      set_target_properties(multireach::lcmtypes PROPERTIES
+        INTERFACE_INCLUDE_DIRECTORIES "${multireach_include};${MULTIREACH_LCM_INCLUDE}")
+    endif()
+    set(multireach_lcmtypes_FOUND TRUE)
+  elseif(EXISTS "${CMAKE_CURRENT_LIST_DIR}/multireach-${component}.cmake")
     include("${CMAKE_CURRENT_LIST_DIR}/multireach-${component}.cmake")
     set(multireach_${component}_FOUND TRUE)
   elseif(multireach_FIND_REQUIRED_${component})
     set(multireach_FOUND FALSE)
     set(multireach_NOT_FOUND_MESSAGE
-      "multireach has no component '${component}': expected numeric, kinematics, imaging, controller, controller_batch, vision or robot_bridge")
+      "multireach has no component '${component}': expected numeric, kinematics, imaging, controller, controller_batch, vision, robot_bridge or (with liblcm-dev) lcmtypes")
   endif()
 endforeach()

@@ -42,19 +42,19 @@ function(multireach_stage name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/multireach>)
   target_compile_features(multireach_${name} ${scope} cxx_std_20)
-  install(TARGETS multireach_${name} EXPORT multireach-${name})
-  install(EXPORT multireach-${name} NAMESPACE multireach:: DESTINATION ${multireach_package_dir})
+  install(TARGETS multireach_${name} EXPORT multireach-${name} COMPONENT development)
+  install(EXPORT multireach-${name} NAMESPACE multireach:: DESTINATION ${multireach_package_dir} COMPONENT development)
   get_filename_component(folder "${CMAKE_CURRENT_SOURCE_DIR}" NAME)
   install(DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/multireach/${folder}
-    FILES_MATCHING PATTERN "*.hpp"
+    COMPONENT development FILES_MATCHING PATTERN "*.hpp"
     PATTERN node EXCLUDE PATTERN sim EXCLUDE PATTERN drivers EXCLUDE)
 endfunction()
 
-# multireach_program(NAME FOLDER [LIBRARIES...]) makes the program multireach-NAME from FOLDER/main.cpp, and from the other sources
+# multireach_program(NAME FOLDER [LIBRARIES...] [COMPONENT C]) makes the program multireach-NAME from FOLDER/main.cpp, and from the other sources
 # of FOLDER and the folders in EXTRA_FOLDERS the library multireach_NAME_parts (dashes become underscores), which tests, benchmarks
-# and other programs use too.
+# and other programs use too. It is installed with the component `programs`, or C.
 function(multireach_program name folder)
-  cmake_parse_arguments(arg "" "" "EXTRA_FOLDERS" ${ARGN})
+  cmake_parse_arguments(arg "" "COMPONENT" "EXTRA_FOLDERS" ${ARGN})
   string(REPLACE "-" "_" parts "multireach_${name}_parts")
   set(sources)
   foreach(each ${folder} ${arg_EXTRA_FOLDERS})
@@ -70,7 +70,11 @@ function(multireach_program name folder)
   endif()
   add_executable(multireach-${name} ${folder}/main.cpp)
   target_link_libraries(multireach-${name} PRIVATE ${libraries} multireach_options)
-  install(TARGETS multireach-${name})
+  if(NOT arg_COMPONENT)
+    set(arg_COMPONENT programs)
+  endif()
+  install(TARGETS multireach-${name} COMPONENT ${arg_COMPONENT})
+  set_property(GLOBAL APPEND PROPERTY multireach_programs multireach-${name})
 endfunction()
 
 # multireach_lanes(TARGET): its sources that Highway compiles once for each instruction set are compiled for 2 lanes (SSE4,
@@ -87,9 +91,25 @@ function(multireach_lanes target)
   endif()
 endfunction()
 
-# The package itself: cmake/multireach-config.cmake says what each component needs.
+# The package itself: cmake/multireach-config.cmake says what each component needs. For other build systems, pkg-config files of the
+# libraries that move arms, and of those that see; the libraries are static, so that what they need is linked too.
 include(CMakePackageConfigHelpers)
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/multireach-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_SOURCE_DIR}/cmake/multireach-config.cmake" "${PROJECT_SOURCE_DIR}/cmake/opencv.cmake"
   "${CMAKE_BINARY_DIR}/multireach-config-version.cmake"
-  DESTINATION ${multireach_package_dir})
+  DESTINATION ${multireach_package_dir} COMPONENT development)
+string(REGEX REPLACE "[^/]+" ".." up_to_prefix "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+set(pc_suffix "")
+set(pc_description "Arms from URDF, the reaching controller, and the bridge to 1 kHz commands")
+set(pc_requires "eigen3 fcl libhwy tinyxml2 urdfdom")
+set(pc_cflags "")
+set(pc_libs "-lmultireach_controller_batch -lmultireach_controller -lmultireach_robot_bridge -lmultireach_kinematics -lmultireach_numeric -lconsole_bridge")
+configure_file(cmake/multireach.pc.in "${CMAKE_BINARY_DIR}/multireach.pc" @ONLY)
+set(pc_suffix "-vision")
+set(pc_description "Stereo tracking of coloured objects and AprilTags")
+set(pc_requires "multireach apriltag libjpeg libturbojpeg")
+set(pc_cflags " -I${OPENCV_INCLUDE}")
+set(pc_libs "-lmultireach_vision -lmultireach_imaging -lopencv_imgproc -lopencv_core")
+configure_file(cmake/multireach.pc.in "${CMAKE_BINARY_DIR}/multireach-vision.pc" @ONLY)
+install(FILES "${CMAKE_BINARY_DIR}/multireach.pc" "${CMAKE_BINARY_DIR}/multireach-vision.pc"
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Checks whether this computer is set up for multireach, and prints how to fix what is not.
-#   tools/doctor.sh [--fix] [--seconds N]
-#     --fix        fix what can be fixed, as root; settings are also written for the next start of the computer
-#     --seconds N  how long to look for lost packets (default: 2), best while the processes run
+#   --fix        fix what can be fixed, as root; settings are also written for the next start of the computer
+#   --seconds N  how long to look for lost packets (default: 2), best while the processes run
+#   --help       print this help and end
 # Checked: route for multicast, receive buffers, fragments, real-time rights, clock, cameras, serial ports, lost packets.
 # Exit code: 0 all is well, 1 there are findings, 2 wrong usage.
 set -uo pipefail
@@ -11,10 +11,10 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --fix) fix=yes; shift ;;
     --seconds)
-      [[ $# -ge 2 && $2 =~ ^[0-9]+$ ]] || { echo "doctor.sh: --seconds needs a whole number" >&2; exit 2; }
+      [[ $# -ge 2 && $2 =~ ^[0-9]+$ ]] || { echo "${0##*/}: --seconds needs a whole number" >&2; exit 2; }
       seconds=$2; shift 2 ;;
-    --help|-h) sed -n '2,7p' "$0" | cut -c3-; exit 0 ;;
-    *) echo "doctor.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
+    --help|-h) echo "Usage: ${0##*/} [--fix] [--seconds N]"; sed -n '2,7p' "$0" | cut -c3-; exit 0 ;;
+    *) echo "${0##*/}: unknown option '$1'; see --help" >&2; exit 2 ;;
   esac
 done
 system=${DOCTOR_ROOT:-}  # for tests: where /sys, /dev and /etc are

@@ -2,23 +2,25 @@
 # The whole loop as separate processes: vision, controller, bridge and the simulated robot, fed by a recorded camera session
 # or a camera. Records all traffic, restarts processes that exit, shows a status line while it runs and prints a table at the end.
 set -uo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-bin="$root/build/release/bin"
 export LC_NUMERIC=C
+scripts=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
+# shellcheck source=tools/location.sh
+. "$scripts/location.sh"
 # shellcheck source=tools/recorder.sh
-. "$root/tools/recorder.sh"
+. "$scripts/recorder.sh"
 # shellcheck source=tools/groups.sh
-. "$root/tools/groups.sh"
+. "$scripts/groups.sh"
 # shellcheck source=tools/supervisor.sh
-. "$root/tools/supervisor.sh"
+. "$scripts/supervisor.sh"
 
 usage() {
+  echo "Runs the whole loop as separate processes, fed by a recorded session or a camera; prints a report at the end."
+  echo "Usage: $me [options]"
   cat <<'EOF'
-Usage: tools/launch.sh [options]
   --session FILE    play this recorded camera session with lcm-logplayer (default: the scene.yaml of the robot, rendered; else
                     logs/reach.lcm)
   --camera SOURCE   instead of a session, run multireach-camera with these arguments, as --camera "render --config logs/reach.yaml"
-  --robot DIR       folder of the robot, with robot.yaml and vision.yaml (default: robots/hoap2)
+  --robot DIR       folder of the robot, with robot.yaml and vision.yaml, or one that comes with multireach (default: robots/hoap2)
   --driver NAME     instead of the simulated robot, the driver of a real one (docs/robots.md): iiwa, panda, ur, dynamixel, feetech
   --emulator        the driver (default: that of the robot.yaml) with an emulator of the robot instead of the robot
   --no-robot        start no robot: another process publishes ROBOT_STATE (docs/your-robot.md)
@@ -34,12 +36,12 @@ Usage: tools/launch.sh [options]
   --view            also serve a page that shows and controls the run (docs/view.md), and print its address
   --host ADDRESS    where the page is served (default: 127.0.0.1); 0.0.0.0 lets other computers in
   --port N          the page's port (default: one that is free)
-  --no-setup        do not install or build anything
-  --help
+  --no-setup        do not install or build anything (an installed multireach never does)
+  --help            print this help and end
 Exit code: 0 if every reachable position was reached and no limit exceeded, 1 if not or if a process failed, 2 for wrong usage.
 EOF
 }
-fail() { echo "launch.sh: $1" >&2; exit "${2:-2}"; }
+fail() { echo "$me: $1" >&2; exit "${2:-2}"; }
 
 session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
@@ -69,11 +71,14 @@ check_options() {
   [[ "$role" =~ ^(all|eyes|robot)$ ]] || fail "--role: '$role' is not one of all, eyes, robot"
   [[ -z $group || $group =~ ^(0|[1-9][0-9]{0,2})$ && $group -le 255 ]] || fail "--group: '$group' is not a number from 0 to 255"
   [ $isolated = no ] || [ "$role" = all ] || fail "--role $role needs the network that --isolated takes away"
+  [ -r "$robot/robot.yaml" ] || [ ! -r "$root/$robot/robot.yaml" ] || robot=$root/$robot
   [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
   check_robot_kind
   if [ -z "$camera$session" ] && [ -r "$robot/scene.yaml" ]; then
     printf -v camera 'render --config %q' "$robot/scene.yaml"
   fi
+  [ -z "$camera" ] || [ "$installed" = no ] || [ -x "$bin/multireach-camera" ] ||
+    fail "the program multireach-camera is not installed; it is in the Debian package multireach-camera" 1
   : "${session:=$root/logs/reach.lcm}"
   [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
   if [ -z "$vision" ]; then
@@ -108,12 +113,12 @@ choose_groups() {
   groups_of "$group" $ttl || fail "$groups_error"
   [ "$role" = all ] || [[ $control =~ [?\&]ttl=[1-9] ]] || fail "LCM_DEFAULT_URL: '$control' does not leave this computer; --role $role needs ttl=1"
   [ "$role" = all ] || [[ $images != *ttl=* ]] || images=${images/ttl=*/ttl=0}
-  [ -z "$group" ] || echo "launch.sh: for other programs:  export LCM_DEFAULT_URL='$control'" >&2
+  [ -z "$group" ] || echo "$me: for other programs:  export LCM_DEFAULT_URL='$control'" >&2
 }
 
 # Continues with the page's socket, which is open before the network is left, and stays open when the page's process is started again.
 open_socket() {
-  echo "launch.sh: the page is at the address below" >&2
+  echo "$me: the page is at the address below" >&2
   exec "$bin/multireach-page" --host "$host" --port "$port" -- "$0" --no-setup "$@"
 }
 
@@ -130,7 +135,7 @@ isolate() {
 runs=${XDG_STATE_HOME:-${HOME:-/tmp}/.local/state}/multireach/runs
 
 finish_commands() {
-  printf '  %s\n' "tools/multireach log merge $1/*.lcm -o run.lcm" "tools/multireach log report run.lcm --robot $(cat "$1/robot")" "rm -r $1"
+  printf '  %s\n' "$run_program log merge $1/*.lcm -o run.lcm" "$run_program log report run.lcm --robot $(cat "$1/robot")" "rm -r $1"
 }
 
 # Prints where unfinished runs are.
@@ -139,7 +144,7 @@ tell_unfinished() {
   for folder in "$runs"/*; do
     if [ ! -e "$folder/lock" ] || ! flock --nonblock "$folder/lock" true 2>/dev/null; then continue; fi
     if [ -z "$(find "$folder" -name '*.lcm' -size +0)" ]; then rm -r "$folder"; continue; fi
-    echo "launch.sh: an earlier run was killed; its recording is in $folder. To finish it:" >&2
+    echo "$me: an earlier run was killed; its recording is in $folder. To finish it:" >&2
     finish_commands "$folder" >&2
   done
 }
@@ -159,7 +164,7 @@ keep_folder=no  # while it holds a recording that is not merged
 clean_up() {
   stop "${!pids[@]}"
   if [ "$keep_folder" = no ]; then rm -rf "$work"; return; fi
-  echo "launch.sh: the recording is in $work. To finish it:" >&2
+  echo "$me: the recording is in $work. To finish it:" >&2
   finish_commands "$work" >&2
 }
 
@@ -174,8 +179,8 @@ command_of() {
     robot_driver)
       command=("$bin/multireach-robot-driver" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}")
       [ $robot_kind = real ] || command+=(--simulated) ;;
-    control_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
-    image_log) command=("${urgent[@]}" env LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
+    control_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
+    image_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
     page) command=("$bin/multireach-page" --robot "$robot/robot.yaml" --vision "$vision" --lcm-url "$control" --image-url "$images") ;;
     view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
@@ -207,7 +212,7 @@ start_nodes() {
   local name
   for name in "${supervised[@]}"; do start "$name"; done
   await 10 "the nodes did not start" "${nodes[@]}"
-  [ ${#others[@]} -eq 0 ] || echo "launch.sh: waiting for the robot's computer" >&2
+  [ ${#others[@]} -eq 0 ] || echo "$me: waiting for the robot's computer" >&2
   [ ${#others[@]} -eq 0 ] || await 60 "no NODE_STATUS arrives from the robot's computer" "${others[@]}"
 }
 
@@ -304,7 +309,7 @@ report() {
 
 read_options "$@"
 check_options
-if [ $setup = yes ]; then
+if [ $setup = yes ] && [ "$installed" = no ]; then
   needed=(loop ${camera:+camera})
   [ $view = no ] || needed+=(page)
   "$root/tools/setup.sh" "${needed[@]}" || exit 1

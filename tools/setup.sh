@@ -10,6 +10,8 @@
 #   studies    multireach-trace, -study, -figures
 #   spy        the message types for lcm-spy (Java)
 #   docs       Doxygen, for tools/docs.sh; builds nothing
+#   python     the Python module
+#   package    everything that tools/package.sh packs
 #   core       the stages as libraries, without LCM
 #   tests      everything, with tests and benchmarks' dependencies
 set -euo pipefail
@@ -24,6 +26,7 @@ declare -A packages=(
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
   [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
+  [python]="pybind11-dev python3-dev python3-numpy python3-pytest" [package]="python3 file dpkg-dev"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
     opencv-doc libmatio-dev shellcheck systemd"
 )
@@ -32,13 +35,13 @@ declare -A targets=(
   [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish"
   [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay [page]=multireach-page
   [studies]="multireach-trace multireach-study multireach-figures"
-  [spy]=multireach_types_jar [docs]="" [tests]=all
+  [spy]=multireach_types_jar [docs]="" [python]=multireach_python [package]="multireach_pages multireach_vision multireach_controller_batch multireach_robot_bridge" [tests]=all
 )
 wrong() { echo "setup.sh: $1" >&2; exit 2; }
 parts=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --help|-h) sed -n '2,14p' "$0" | cut -c3-; exit 0 ;;
+    --help|-h) sed -n '2,16p' "$0" | cut -c3-; exit 0 ;;
     --preset) [ $# -ge 2 ] || wrong "--preset needs a name"; preset=$2; shift 2 ;;
     -*) wrong "unknown option '$1'; see --help" ;;
     *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
@@ -52,10 +55,11 @@ needs=" core "
 [ "${parts[*]}" != docs ] || needs=" "
 [ "${parts[*]}" = core ] || [ "${parts[*]}" = docs ] || [ "$preset" = core ] || needs+="loop "
 for part in "${parts[@]}"; do [[ $needs == *" $part "* ]] || needs+="$part "; done
-[[ $needs != *" tests "* ]] || needs+="camera calibrate page studies spy docs "
+[[ $needs != *" package "* ]] || needs+="camera calibrate replay page studies spy python "
+[[ $needs != *" tests "* ]] || needs+="camera calibrate page studies spy python docs "
 wanted=()
 for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"); done; done
-[[ $needs != *" tests "* && $needs != *" page "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
+[[ $needs != *" page "* ]] || command -v npm >/dev/null || wanted+=(nodejs npm)
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
@@ -89,12 +93,15 @@ fi
 
 cd "$root"
 build_targets=()
+[[ $needs != *" package "* ]] || read -ra parts <<<"$needs"
 for part in "${parts[@]}"; do for target in ${targets[$part]}; do build_targets+=("$target"); done; done
 [[ $needs != *" tests "* ]] || build_targets=(all)
 [ ${#build_targets[@]} -gt 0 ] || exit 0
 [ -d "build/$preset" ] || echo "Building (preset $preset)" >&2
 : >"$log"
-build() { cmake --preset "$preset" && cmake --build --preset "$preset" --target "${build_targets[@]}"; }
+options=()
+[[ $needs != *" python "* || $preset = core ]] || options=(-DMULTIREACH_PYTHON=ON)
+build() { cmake --preset "$preset" "${options[@]}" && cmake --build --preset "$preset" --target "${build_targets[@]}"; }
 if ! build 2>&1 | progress '/^\[[0-9]+\// { text = "Building: " $0 } !text { next }'; then
   cat "$log" >&2
   echo "setup.sh: the build failed" >&2

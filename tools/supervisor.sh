@@ -1,7 +1,7 @@
 # shellcheck shell=bash disable=SC2034,SC2154  # variables are shared with the script that sources this
 # Sourced by launch.sh: restarts processes that exit.
 #
-# The caller has the folder $work and a function `command_of NAME [PART]` that sets the array `command`. What NAME writes goes to
+# The caller has the folder $work, its name $me, and a function `command_of NAME [PART]` that sets the array `command`. What NAME writes goes to
 # $work/NAME.out and $work/NAME.err.
 
 backoff=(20 50 100 200 500)  # from an exit to the next start, in hundredths of a second; the last one repeats
@@ -107,7 +107,7 @@ schedule_restart() {
   [ $((index + 1)) -ge ${#backoff[@]} ] || index=$((index + 1))
   delay_index[$name]=$index
   due[$name]=$((now + delay))
-  echo "launch.sh: $name $cause; it is started again in $((delay / 100)).$((delay % 100 / 10)) s" >&2
+  echo "$me: $name $cause; it is started again in $((delay / 100)).$((delay % 100 / 10)) s" >&2
 }
 
 # restarts NAME...: prints how often these were restarted; nothing when none was.

@@ -3,9 +3,11 @@
 #   - the format of the code, ShellCheck on the scripts, and the API pages of the headers,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
-#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests.
-# --full adds clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
-# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, and the studies of docs/guarantees.md (two hours or three).
+#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without the three that take a quarter
+#     of an hour of processor time each there.
+# --full adds those three, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
+# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, an hour of the whole system, the Debian packages in a clean
+# system, and the studies of docs/guarantees.md (four hours).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -13,10 +15,11 @@ full=no
 case "${1:-}" in
   "") ;;
   --full) full=yes ;;
-  --help|-h) sed -n '2,8p' "$0" | cut -c3-; exit 0 ;;
+  --help|-h) sed -n '2,10p' "$0" | cut -c3-; exit 0 ;;
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
+slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]OfRenderedTags$'
 declare -a results=()
 failed=0
 # stage NAME COMMAND...: runs a command and records whether it passed.
@@ -32,16 +35,20 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
-scripts() { shellcheck tools/*.sh tools/multireach tools/systemd/*.sh web/build.sh docs/pictures/view.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
-unit_tests() { ctest --preset "$1" --label-regex unit --parallel 2 --progress; }
-build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$1"; }
+scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/debian_package.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
+unit_tests() { ctest --preset "$@" --label-regex unit --parallel 2 --progress; }
+build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$@"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh build/asan/bin; }
 damaged_logs() { MULTIREACH_LOG_MUTATIONS=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='LogFuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
-# With the flags and the generated headers of the build by Clang. tests/package is a project of its own.
-tidy() { sources | grep '\.cpp$' | grep -v '^tests/package/' | xargs -P 2 -n 4 clang-tidy -p build/clang --quiet; }
+debian_packages() {
+  if [ "$(id -u)" -eq 0 ] && command -v mmdebstrap >/dev/null; then tests/full/debian_package.sh
+  else echo "skipped: this needs root, and the Debian package mmdebstrap"; fi
+}
+# With the flags and the generated headers of the build by Clang. tests/package is a project of its own, and the Python module not in that build.
+tidy() { sources | grep '\.cpp$' | grep -vE '^(tests/package|python)/' | xargs -P 2 -n 4 clang-tidy -p build/clang --quiet; }
 
 [ -d "$root/../shared" ] || echo "skipped where needed: ../shared is not here (public arms, a real stereo pair)"
 stage "build" tools/setup.sh tests
@@ -53,8 +60,9 @@ stage "unit tests" unit_tests release
 stage "whole processes" ctest --preset release --label-regex live
 stage "the stages alone" build_and_test core
 stage "the installed package" tests/package/run.sh build/core
-stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan
+stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan --exclude-regex "$slow_with_sanitizers"
 if [ $full = yes ]; then
+  stage "the slow tests with the sanitizers" unit_tests asan --tests-regex "$slow_with_sanitizers"
   stage "Clang" build_and_test clang
   stage "clang-tidy" tidy
   stage "thread sanitizer" build_and_test tsan
@@ -63,6 +71,8 @@ if [ $full = yes ]; then
   stage "10^6 damaged logs" damaged_logs
   stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
+  stage "an hour of the whole system" tests/full/soak.sh build/release/bin
+  stage "Debian packages in a clean system" debian_packages
   stage "millions of reaches" tests/full/reaches.sh build/release/bin
 fi
 
