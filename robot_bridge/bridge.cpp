@@ -13,6 +13,9 @@ constexpr double kApproachSpeed = 0.2;  // speed override while the robot is far
 constexpr double kMinSpeed = 0.01;      // a smaller speed override pauses
 constexpr double kSlowing = 2;          // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
+// Where more than one in three set-points is too early or too old, the first one of the motion was itself late or
+// early: the motion ends, and begins again with the time of another.
+constexpr int kMistimed = 2, kMaxMistimed = 10;
 
 const BridgeOptions& checked(const BridgeOptions& options) {
   const auto require = [](bool valid, const char* sentence) {
@@ -127,6 +130,10 @@ SetpointVerdict Bridge::setpoint(const Setpoint& setpoint, bool& restarted) {
   if (state_ == BridgeState::kIdle || state_ == BridgeState::kFault || !enabled_) return SetpointVerdict::kNotReady;
   if (state_ == BridgeState::kArmed) return start_following(setpoint, restarted);
   const SetpointVerdict verdict = judge(setpoint);
+  if (verdict == SetpointVerdict::kTooOld || verdict == SetpointVerdict::kTooEarly) {
+    mistimed_ += kMistimed;
+    if (mistimed_ > kMaxMistimed) since_setpoint_us_ = options_.setpoint_timeout_us + 1;  // as if none came any more
+  }
   if (verdict != SetpointVerdict::kAccepted) return verdict;
   if (options_.shape == BridgeOptions::Shape::kLinear) {
     if (!interpolator_.add(setpoint)) return SetpointVerdict::kNotNewer;
@@ -138,7 +145,10 @@ SetpointVerdict Bridge::setpoint(const Setpoint& setpoint, bool& restarted) {
     waiting_[num_waiting_++] = setpoint;
   }
   newest_ = setpoint;
-  since_setpoint_us_ = 0;
+  if (mistimed_ <= kMaxMistimed) {
+    since_setpoint_us_ = 0;
+    mistimed_ = std::max(mistimed_ - 1, 0);
+  }
   return verdict;
 }
 
@@ -182,6 +192,7 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   goal_ = {};
   velocity_ = JointVector::Zero(chain_.size());
   since_setpoint_us_ = 0;
+  mistimed_ = 0;
   approaching_ = !near;
   pace_ = paused_ ? 0 : approaching_ ? std::min(speed_, kApproachSpeed) : speed_;
   path_rate_ = setpoint_rate_ = pace_;

@@ -137,6 +137,7 @@ class Bridge {
   int64_t robot_run_ = 0;          // of the robot that is commanded
   int64_t run_ = 0;                // of the sender of set-points that is followed
   int64_t since_setpoint_us_ = 0;  // since the last accepted set-point
+  int mistimed_ = 0;               // grows with set-points that are too early or too old, falls with accepted ones
   Setpoint newest_, goal_;         // accepted last; the one of the current segment
   std::array<Setpoint, 4> waiting_;
   size_t num_waiting_ = 0;

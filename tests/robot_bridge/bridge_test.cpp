@@ -116,6 +116,30 @@ TEST_F(Bridging, OneLostSetpointIsNotFelt) {
   EXPECT_LT(largest, 1e-9) << "the velocity is constant, and set-points carry it";
 }
 
+TEST_F(Bridging, AMotionThatBeganWithALateSetpointBeginsAgain) {
+  // The first one comes 61 ms late, the others at once or 1 ms late: half of them are too far in the future for its time, but the
+  // others are not, and would keep the motion alive.
+  Bridge bridge(chain_, {});
+  EXPECT_TRUE(bridge.measured(at(start_)));
+  const int64_t late = BridgeOptions{}.max_setpoint_lead_us / 1000 + 1;
+  Command command;
+  const auto tick_until = [&](int64_t ms) {
+    for (static int64_t now = late; now < ms; ++now) command = obeyed_tick(bridge);
+  };
+  int64_t refused = 0;
+  for (int64_t k = 0; k < 60; ++k) {
+    Setpoint setpoint = ramp(0);
+    setpoint.utime = k * kPeriod;
+    setpoint.sequence = k;
+    setpoint.velocity.setZero();
+    tick_until(k * 50 + k % 2);
+    refused += give(bridge, setpoint) != SetpointVerdict::kAccepted;
+  }
+  EXPECT_EQ(bridge.state(), BridgeState::kRunning);
+  EXPECT_LE(refused, 10);
+  EXPECT_LE(std::abs(*bridge.next_tick() - 59 * kPeriod), 2000) << "the time of the set-points";
+}
+
 TEST_F(Bridging, WhenSetpointsStopItDeceleratesAndIsReadyForAnotherController) {
   Bridge bridge = running(20);
   StreamCheck check(bridge.limits());
