@@ -6,8 +6,8 @@
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without the three that take a quarter
 #     of an hour of processor time each there.
 # --full adds those three, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
-# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, an hour of the whole system, the Debian packages in a clean
-# system, and the studies of docs/guarantees.md (four hours).
+# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, studies on many machines, an hour of the whole system, the Debian
+# packages in a clean system, and the studies of docs/guarantees.md (four hours).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -35,7 +35,7 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
-scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/debian_package.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
+scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
 unit_tests() { ctest --preset "$@" --label-regex unit --parallel 2 --progress; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$@"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
@@ -47,6 +47,8 @@ debian_packages() {
   if [ "$(id -u)" -eq 0 ] && command -v mmdebstrap >/dev/null; then tests/full/debian_package.sh
   else echo "skipped: this needs root, and the Debian package mmdebstrap"; fi
 }
+# Exit code 77: skipped, and why.
+many_machines() { tests/full/many_machines.sh build/release/bin || [ $? -eq 77 ]; }
 # With the flags and the generated headers of the build by Clang. tests/package is a project of its own, and the Python module not in that build.
 tidy() { sources | grep '\.cpp$' | grep -vE '^(tests/package|python)/' | xargs -P 2 -n 4 clang-tidy -p build/clang --quiet; }
 
@@ -71,6 +73,7 @@ if [ $full = yes ]; then
   stage "10^6 damaged logs" damaged_logs
   stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
+  stage "studies on many machines" many_machines
   stage "an hour of the whole system" tests/full/soak.sh build/release/bin
   stage "Debian packages in a clean system" debian_packages
   stage "millions of reaches" tests/full/reaches.sh build/release/bin

@@ -10,9 +10,12 @@
 #include <thread>
 
 #include "runtime/files.hpp"
+#include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
+#include "runtime/progress.hpp"
 #include "studies/acceleration_option.hpp"
 #include "studies/straightness/straightness.hpp"
+#include "studies/study/shard_progress.hpp"
 #include "studies/study/study.hpp"
 
 namespace multireach {
@@ -29,6 +32,7 @@ struct Options {
 
   double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
   std::vector<std::string> merge;
+  std::string folder = ".";
   int nodes = 4000;
 };
 
@@ -213,8 +217,15 @@ int study(const Options& options) {
                      drift_m_of(options),
                      acceleration_from(options.acceleration, chain)};
   const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
+  Progress line;
+  std::optional<ShardProgress> file;
+  if (shards > 1 && !options.json.empty() && options.json != "-") file.emplace(options.json, shard, shards);
   const StudyResult result =
-      run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty());
+      run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty(), [&](double part) {
+        line.show(part);
+        if (file) file->show(part);
+      });
+  line.end();
   write_results(options, result.tallies,
                 {{"urdf_digest", digest_of(options.urdf)},
                  {"base", options.base},
@@ -230,6 +241,12 @@ int study(const Options& options) {
                  {"shard", options.shard}});
   if (!options.failures.empty()) write_text_file(options.failures, failures_csv(chain, gammas, result.failed));
   return 0;
+}
+
+int status(const Options& options) {
+  const ShardStatus status = shard_status(options.folder, wall_us());
+  std::printf("%s\n", status.line.c_str());
+  return status.done ? 0 : 1;
 }
 
 int straightness(const Options& options) {
@@ -297,6 +314,9 @@ int main(int argc, char** argv) {
   merging.option("files", options.merge, "JSON files of the shards").required();
   merging.option("--json", options.json, "where to write the results; - for standard output");
   merging.option("--csv", options.csv, "where to write them as a table");
+  multireach::CommandLine asking = cli.subcommand(
+      "status", "one line on all shards of a study, finished and running; exit code 1 until all are done");
+  asking.option("folder", options.folder, "where their --json files are").show_default();
   multireach::CommandLine straight = cli.subcommand(
       "straightness",
       "length of the hand's path: guarded, a damped-least-squares follower, and the shortest path inside the limits");
@@ -307,6 +327,7 @@ int main(int argc, char** argv) {
   return program.run(argc, argv, [&] {
     if (options.json.empty() && options.csv.empty() && !straight.given()) options.json = "-";
     if (merging.given()) return multireach::merge(options);
+    if (asking.given()) return multireach::status(options);
     for (const auto& [text, name] :
          {std::pair(options.urdf, "--urdf"), {options.base, "--base"}, {options.tip, "--tip"}}) {
       if (text.empty()) throw multireach::InputError(std::string(name) + " is missing; see --help");

@@ -4,10 +4,9 @@
 #include <atomic>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <thread>
 #include <tuple>
-
-#include "runtime/progress.hpp"
 
 namespace multireach {
 namespace {
@@ -59,7 +58,8 @@ class Worker {
 }  // namespace
 
 StudyResult run_study(const Chain& chain, const ReachSampler& sampler, const StudyLaw& law,
-                      const std::vector<double>& gammas, int64_t begin, int64_t end, int threads, bool keep_failed) {
+                      const std::vector<double>& gammas, int64_t begin, int64_t end, int threads, bool keep_failed,
+                      const std::function<void(double)>& progress) {
   std::vector<std::unique_ptr<Worker>> workers;
   for (int t = 0; t < threads; ++t) workers.push_back(std::make_unique<Worker>(chain, law, gammas, keep_failed));
   std::atomic<int64_t> next = begin, finished = 0, working = threads;
@@ -77,10 +77,9 @@ StudyResult run_study(const Chain& chain, const ReachSampler& sampler, const Stu
         --working;
       });
     }
-    Progress progress;
     const double total = static_cast<double>(std::max<int64_t>(1, end - begin)) * static_cast<double>(gammas.size());
     while (working > 0) {
-      progress.show(std::min(1.0, static_cast<double>(finished) / total));
+      if (progress) progress(std::min(1.0, static_cast<double>(finished) / total));
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
   }
