@@ -183,8 +183,11 @@ void ReachController::track_target(int64_t now, int64_t begin) {
     law_->update_target(task_target(held_position_, Eigen::Vector3d::Zero()));
     return;
   }
+  const int64_t then = begin + options_.prediction_us;
+  const int64_t half =
+      (now + options_.tick_us - begin) / 2;  // of this tick's steps, during which the velocity is constant
   const TaskTarget target =
-      task_target(filter_.position_at(begin + options_.prediction_us), filter_.velocity() / steps_per_second());
+      task_target(filter_.position_at(then), filter_.velocity_at(then + half) / steps_per_second());
   const bool resume = !jumped_ && mode_ == ReachMode::kReaching;
   const TargetResult result = resume ? law_->update_target(target) : law_->set_target(target);
   held_position_ = target.position;

@@ -9,6 +9,9 @@ namespace multireach::controller {
 
 namespace {
 
+/// s: an acceleration is extrapolated no further. Three observations at 30 Hz and the way to the robot's motion.
+constexpr double kLongestAcceleration = 0.15;
+
 /// Whether C is a valid covariance, m^2: finite, no element above 1 m^2, and positive semidefinite (no principal minor
 /// is negative beyond rounding).
 bool positive(const Eigen::Matrix3d& C) {
@@ -23,8 +26,22 @@ bool positive(const Eigen::Matrix3d& C) {
 
 }  // namespace
 
+/// For how much of the time from the last observation to `utime` the target accelerates, s.
+double TargetFilter::accelerated_s(int64_t utime) const {
+  return std::clamp(static_cast<double>(utime - *utime_) * 1e-6, 0.0, kLongestAcceleration);
+}
+
 Eigen::Vector3d TargetFilter::position_at(int64_t utime) const {
-  return position_ + velocity_ * (static_cast<double>(utime - *utime_) * 1e-6);
+  const double seconds = static_cast<double>(utime - *utime_) * 1e-6;
+  const Eigen::Vector3d steady = position_ + velocity_ * seconds;
+  if (options_.acceleration_s <= 0) return steady;
+  const double accelerated = accelerated_s(utime);
+  return steady + acceleration_ * (accelerated * (seconds - accelerated / 2));
+}
+
+Eigen::Vector3d TargetFilter::velocity_at(int64_t utime) const {
+  if (options_.acceleration_s <= 0) return velocity_;
+  return velocity_ + acceleration_ * accelerated_s(utime);
 }
 
 bool TargetFilter::update(const TargetObservation& observation) {
@@ -56,6 +73,13 @@ bool TargetFilter::update(const TargetObservation& observation) {
       covariance_ -= gain * covariance_;
       covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
     }
+  }
+  const double elapsed = utime_ ? static_cast<double>(observation.utime - *utime_) * 1e-6 : 0;
+  if (jumped) {
+    acceleration_.setZero();
+  } else if (options_.acceleration_s > 0 && elapsed > 0) {
+    const Eigen::Vector3d change = (observation.velocity - velocity_) / elapsed;
+    acceleration_ += (1 - std::exp(-elapsed / options_.acceleration_s)) * (change - acceleration_);
   }
   velocity_ = observation.velocity;
   utime_ = observation.utime;

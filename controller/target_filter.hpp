@@ -25,20 +25,25 @@ class TargetFilter {
     double jump_m = 0.02;              ///< an innovation larger than this, and larger than four sigma of the
                                        ///< measurement noise, is a jump: the filter restarts there
     double wander_m_per_root_s = 0.1;  ///< process noise: standard deviation of the random walk after one second
+    double acceleration_s = 0;         ///< the target's acceleration is the mean over about this time of how its
+                                       ///< observed velocity changes; 0: no acceleration is assumed
   };
   explicit TargetFilter(const Options& options) : options_(options) {}
 
   /// Takes an observation, which must be seen and finite. Returns true when the target is new or has jumped.
   bool update(const TargetObservation& observation);
-  /// The position of the target at `utime`, extrapolated with its velocity. Call update() first.
+  /// Position, m, and velocity, m/s, of the target at `utime`, extrapolated. Call update() first.
   Eigen::Vector3d position_at(int64_t utime) const;
-  const Eigen::Vector3d& velocity() const { return velocity_; }
+  Eigen::Vector3d velocity_at(int64_t utime) const;
   void reset() { utime_.reset(); }
 
  private:
+  double accelerated_s(int64_t utime) const;
+
   Options options_;
   std::optional<int64_t> utime_;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), velocity_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();  // m/s^2
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
 };
 

@@ -13,9 +13,9 @@ constexpr double kApproachSpeed = 0.2;  // speed override while the robot is far
 constexpr double kMinSpeed = 0.01;      // a smaller speed override pauses
 constexpr double kSlowing = 2;          // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
-// Where more than one in three set-points is too early or too old, the first one of the motion was itself late or
-// early: the motion ends, and begins again with the time of another.
-constexpr int kMistimed = 2, kMaxMistimed = 10;
+// Where more than one in twenty set-points is too early or too old, the first one of the motion was itself late or
+// early: after five of them the motion ends, and begins again with the time of another.
+constexpr int kMistimed = 20, kMaxMistimed = 80;
 
 const BridgeOptions& checked(const BridgeOptions& options) {
   const auto require = [](bool valid, const char* sentence) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "controller/task/joint_weights.hpp"
+#include "controller/tracking_defaults.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/joint_fields.hpp"
 
@@ -14,13 +15,6 @@ namespace {
 
 enum class Law { kGuarded, kPaper };
 enum class Motion { kReach, kTrack };
-
-/// Gains for a target that moves: a steady acceleration a leaves an error of a / (alpha beta) steps², a twentieth of
-/// that of the default gains. They keep alpha (1 - beta)² >= 4 beta (1 - alpha).
-constexpr controller::ViteGains kTrackGains{0.4, 0.08};
-/// us: from the time that an image was taken to the motion that shows it, beyond the tick itself: some 15 ms for camera
-/// and vision, 5 for the bridge's delay, 10 for a robot.
-constexpr int64_t kTrackPrediction = 30000;
 
 /// What the section `controller` says.
 struct ControllerKeys {
@@ -118,9 +112,9 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "`guarded` keeps all limits (docs/guarantees.md); `paper` computes the equations as printed.")
       .choice<Motion>(
           "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}}, [](auto& k) -> auto& { return k.motion; },
-          "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction, for targets that "
-          "keep "
-          "moving. It sets the defaults of `alpha_per_step`, `beta_per_step` and `prediction_s`.")
+          "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction that also knows the "
+          "target's acceleration, for targets that keep moving. It sets the defaults of `alpha_per_step`, "
+          "`beta_per_step` and `prediction_s`.")
       .number(
           "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
           "Weight of the hand's attractor, Eq. (28).")
@@ -128,15 +122,15 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .number(
           "alpha_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.alpha; },
           "Attractor gain per integration step, Eq. (3).")
-      .otherwise(either(guarded.alpha, kTrackGains.alpha, paper.alpha))
+      .otherwise(either(guarded.alpha, controller::kTrackGains.alpha, paper.alpha))
       .number(
           "beta_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.beta; },
           "Attractor gain per integration step, Eq. (3).")
-      .otherwise(either(guarded.beta, kTrackGains.beta, paper.beta))
+      .otherwise(either(guarded.beta, controller::kTrackGains.beta, paper.beta))
       .number(
           "prediction_s", "s", 0, 10, [](auto& k) -> auto& { return k.prediction_us; },
           "The hand aims at where the target will be this much later, by its velocity.", 1e6)
-      .otherwise(fmt::format("0; motion: track: {:g}", 1e-6 * kTrackPrediction))
+      .otherwise(fmt::format("0; motion: track: {:g}", 1e-6 * controller::kTrackPrediction))
       .integer(
           "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
           "Integration steps in each `tick_ms`.")
@@ -237,7 +231,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
 controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
   controller::ReachOptions options = keys.options;
   const bool tracks = keys.motion == Motion::kTrack;
-  options.prediction_us = keys.prediction_us.value_or(tracks ? kTrackPrediction : 0);
+  options.prediction_us = keys.prediction_us.value_or(tracks ? controller::kTrackPrediction : 0);
   const auto put_gains = [&keys](controller::ViteGains& gains) {
     gains.alpha = keys.alpha.value_or(gains.alpha);
     gains.beta = keys.beta.value_or(gains.beta);
@@ -251,7 +245,10 @@ controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
   } else {
     controller::GuardedParameters law = keys.guarded;
     law.gamma = keys.gamma;
-    if (tracks) law.gains = kTrackGains;
+    if (tracks) {
+      law.gains = controller::kTrackGains;
+      options.target.acceleration_s = controller::kTrackAccelerationTime;
+    }
     put_gains(law.gains);
     options.law = law;
   }

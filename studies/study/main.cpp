@@ -1,4 +1,5 @@
 // multireach-study: runs many random reaches and counts failures and limit violations.
+#include <fmt/format.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -17,6 +18,7 @@
 #include "studies/straightness/straightness.hpp"
 #include "studies/study/shard_progress.hpp"
 #include "studies/study/study.hpp"
+#include "studies/tracking/tracking.hpp"
 
 namespace multireach {
 namespace {
@@ -33,6 +35,7 @@ struct Options {
   double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
   std::vector<std::string> merge;
   std::string folder = ".";
+  std::optional<double> radius_m;
   int nodes = 4000;
 };
 
@@ -274,6 +277,31 @@ int straightness(const Options& options) {
   return 0;
 }
 
+int tracking(const Options& options) {
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  const ReachSampler sampler(chain, options.seed, TargetsFrom::kPostures);
+  check_outputs(options);
+  const double radius_m = options.radius_m.value_or(0.1 * chain.reach());
+  nlohmann::json result = run_tracking_study(chain, sampler, options.samples, radius_m);
+  const auto places = result.at("places").get<int64_t>();
+  if (places == 0) {
+    throw InputError(
+        fmt::format("the arm can reach no whole path of {:.3f} m around any of {} places; give a smaller --radius",
+                    radius_m, 100 * options.samples));
+  }
+  result["urdf_digest"] = digest_of(options.urdf);
+  result["base"] = options.base;
+  result["tip"] = options.tip;
+  result["seed"] = options.seed;
+  if (!options.json.empty()) write_json_file(options.json, result);
+  if (options.json != "-") {
+    std::printf("%s to %s: radius %.3f m, around %lld places, seed %llu\n\n%s", options.base.c_str(),
+                options.tip.c_str(), radius_m, static_cast<long long>(places),
+                static_cast<unsigned long long>(options.seed), tracking_table(result).c_str());
+  }
+  return 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -324,8 +352,14 @@ int main(int argc, char** argv) {
   straight.option("--nodes", options.nodes, "nodes of the roadmap for the shortest path; 0: do not compute it")
       .whole(0, 1000000)
       .show_default();
+  multireach::CommandLine following = cli.subcommand(
+      "tracking",
+      "how well the hand follows targets that keep moving: the controller, and a damped-least-squares follower");
+  following.fallthrough();
+  following.option("--radius", options.radius_m, "of the paths, m; default: a tenth of the arm's reach")
+      .finite(1e-4, 10.0);
   return program.run(argc, argv, [&] {
-    if (options.json.empty() && options.csv.empty() && !straight.given()) options.json = "-";
+    if (options.json.empty() && options.csv.empty() && !straight.given() && !following.given()) options.json = "-";
     if (merging.given()) return multireach::merge(options);
     if (asking.given()) return multireach::status(options);
     for (const auto& [text, name] :
@@ -333,6 +367,7 @@ int main(int argc, char** argv) {
       if (text.empty()) throw multireach::InputError(std::string(name) + " is missing; see --help");
     }
     if (straight.given()) return multireach::straightness(options);
+    if (following.given()) return multireach::tracking(options);
     return multireach::study(options);
   });
 }

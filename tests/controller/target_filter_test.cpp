@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <cmath>
 
 #include "numeric/random.hpp"
 
@@ -84,6 +85,51 @@ TEST(TargetFilter, AnIndefiniteCovarianceIsNoKnowledgeEither) {
               k == 0);
     EXPECT_EQ(filter.position_at(33333 * k), position);
   }
+}
+
+constexpr int64_t kPeriod = 33333;
+const Eigen::Vector3d kVelocity(0.1, 0.2, -0.1), kAcceleration(0.5, -1, 0.3);
+
+/// Of a target that accelerates steadily, the k-th of 30 a second.
+TargetObservation observation(int64_t k) {
+  const double t = 1e-6 * static_cast<double>(k * kPeriod);
+  return {.utime = k * kPeriod,
+          .seen = true,
+          .position = kPosition + kVelocity * t + kAcceleration * (t * t / 2),
+          .velocity = kVelocity + kAcceleration * t};
+}
+
+TEST(TargetFilter, ASteadyAccelerationIsLearntAndExtrapolated) {
+  constexpr double kTime = 0.1;
+  TargetFilter filter({.acceleration_s = kTime});
+  constexpr int64_t kCount = 40, kAhead = 100000;
+  for (int64_t k = 0; k <= kCount; ++k) filter.update(observation(k));
+  const double t = 1e-6 * static_cast<double>(kCount * kPeriod + kAhead);
+  const Eigen::Vector3d position = kPosition + kVelocity * t + kAcceleration * (t * t / 2);
+  const Eigen::Vector3d velocity = kVelocity + kAcceleration * t;
+  // What is left of the first estimate, zero, after so many means; and the rounding of times to microseconds.
+  const double left = kAcceleration.norm() * std::exp(-1e-6 * kCount * kPeriod / kTime) + 1e-9;
+  EXPECT_LT((filter.velocity_at(kCount * kPeriod + kAhead) - velocity).norm(), 0.1 * left);
+  EXPECT_LT((filter.position_at(kCount * kPeriod + kAhead) - position).norm(), 0.005 * left);
+  // Far ahead the velocity stays as it is after 0.15 s.
+  EXPECT_EQ(filter.velocity_at(kCount * kPeriod + 150000), filter.velocity_at(kCount * kPeriod + 900000));
+}
+
+TEST(TargetFilter, AJumpForgetsTheAcceleration) {
+  TargetFilter filter({.acceleration_s = 0.1});
+  for (int64_t k = 0; k < 20; ++k) filter.update(observation(k));
+  TargetObservation elsewhere = observation(20);
+  elsewhere.position.x() += 1;
+  EXPECT_TRUE(filter.update(elsewhere));
+  EXPECT_EQ(filter.velocity_at(21 * kPeriod), elsewhere.velocity);
+}
+
+TEST(TargetFilter, WithoutItTheVelocityIsConstant) {
+  TargetFilter filter({});
+  for (int64_t k = 0; k < 20; ++k) filter.update(observation(k));
+  const TargetObservation last = observation(19);
+  EXPECT_EQ(filter.velocity_at(last.utime + 100000), last.velocity);
+  EXPECT_LT((filter.position_at(last.utime + 100000) - (last.position + 0.1 * last.velocity)).norm(), 1e-15);
 }
 
 }  // namespace

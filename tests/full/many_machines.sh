@@ -95,7 +95,7 @@ daemons=()
 
 # GNU parallel, with two hosts: namespaces, which a command takes the place of ssh for.
 mkdir "$work/parallel"
-for host in a b; do unshare --net sleep infinity & daemons+=($!); echo $! >"$work/$host"; done
+for host in a b; do daemon unshare --net sleep infinity; echo "${daemons[-1]}" >"$work/$host"; done
 cat >"$work/into" <<INTO
 #!/bin/sh
 host=\$1; shift

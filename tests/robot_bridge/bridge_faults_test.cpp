@@ -272,7 +272,8 @@ TEST(BridgeFaults, EveryScheduleKeepsAllLimits) {
   const Chain chain = testing::hoap2();
   int64_t running = 0, faults = 0;
   std::vector<uint64_t> numbers{128719,   // found once: a robot that was pushed beyond a limit
-                                979011};  // a motion that began with a late set-point
+                                979011,   // a motion that began with a late set-point: most of the others were refused,
+                                427020};  // or only some
   for (uint64_t k = first; k < first + schedules; ++k) numbers.push_back(k);
   for (const uint64_t k : numbers) {
     FaultRun run(chain, Schedule(random, k));
