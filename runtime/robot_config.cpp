@@ -27,8 +27,9 @@ ConfigKeys<SharedValues> shared_keys() {
       .integer(
           "state_hz", "Hz", 1, 1000, [](auto& v) -> auto& { return v.state_hz; },
           "Rate of the simulated robot's ROBOT_STATE.")
-      .other("start_joint_position", "map from joint names to numbers", "rad or m", "0, or the limit nearest to it",
-             "Joint positions from which a simulated robot starts.", [](const Config& config, SharedValues& values) {
+      .other("start_joint_position", "map from joint names to numbers", "rad or m",
+             "0, or the middle of limits that exclude 0", "Joint positions from which a simulated robot starts.",
+             [](const Config& config, SharedValues& values) {
                if (config.has("start_joint_position")) values.start = config.named_numbers("start_joint_position");
              });
   for (const auto& [name, meaning] :

@@ -12,6 +12,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "kinematics/default_joint_position.hpp"
 #include "kinematics/urdf_document.hpp"
 
 namespace multireach {
@@ -141,20 +142,24 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
   model->opt.timestep = options.step_s;
   model->opt.disableflags |= mjDSBL_WARMSTART;
   mjData* data = simulation_->data = mj_makeData(model);
+  for (int joint = 0; joint < model->njnt; ++joint) {
+    const mjtNum* range = model->jnt_range + 2 * joint;
+    if (model->jnt_limited[joint]) data->qpos[model->jnt_qposadr[joint]] = default_joint_position(range[0], range[1]);
+  }
   for (const auto& [name, position] : options.start) {
     const int joint = mj_name2id(model, mjOBJ_JOINT, name.c_str());
-    if (joint < 0) throw std::invalid_argument("has no joint '" + name + "', for which a start position is given");
+    if (joint < 0) {
+      std::string known;
+      for (const std::string& other : joint_names_) known += (known.empty() ? "" : ", ") + other;
+      throw std::invalid_argument("has no joint '" + name + "', which start_joint_position of the robot.yaml names; " +
+                                  "it has " + known);
+    }
     const mjtNum* range = model->jnt_range + 2 * joint;
     if (!std::isfinite(position) || (model->jnt_limited[joint] && (position < range[0] || position > range[1]))) {
       throw std::invalid_argument("joint '" + name + "': the start position " + std::to_string(position) +
                                   " is outside its limits");
     }
     data->qpos[model->jnt_qposadr[joint]] = position;
-  }
-  for (int joint = 0; joint < model->njnt; ++joint) {
-    if (!model->jnt_limited[joint]) continue;
-    mjtNum& position = data->qpos[model->jnt_qposadr[joint]];
-    position = std::clamp(position, model->jnt_range[2 * joint], model->jnt_range[2 * joint + 1]);
   }
   wanted_position_ = positions();
   wanted_velocity_.assign(joint_names_.size(), 0);

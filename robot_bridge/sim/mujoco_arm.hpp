@@ -13,7 +13,7 @@ struct MujocoArmOptions {
   double step_s = 0.001;
   double natural_frequency_rad_s = 100;  ///< of each joint's servo; determines the gains
   double damping_ratio = 1;
-  /// Initial joint positions, rad or m. Other joints start at 0, clamped to their limits.
+  /// Initial joint positions, rad or m. Other joints start at default_joint_position().
   std::map<std::string, double> start;
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "kinematics/default_joint_position.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach {
@@ -112,6 +113,10 @@ TEST(Chain, KnowsWhatIsOutsideTheLimits) {
   theta << 0, 0.1, 0, -2.5;
   EXPECT_NEAR(chain.limit_excess(theta), 2.5 - 2.0071286397934789, 1e-15);
   EXPECT_EQ(chain.limit_excess(chain.clamped(theta)), 0);
+  EXPECT_EQ(default_joint_position(-1, 2), 0);
+  EXPECT_EQ(default_joint_position(0, 2), 0);
+  EXPECT_EQ(default_joint_position(-2, -1), -1.5);
+  EXPECT_EQ(default_joint_position(-HUGE_VAL, HUGE_VAL), 0);
   EXPECT_TRUE(joint_configuration_fault(chain, {0, 0.1, 0, -1}, "the start")->find("right_SAA") != std::string::npos);
   EXPECT_TRUE(joint_configuration_fault(chain, {0, 0, 0}, "the start")->find("4 joints") != std::string::npos);
   EXPECT_TRUE(joint_configuration_fault(chain, {0, 0, NAN, 0}, "the start")->find("right_SHR") != std::string::npos);

@@ -3,6 +3,7 @@
 #include <multireach/joint_command_t.hpp>
 #include <multireach/robot_state_t.hpp>
 
+#include "kinematics/default_joint_position.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 
@@ -14,6 +15,7 @@ IdealRobotNode::IdealRobotNode(const RobotConfig& robot)
       config_digest_(robot.digest),
       joint_names_(joint_names(robot.chain)) {
   theta_ = velocity_ = JointVector::Zero(chain_.size());
+  for (int i = 0; i < chain_.size(); ++i) theta_[i] = default_joint_position(chain_.lower()[i], chain_.upper()[i]);
   for (const auto& [joint, position] : robot.start) {
     if (const int at = chain_.index_of(joint); at >= 0) theta_[at] = position;
   }

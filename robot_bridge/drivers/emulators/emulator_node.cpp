@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <multireach/perturbation_t.hpp>
 
+#include "kinematics/default_joint_position.hpp"
 #include "robot_bridge/drivers/emulators/iiwa_emulator.hpp"
 #include "robot_bridge/drivers/emulators/panda_emulator.hpp"
 #include "robot_bridge/drivers/emulators/servo_emulator.hpp"
@@ -48,7 +49,7 @@ std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverCo
   JointVector start(chain.size());
   for (int i = 0; i < chain.size(); ++i) {
     const auto given = robot.start.find(chain.joint(i).name);
-    start[i] = given == robot.start.end() ? 0 : given->second;
+    start[i] = given == robot.start.end() ? default_joint_position(chain.lower()[i], chain.upper()[i]) : given->second;
   }
   start = chain.clamped(start);
   if (config.name == "iiwa") return std::make_unique<IiwaEmulator>(chain, start);

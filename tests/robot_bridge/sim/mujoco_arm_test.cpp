@@ -74,6 +74,25 @@ TEST(MujocoArm, SaysWhatItCannotLoad) {
   EXPECT_THROW(MujocoArm(hoap2_urdf(), {.start = {{"nose", 1.0}}}), std::invalid_argument);
 }
 
+TEST(MujocoArm, NamesTheJointsThatMayHaveAStartPosition) {
+  try {
+    MujocoArm(hoap2_urdf(), {.start = {{"nose", 1.0}}});
+    FAIL() << "there is no joint 'nose'";
+  } catch (const std::invalid_argument& fault) {
+    EXPECT_NE(std::string(fault.what()).find("'nose', which start_joint_position"), std::string::npos) << fault.what();
+    EXPECT_NE(std::string(fault.what()).find("right_SFE, "), std::string::npos) << fault.what();
+  }
+}
+
+TEST(MujocoArm, StartsInTheMiddleOfLimitsThatExcludeZero) {
+  const std::string urdf =
+      "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' "
+      "ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='revolute'><parent link='a'/><child link='b'/>"
+      "<axis xyz='0 0 1'/><limit lower='0.5' upper='2' velocity='1' effort='9'/></joint></robot>";
+  EXPECT_EQ(MujocoArm(urdf, {}).positions(), std::vector{1.25});
+  EXPECT_EQ(MujocoArm(urdf, {.start = {{"j", 0.75}}}).positions(), std::vector{0.75});
+}
+
 TEST(MujocoArm, RefusesMassesAndInertiasThatAreNotPhysical) {
   const auto fault = [](const std::string& mass, const std::string& ixx, const std::string& ixy) -> std::string {
     const std::string inertial = "<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx + "' ixy='" + ixy +
