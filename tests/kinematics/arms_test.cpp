@@ -1,6 +1,8 @@
 // The arms of robots/ against public descriptions of the same arms.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/test_arms.hpp"
 
 namespace multireach::testing {
@@ -33,6 +35,33 @@ TEST_P(Arms, AgreeWithThePublicDescription) {
     EXPECT_LE(ours.upper()[i], theirs.upper()[i] + 1e-4) << ours.joint(i).name;
     EXPECT_GE(ours.lower()[i], theirs.lower()[i] - 1e-4) << ours.joint(i).name;
     EXPECT_LE(ours.velocity()[i], theirs.velocity()[i] + 1e-4) << ours.joint(i).name;
+  }
+}
+
+// Franka's table of Denavit-Hartenberg parameters (Craig's convention), which its two models share: a, d, alpha.
+Eigen::Isometry3d franka_flange(const JointVector& theta) {
+  constexpr double kTurn = std::numbers::pi / 2;
+  constexpr double kTable[][3] = {
+      {0, 0.333, 0}, {0, 0, -kTurn},    {0, 0.316, kTurn}, {0.0825, 0, kTurn}, {-0.0825, 0.384, -kTurn},
+      {0, 0, kTurn}, {0.088, 0, kTurn}, {0, 0.107, 0}};
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < 8; ++i) {
+    const auto& [a, d, alpha] = kTable[i];
+    X = X * Eigen::AngleAxisd(alpha, Eigen::Vector3d::UnitX()) * Eigen::Translation3d(a, 0, 0) *
+        Eigen::AngleAxisd(i < 7 ? theta[i] : 0, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(0, 0, d);
+  }
+  return X;
+}
+
+TEST(ArmsOfTheProject, FrankasAgreeWithTheTableOfDenavitAndHartenberg) {
+  for (const std::string name : {"panda", "fr3"}) {
+    const Chain chain =
+        load({MULTIREACH_SOURCE_DIR "/robots/" + name + "/" + name + ".urdf", name + "_link0", name + "_link8"});
+    const CounterRandom random(18);
+    for (uint64_t k = 0; k < 200; ++k) {
+      const JointVector theta = random_posture(chain, random, k);
+      ASSERT_LT((chain.pose(theta).matrix() - franka_flange(theta).matrix()).norm(), 1e-9) << name << " seed 18, " << k;
+    }
   }
 }
 

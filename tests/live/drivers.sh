@@ -11,7 +11,7 @@ status() { "$bin/multireach-robot" status 2>&1; }
 # ask WORD: until the bridge accepts, for 15 s.
 ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
 
-for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda ur5e ur5 so101 so101_dynamixel}; do
+for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel}; do
   folder=$work/$arm
   cp -r "$root/robots/${arm%_dynamixel}" "$folder"
   [ "$arm" = "${arm%_dynamixel}" ] || sed -i 's/name: feetech/name: dynamixel/' "$folder/robot.yaml"

@@ -21,7 +21,7 @@ def rng():
     return np.random.default_rng(SEED)
 
 
-@pytest.fixture(params=["hoap2", "iiwa14", "panda", "so101", "ur5e"])
+@pytest.fixture(params=["hoap2", "iiwa14", "panda", "fr3", "so101", "ur5e"])
 def any_arm(request):
     return multireach.Chain.from_robot(ROOT / "robots" / request.param), ROOT / "robots" / request.param
 

@@ -53,7 +53,8 @@ std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverCo
   }
   start = chain.clamped(start);
   if (config.name == "iiwa") return std::make_unique<IiwaEmulator>(chain, start);
-  if (config.name == "panda" && chain.size() == 7) return std::make_unique<PandaEmulator>(chain, start);
+  if (config.name == "panda" && chain.size() == 7)
+    return std::make_unique<PandaEmulator>(chain, start, PandaEmulatorOptions{.model = config.franka_model});
   if (config.name == "ur" && chain.size() == 6) return std::make_unique<UrEmulator>(chain, start, config.ur.e_series);
   if (config.name == "dynamixel") return std::make_unique<DynamixelEmulator>(chain, start, config.servo);
   if (config.name == "feetech") return std::make_unique<FeetechEmulator>(chain, start, config.servo);

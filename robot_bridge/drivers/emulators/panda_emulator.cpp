@@ -17,10 +17,6 @@ constexpr int64_t kExpires = 100000;       // us: --expire_sec
 constexpr double kServo = 200;             // rad/s, assumed
 constexpr double kTolerance = 1e-3;        // of a limit, for rounding
 
-// Franka's limits of the Panda, control-parameters-joint.
-const Eigen::Matrix<double, 7, 1> kMaxAcceleration{15, 7.5, 10, 12.5, 15, 20, 20};       // rad/s^2
-const Eigen::Matrix<double, 7, 1> kMaxJerk{7500, 3750, 5000, 6250, 7500, 10000, 10000};  // rad/s^3
-
 std::vector<double> field(const JointVector& values) {
   return {values.begin(), values.end()};
 }
@@ -32,7 +28,7 @@ bool exceeds(const JointVector& values, const JointVector& limits) {
 }  // namespace
 
 PandaEmulator::PandaEmulator(const Chain& chain, const JointVector& start, const PandaEmulatorOptions& options)
-    : chain_(chain), options_(options), joints_(start) {
+    : chain_(chain), options_(options), limits_(franka_limits(options.model)), joints_(start) {
   restart();
 }
 
@@ -71,6 +67,12 @@ void PandaEmulator::tick(const Time& now, WireOutbox& out) {
   }
 }
 
+// The Research 3 allows less towards its position limits.
+JointVector PandaEmulator::fastest(bool upwards) const {
+  if (options_.model == FrankaModel::kPanda) return chain_.velocity();
+  return chain_.velocity().cwiseMin(research3_velocity(desired_, upwards));
+}
+
 void PandaEmulator::control(const Time& now) {
   const bool expired = !wanted_ || std::llabs(now.wall_us - wanted_utime_) > kExpires;
   // The filter starts from the robot's last set-point, after the limiter.
@@ -79,13 +81,14 @@ void PandaEmulator::control(const Time& now) {
   JointVector velocity = wanted_velocity;
   if (options_.limit_rate) {
     // Each limit of libfranka's limiter: jerk, then acceleration, which near the speed limit falls to 0.
+    const JointVector up = fastest(true), down = fastest(false);
     for (int i = 0; i < velocity.size(); ++i) {
-      const double most = kMaxJerk[i] * kDt;
+      const double most = limits_.jerk[i] * kDt, a_max = limits_.acceleration[i];
       const double wanted = (wanted_velocity[i] - velocity_[i]) / kDt;
       double acceleration = std::clamp(wanted, acceleration_[i] - most, acceleration_[i] + most);
-      const double slope = kMaxJerk[i] / kMaxAcceleration[i], v_max = chain_.velocity()[i];
-      acceleration = std::clamp(acceleration, std::max(-slope * (v_max + velocity_[i]), -kMaxAcceleration[i]),
-                                std::min(slope * (v_max - velocity_[i]), kMaxAcceleration[i]));
+      const double slope = limits_.jerk[i] / a_max;
+      acceleration = std::min({acceleration, slope * (up[i] - velocity_[i]), a_max});
+      acceleration = std::max({acceleration, -slope * (down[i] + velocity_[i]), -a_max});
       velocity[i] = velocity_[i] + acceleration * kDt;
     }
   }
@@ -100,9 +103,13 @@ void PandaEmulator::control(const Time& now) {
 
 void PandaEmulator::check(const JointVector& velocity, const JointVector& acceleration, const JointVector& jerk) {
   if (chain_.limit_excess(desired_) > 0) return end("joint_motion_generator_position_limits_violation");
-  if (exceeds(velocity, chain_.velocity())) return end("joint_motion_generator_velocity_limits_violation");
-  if (exceeds(acceleration, kMaxAcceleration)) return end("joint_motion_generator_velocity_discontinuity");
-  if (!options_.limit_rate && exceeds(jerk, kMaxJerk)) return end("joint_motion_generator_acceleration_discontinuity");
+  const JointVector rounding = kTolerance * chain_.velocity();
+  if (((velocity - fastest(true) - rounding).array() > 0).any() ||
+      ((-velocity - fastest(false) - rounding).array() > 0).any())
+    return end("joint_motion_generator_velocity_limits_violation");
+  if (exceeds(acceleration, limits_.acceleration)) return end("joint_motion_generator_velocity_discontinuity");
+  if (!options_.limit_rate && exceeds(jerk, limits_.jerk))
+    return end("joint_motion_generator_acceleration_discontinuity");
 }
 
 void PandaEmulator::send_status(const Time& now, WireOutbox& out) const {

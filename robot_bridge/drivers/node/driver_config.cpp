@@ -138,6 +138,11 @@ ConfigKeys<DriverConfig> driver_keys() {
       .only("with a driver for TCP", is_tcp)
       .text(
           "host", [](auto& o) -> auto& { return o.host; }, "Address of the robot.")
+      .only("with name: panda", [](const DriverConfig& o) { return o.name == "panda"; })
+      .choice<FrankaModel>(
+          "model", {{"panda", FrankaModel::kPanda}, {"fr3", FrankaModel::kResearch3}},
+          [](auto& o) -> auto& { return o.franka_model; },
+          "Whose limits the emulator enforces. `fr3`: Franka Research 3, whose speed limits depend on the position.")
       .only("with name: ur", [](const DriverConfig& o) { return o.name == "ur"; })
       .choice<bool>(
           "series", {{"e", true}, {"cb3", false}}, [](auto& o) -> auto& { return o.ur.e_series; },

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "robot_bridge/drivers/driver.hpp"
+#include "robot_bridge/drivers/franka_limits.hpp"
 #include "robot_bridge/drivers/node/driver_node.hpp"
 #include "robot_bridge/drivers/servo_bus.hpp"
 #include "robot_bridge/drivers/ur_driver.hpp"
@@ -17,6 +18,7 @@ struct DriverConfig {
   DriverNodeOptions node{};
   std::string host = "127.0.0.1";  ///< of a robot that is reached over TCP
   int port = 0;                    ///< of the driver `template`
+  FrankaModel franka_model = FrankaModel::kPanda;
   UrOptions ur{};
   ServoOptions servo{};  ///< of the drivers `dynamixel` and `feetech`; with an id for each joint
 };

@@ -100,7 +100,8 @@ TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
   EXPECT_LT(loop.fastest_share, 1.1) << "no faster while it stops";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Drivers, ::testing::Values("iiwa14", "panda", "ur5e", "ur5", "so101", "so101_dynamixel"),
+INSTANTIATE_TEST_SUITE_P(All, Drivers,
+                         ::testing::Values("iiwa14", "panda", "fr3", "ur5e", "ur5", "so101", "so101_dynamixel"),
                          [](const auto& each) { return std::string(each.param); });
 
 }  // namespace

@@ -92,9 +92,59 @@ TEST_F(PandaWire, TheRateLimiterKeepsTheRobotMovingAfterAStep) {
   EXPECT_NEAR(limited.position()[1], start[1] + 0.01, 1e-3);
 }
 
+// Franka publishes, besides its curves of speed over position, one speed for each joint that holds within narrower
+// position limits: that point lies on the curve.
+TEST(Research3, TheCurvesOfVelocityMeetTheConstantLimits) {
+  const RobotConfig robot = robot_named("fr3");
+  const JointVector constant = (JointVector(7) << 2, 1, 1.5, 1.25, 3, 1.5, 3).finished();
+  const JointVector up = drivers::research3_velocity(robot.chain.upper(), true);
+  const JointVector down = drivers::research3_velocity(robot.chain.lower(), false);
+  for (int i = 0; i < 7; ++i) {
+    EXPECT_NEAR(up[i], constant[i], 1e-3) << robot.chain.joint(i).name;
+    EXPECT_NEAR(down[i], constant[i], 1e-3) << robot.chain.joint(i).name;
+    EXPECT_LE(robot.chain.velocity()[i], constant[i] / 3 + 1e-3) << robot.chain.joint(i).name;
+  }
+}
+
+// 2 rad/s towards the limit of the first joint at 2.74 rad: the Panda does that, the Research 3 stops at 2.31 rad.
+TEST(Research3, IsSlowerTowardsItsPositionLimits) {
+  const RobotConfig robot = robot_named("fr3");
+  std::vector<Joint> joints = robot.chain.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= 7; ++i) fixed.push_back(robot.chain.fixed(i));
+  joints[0].upper = 2.7437;
+  for (Joint& joint : joints) joint.velocity = 2.62;
+  const Chain chain(joints, fixed, robot.chain.base(), robot.chain.tip());
+  JointVector start = 0.5 * (chain.lower() + chain.upper());
+  start[0] = 1.5;
+  for (const auto model : {drivers::FrankaModel::kPanda, drivers::FrankaModel::kResearch3}) {
+    drivers::PandaEmulator emulator(chain, start, {.model = model, .limit_rate = false});
+    WireOutbox out;
+    JointVector q = start;
+    for (int64_t ms = 1; ms < 1750; ++ms) {
+      emulator.tick({ms * 1000, ms * 1000}, out);
+      q[0] += 1e-3 * std::clamp(5e-3 * static_cast<double>(ms - 1000), 0.0, 2.0);
+      drake::lcmt_panda_command message{};
+      message.utime = ms * 1000;
+      message.num_joint_position = 7;
+      message.joint_position.assign(q.begin(), q.end());
+      message.control_mode_expected = drake::lcmt_panda_command::CONTROL_MODE_POSITION;
+      emulator.receive(0, *encode(message), {ms * 1000, ms * 1000}, out);
+    }
+    if (model == drivers::FrankaModel::kPanda) {
+      EXPECT_EQ(emulator.fault(), "");
+    } else {
+      EXPECT_EQ(emulator.fault(), "joint_motion_generator_velocity_limits_violation");
+      EXPECT_NEAR(emulator.position()[0], 2.3093, 0.02);
+    }
+  }
+}
+
+class FrankaStream : public ::testing::TestWithParam<const char*> {};
+
 // The stream of the bridge, each command once, through the filter alone: no limit of the robot is broken.
-TEST(PandaDriver, TheStreamOfTheBridgeNeedsNoRateLimiter) {
-  const RobotConfig robot = robot_named("panda");
+TEST_P(FrankaStream, NeedsNoRateLimiter) {
+  const RobotConfig robot = robot_named(GetParam());
   DriverLoop loop(robot);
   loop.keep_messages = true;
   loop.run(30000);
@@ -103,7 +153,8 @@ TEST(PandaDriver, TheStreamOfTheBridgeNeedsNoRateLimiter) {
   const Chain chain = load_chain(robot.urdf_path, robot.chain.base(), robot.chain.tip());
   JointVector start(7);
   for (int i = 0; i < 7; ++i) start[i] = robot.start.at(chain.joint(i).name);
-  drivers::PandaEmulator strict{chain, start, {.limit_rate = false}};
+  const auto model = drivers::driver_config_from(robot, "").franka_model;
+  drivers::PandaEmulator strict{chain, start, {.model = model, .limit_rate = false}};
   WireOutbox out;
   int64_t ms = loop.commands_sent.front().first - 1000;
   const auto wall = [&] {
@@ -117,6 +168,9 @@ TEST(PandaDriver, TheStreamOfTheBridgeNeedsNoRateLimiter) {
   EXPECT_EQ(strict.fault(), "");
   EXPECT_GT((strict.position() - start).norm(), 1e-3);
 }
+
+INSTANTIATE_TEST_SUITE_P(Both, FrankaStream, ::testing::Values("panda", "fr3"),
+                         [](const auto& each) { return std::string(each.param); });
 
 TEST(PandaDriver, NamesTheRobotsMode) {
   drivers::PandaDriver driver(7);
