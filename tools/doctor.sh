@@ -3,7 +3,7 @@
 #   --fix        fix what can be fixed, as root; settings are also written for the next start of the computer
 #   --seconds N  how long to look for lost packets (default: 2), best while the processes run
 #   --help       print this help and end
-# Checked: route for multicast, receive buffers, fragments, real-time rights, clock, cameras, serial ports, lost packets.
+# Checked: route for multicast, receive buffers, fragments, real-time rights, clock, cameras, serial ports, lost packets, clocks of other computers.
 # Exit code: 0 all is well, 1 there are findings, 2 wrong usage.
 set -uo pipefail
 fix=no seconds=2
@@ -18,7 +18,10 @@ while [ $# -gt 0 ]; do
   esac
 done
 system=${DOCTOR_ROOT:-}  # for tests: where /sys, /dev and /etc are
-findings=0
+findings=0 record=
+scripts=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
+# shellcheck source=tools/location.sh
+. "$scripts/location.sh"
 
 well() { printf 'ok       %s\n' "$1"; }
 note() { printf 'note     %s\n' "$1"; }
@@ -95,6 +98,25 @@ check_clock() {
   esac
 }
 
+# record_status: nodes announce themselves once a second; the record has the times by this computer's clock.
+record_status() {
+  [ "$seconds" -ge 2 ] && [ -x "$bin/multireach-log" ] && command -v lcm-logger >/dev/null && multicast_device >/dev/null || return
+  record=$(mktemp -d)
+  timeout -s INT "$seconds" env LD_PRELOAD="$guard" lcm-logger --channel NODE_STATUS --quiet "$record/status.lcm" >/dev/null 2>&1 &
+  recorder=$!
+}
+check_other_clocks() {
+  local line any=no
+  [ -n "$record" ] || return
+  wait "$recorder"
+  while read -r line; do
+    any=yes
+    advice "$line: logs of both cannot be merged, and a real robot refuses commands that are 1 s off (Franka: 50 ms)" 'synchronise both clocks, as by chrony or systemd-timesyncd'
+  done < <("$bin/multireach-log" report "$record/status.lcm" --robot "$root/robots/hoap2" 2>&1 | sed -n "s/^\(clock of .*\) the recorder's$/\1 this computer's/p")
+  if [ $any = no ] && [ -s "$record/status.lcm" ]; then well "the clocks of all running nodes agree with this computer's"; fi
+  rm -r "$record"
+}
+
 check_cameras() {
   local device any=no
   for device in "$system"/dev/video*; do
@@ -154,5 +176,7 @@ check_rights
 check_clock
 check_cameras
 check_serial
+record_status
 check_lost
+check_other_clocks
 exit $((findings > 0))

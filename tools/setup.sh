@@ -28,7 +28,7 @@ declare -A packages=(
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [python]="pybind11-dev python3-dev python3-numpy python3-pytest" [package]="python3 file dpkg-dev"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
-    opencv-doc libmatio-dev shellcheck systemd"
+    opencv-doc libmatio-dev shellcheck systemd libfaketime"
 )
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
