@@ -50,6 +50,7 @@ class LogLatency : public ::testing::Test {
     message.setpoint_sequence = setpoint_sequence;
     log_.write(arrival, "JOINT_COMMAND", *encode(message));
   }
+  void wire(int64_t arrival, const char* channel) { log_.write(arrival, channel, std::vector<uint8_t>(85)); }
   LatencyReport report() {
     log_.close();
     return latency_of(path_);
@@ -60,6 +61,28 @@ class LogLatency : public ::testing::Test {
 };
 
 constexpr int64_t kBegin = 1'800'000'000'000'000;
+
+// Every fifth command goes on the wire, 0.1 to 0.4 ms later; then a pause of 100 ms, and messages without a command.
+TEST_F(LogLatency, GivesThePeriodsAndDelaysOnTheWire) {
+  for (int64_t k = 0; k <= 1000; ++k) {
+    const int64_t arrival = kBegin + 1000 * k;
+    command(arrival, arrival, 1);
+    if (k % 5 == 0) wire(arrival + 100 + 100 * (k / 5 % 4), "IIWA_COMMAND");
+  }
+  const int64_t later = kBegin + 1'100'000;
+  for (int64_t k = 0; k < 10; ++k) wire(later + 5000 * k, "IIWA_COMMAND");
+  wire(later, "ANOTHER_COMMAND");
+  const LatencyReport report = this->report();
+  ASSERT_EQ(report.wires.size(), 1U);
+  const LatencyReport::Wire& iiwa = report.wires[0];
+  EXPECT_EQ(iiwa.channel, "IIWA_COMMAND");
+  EXPECT_EQ(iiwa.period.count, 200);
+  EXPECT_EQ(iiwa.delay.count, 200);
+  EXPECT_NEAR(iiwa.delay.max_ms, 0.4, 1e-9);
+  EXPECT_NEAR(iiwa.delay.p50_ms, 0.25, 0.051);
+  EXPECT_NEAR(iiwa.period.max_ms, 5.1, 1e-9);
+  EXPECT_NE(report.table().find("IIWA_COMMAND: period p50 5.10"), std::string::npos) << report.table();
+}
 
 TEST_F(LogLatency, GivesTheDelaysOfEachStage) {
   // The delays of pair k: 3 ms to the receipt of the images, k ms more to TARGET, 2 to the set-point, 5 to the command.

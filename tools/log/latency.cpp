@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <map>
@@ -9,6 +10,7 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/target_t.hpp>
 #include <optional>
+#include <utility>
 
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
@@ -21,6 +23,11 @@ namespace {
 
 /// A message that another one names can only be near it in time: sequence numbers restart with each run.
 constexpr int64_t kNear = 10000000;  // us
+
+/// Channels on which drivers command robots (robot_bridge/drivers).
+constexpr std::array kWires{"IIWA_COMMAND", "PANDA_COMMAND"};
+/// Later than this after a JOINT_COMMAND, a driver decelerates the arm by itself; a longer period is a pause.
+constexpr int64_t kFollowing = 20000;  // us
 
 /// A message by its two times, microseconds.
 struct Timed {
@@ -74,6 +81,11 @@ struct Setpoint {
 struct Messages {
   Named images, targets, first_commands;  // by the pair's time, the sequence number, the set-point that they name
   std::vector<Setpoint> setpoints;
+  struct WireDelays {
+    std::vector<double> period_ms, delay_ms;
+    int64_t previous = 0;
+  };
+  std::map<std::string, WireDelays> wires;
   int64_t number_of_targets = 0;
 
   explicit Messages(const std::string& path) {
@@ -102,12 +114,22 @@ struct Messages {
     } else if (event.channel == channel::kJointCommand) {
       const auto command = decode<joint_command_t>(event.data);
       if (!command || !plausible_utime(command->utime)) return;
+      newest_command_ = event.utime;
       int64_t& newest = newest_setpoint_.try_emplace(command->run, -1).first->second;
       if (command->setpoint_sequence == newest) return;
       newest = command->setpoint_sequence;
       first_commands.add(newest, {event.utime, command->utime});
+    } else if (std::ranges::find(kWires, event.channel) != kWires.end()) {
+      WireDelays& wire = wires[std::string(event.channel)];
+      const int64_t period = event.utime - std::exchange(wire.previous, event.utime);
+      const int64_t delay = event.utime - newest_command_;
+      if (delay < 0 || delay > kFollowing || period > kFollowing) return;
+      wire.period_ms.push_back(static_cast<double>(period) * 1e-3);
+      wire.delay_ms.push_back(static_cast<double>(delay) * 1e-3);
     }
   }
+
+  int64_t newest_command_ = 0;  // when it arrived
 
   std::map<int64_t, int64_t> newest_setpoint_;  // by the bridge's run
 };
@@ -152,6 +174,8 @@ LatencyReport latency_of(const std::string& log_path) {
   add(std::string(channel::kTarget), channel::kJointSetpoint, controller);
   add(std::string(channel::kJointSetpoint), channel::kJointCommand, bridge);
   add(std::string(channel::kStereoImages), channel::kJointCommand, all);
+  for (const auto& [channel, wire] : messages.wires)
+    report.wires.push_back({channel, statistics_of(wire.period_ms), statistics_of(wire.delay_ms)});
   return report;
 }
 
@@ -171,7 +195,16 @@ nlohmann::json LatencyReport::json() const {
                     {"by_arrival_ms", numbers(stage.by_arrival)},
                     {"by_message_ms", numbers(stage.by_message)}});
   }
-  return {{"targets", targets}, {"taken_up", taken_up}, {"without_command", without_command}, {"stages", list}};
+  nlohmann::json wire_list = nlohmann::json::array();
+  for (const Wire& wire : wires) {
+    wire_list.push_back(
+        {{"channel", wire.channel}, {"period_ms", numbers(wire.period)}, {"delay_ms", numbers(wire.delay)}});
+  }
+  return {{"targets", targets},
+          {"taken_up", taken_up},
+          {"without_command", without_command},
+          {"stages", list},
+          {"wires", wire_list}};
 }
 
 std::string LatencyReport::table() const {
@@ -189,6 +222,14 @@ std::string LatencyReport::table() const {
       text += "  ";
     }
     text += "\n";
+  }
+  for (const Wire& wire : wires) {
+    if (wire.period.count == 0) continue;
+    text += fmt::format(
+        "{}: period p50 {:.2f}, p99 {:.2f}, max {:.2f} ms; after JOINT_COMMAND p50 {:.2f}, p99 {:.2f}, "
+        "max {:.2f} ms\n",
+        wire.channel, wire.period.p50_ms, wire.period.p99_ms, wire.period.max_ms, wire.delay.p50_ms, wire.delay.p99_ms,
+        wire.delay.max_ms);
   }
   return text;
 }

@@ -20,10 +20,17 @@ struct LatencyReport {
     std::string from, to;
     DelayStatistics by_arrival, by_message;  ///< with a count of 0 where there is no such time
   };
+  /// A robot's own command channel, for robots whose protocol is LCM; by arrival.
+  struct Wire {
+    std::string channel;
+    DelayStatistics period;  ///< from one message to the next
+    DelayStatistics delay;   ///< from the newest JOINT_COMMAND to the message
+  };
   int64_t targets = 0;          ///< TARGET messages in the log
   int64_t taken_up = 0;         ///< of them, named by a set-point
   int64_t without_command = 0;  ///< of these, with a set-point that no command names: the next one was quicker
   std::vector<Stage> stages;    ///< one after another, and the whole
+  std::vector<Wire> wires;      ///< those that the log has
 
   nlohmann::json json() const;
   std::string table() const;
