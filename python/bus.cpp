@@ -14,8 +14,12 @@ namespace {
 /// handle().
 class PythonBus {
  public:
-  PythonBus(const std::optional<std::string>& control, const std::string& images)
-      : bus_(control.value_or(default_url()), images) {}
+  PythonBus(const std::optional<std::string>& control, const std::string& images, const std::optional<std::string>& key,
+            const std::optional<std::string>& key_policy)
+      : bus_({.control_url = control.value_or(environment("LCM_DEFAULT_URL", channel::kControlUrl)),
+              .image_url = images,
+              .key_file = key.value_or(environment("MULTIREACH_KEY", "")),
+              .key_policy = key_policy.value_or(environment("MULTIREACH_KEY_POLICY", ""))}) {}
 
   void publish(const std::string& channel, const py::object& message) {
     if (py::isinstance<py::bytes>(message)) {
@@ -62,11 +66,12 @@ class PythonBus {
   }
 
   int64_t malformed() const { return malformed_; }
+  int64_t refused() { return bus_.gate().total_refused(); }
 
  private:
-  static std::string default_url() {
-    const char* url = std::getenv("LCM_DEFAULT_URL");
-    return url && *url ? url : std::string(channel::kControlUrl);
+  static std::string environment(const char* variable, std::string_view otherwise) {
+    const char* value = std::getenv(variable);
+    return value && *value ? value : std::string(otherwise);
   }
   void send(const std::string& channel, std::span<const uint8_t> bytes) {
     const py::gil_scoped_release release;
@@ -85,9 +90,13 @@ void bind_bus(py::module_& module) {
                         R"(Publishes and subscribes on both LCM groups: images on one, everything else on the other.
 
 control_url: default LCM_DEFAULT_URL of the environment, else the programs' group; image_url: default the group that belongs
-to it. Malformed datagrams are dropped before LCM sees them, as in the programs. InputError: LCM cannot be started.)")
-      .def(py::init<const std::optional<std::string>&, const std::string&>(), py::arg("control_url") = py::none(),
-           py::arg("image_url") = "")
+to it. key: the key file with which messages are signed and checked, default MULTIREACH_KEY of the environment, else none;
+key_policy: which messages, default MULTIREACH_KEY_POLICY, else all of multireach. Malformed datagrams are dropped before LCM sees them, as in the programs. InputError: LCM cannot be started, or the key cannot be
+used.)")
+      .def(py::init<const std::optional<std::string>&, const std::string&, const std::optional<std::string>&,
+                    const std::optional<std::string>&>(),
+           py::arg("control_url") = py::none(), py::arg("image_url") = "", py::arg("key") = py::none(),
+           py::arg("key_policy") = py::none())
       .def("publish", &PythonBus::publish, py::arg("channel"), py::arg("message"),
            "Sends a message of multireach.messages, or bytes.")
       .def("subscribe", &PythonBus::subscribe, py::arg("channel"), py::arg("handler"),
@@ -96,7 +105,8 @@ to it. Malformed datagrams are dropped before LCM sees them, as in the programs.
            R"(Waits for messages at most this long, then handles all that have arrived.
 
 Returns their number. An exception of a handler is raised here.)")
-      .def_property_readonly("malformed", &PythonBus::malformed, "Number of messages that were not well-formed.");
+      .def_property_readonly("malformed", &PythonBus::malformed, "Number of messages that were not well-formed.")
+      .def_property_readonly("refused", &PythonBus::refused, "Number of messages refused because of their signature.");
   module.def("dropped_datagrams", &dropped_datagrams,
              "Number of malformed datagrams that were dropped before LCM saw them.");
 }

@@ -18,6 +18,10 @@ std::string with_receive_buffer(const std::string& url) {
   return url + (url.find('?') == std::string::npos ? "?" : "&") + "recv_buf_size=4194304";
 }
 
+std::string image_url_of(const BusOptions& options) {
+  return options.image_url.empty() ? channel::image_url_for(options.control_url) : options.image_url;
+}
+
 void require_good(lcm::LCM& bus, const std::string& url) {
   if (bus.good()) return;
   throw InputError(
@@ -27,11 +31,12 @@ void require_good(lcm::LCM& bus, const std::string& url) {
 
 }  // namespace
 
-Bus::Bus(const std::string& control_url, const std::string& image_url)
-    : control_(with_receive_buffer(control_url)),
-      images_(with_receive_buffer(image_url.empty() ? channel::image_url_for(control_url) : image_url)) {
-  require_good(control_, control_url);
-  require_good(images_, image_url.empty() ? channel::image_url_for(control_url) : image_url);
+Bus::Bus(const BusOptions& options)
+    : gate_(options.key_file, options.key_policy),
+      control_(with_receive_buffer(options.control_url)),
+      images_(with_receive_buffer(image_url_of(options))) {
+  require_good(control_, options.control_url);
+  require_good(images_, image_url_of(options));
 }
 
 lcm::LCM& Bus::bus_of(std::string_view channel) {
@@ -41,14 +46,15 @@ lcm::LCM& Bus::bus_of(std::string_view channel) {
 void Bus::Subscription::handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
   // An exception must not leave an LCM handler: the next handle() would abort.
   try {
-    handler(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
+    const auto payload = gate->incoming(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
+    if (payload) handler(channel, *payload);
   } catch (const std::exception& error) {
     spdlog::error("{}: a message on {} could not be handled: {}", name, channel, error.what());
   }
 }
 
 void Bus::subscribe(std::string_view channel, const std::string& name, Handler handler) {
-  subscriptions_.push_back({name, std::move(handler)});
+  subscriptions_.push_back({name, std::move(handler), &gate_});
   (channel::on_image_group(channel) ? hears_images_ : hears_control_) = true;
   bus_of(channel)
       .subscribe(std::string(channel), &Subscription::handle, &subscriptions_.back())
@@ -56,7 +62,9 @@ void Bus::subscribe(std::string_view channel, const std::string& name, Handler h
 }
 
 void Bus::publish(std::string_view channel, std::span<const uint8_t> bytes) {
-  bus_of(channel).publish(std::string(channel), bytes.data(), static_cast<unsigned>(bytes.size()));
+  gate_.outgoing(channel, bytes, [&](std::span<const uint8_t> sent) {
+    bus_of(channel).publish(std::string(channel), sent.data(), static_cast<unsigned>(sent.size()));
+  });
 }
 
 void Bus::handle_messages(int64_t timeout_us, const std::function<bool()>& enough) {

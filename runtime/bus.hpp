@@ -8,7 +8,17 @@
 #include <string>
 #include <string_view>
 
+#include "runtime/message_gate.hpp"
+
 namespace multireach {
+
+/// Where and how a program talks.
+struct BusOptions {
+  std::string control_url;
+  std::string image_url;   ///< empty: the group that belongs to the control group, see channel::image_url_for
+  std::string key_file;    ///< with which messages are signed and checked, see MessageGate; empty: none
+  std::string key_policy;  ///< which messages; empty: the default
+};
 
 /// Publishes and subscribes on both LCM multicast groups: images on one, everything else on the other. Exceptions are
 /// caught before they reach LCM.
@@ -16,9 +26,8 @@ class Bus {
  public:
   using Handler = std::function<void(std::string_view channel, std::span<const uint8_t> bytes)>;
 
-  /// An empty `image_url` is the one that belongs to `control_url`, see channel::image_url_for. Throws InputError when
-  /// LCM cannot be started on one of the URLs.
-  Bus(const std::string& control_url, const std::string& image_url);
+  /// Throws InputError when LCM cannot be started on one of the URLs, and for a bad key or policy.
+  explicit Bus(const BusOptions& options);
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
 
@@ -28,16 +37,20 @@ class Bus {
   /// Waits up to `timeout_us` for messages, then handles all that have arrived. Stops early when `enough`, called after
   /// each poll, returns true.
   void handle_messages(int64_t timeout_us, const std::function<bool()>& enough);
+  /// What all messages pass.
+  MessageGate& gate() { return gate_; }
 
  private:
   struct Subscription {
     std::string name;
     Handler handler;
+    MessageGate* gate;
     void handle(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   };
 
   lcm::LCM& bus_of(std::string_view channel);
 
+  MessageGate gate_;
   lcm::LCM control_, images_;
   bool hears_control_ = false, hears_images_ = false;  // whether a channel of the group is subscribed to
   std::deque<Subscription> subscriptions_;

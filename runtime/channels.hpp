@@ -26,6 +26,12 @@ inline constexpr std::string_view kNodeStatus = "NODE_STATUS";
 inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
 inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
 
+/// All of the above.
+inline constexpr std::array kAll{kStereoImages,    kTargetTruth,  kTarget,       kObstacles,         kJointSetpoint,
+                                 kControllerState, kJointCommand, kBridgeState,  kBridgeRequest,     kRobotState,
+                                 kSimStep,         kTrackerState, kPerturbation, kNodeInputs,        kReplayStep,
+                                 kReplayDone,      kNodeStatus,   kVisionDebug,  kVisionDebugRequest};
+
 /// A process of the loop and the channels that it publishes, whose messages a replay computes again and compares. The
 /// first channel counts the messages; the others carry the sequence numbers of the first.
 struct Publisher {

@@ -17,7 +17,6 @@
 #include <utility>
 
 #include "runtime/build_id.hpp"
-#include "runtime/bus.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/datagram_guard.hpp"
 #include "runtime/digest.hpp"
@@ -72,11 +71,7 @@ class LiveLoop {
  public:
   /// Without `make`, the node does not support lockstep replay.
   LiveLoop(Node& node, NodeFactory make, const LiveOptions& options)
-      : node_(&node),
-        make_(std::move(make)),
-        options_(options),
-        clock_(options.speed),
-        bus_(options.control_url, options.image_url) {
+      : node_(&node), make_(std::move(make)), options_(options), clock_(options.speed), bus_(options) {
     start_journal();
     // Other transports than multicast have no packets that could wait.
     if (options_.drain_period_us > 0 && UdpmSocket::supports(options_.control_url)) {
@@ -99,6 +94,7 @@ class LiveLoop {
     next_status_us_ = start_us_;
     if (node_->next_tick()) clock_.anchor(*node_->next_tick(), start_us_);
     spdlog::info("{} is running (build {})", node_->name(), kBuildId);
+    if (!bus_.gate().has_key()) spdlog::info("without a --key, whoever reaches this LCM group may command the robot");
     while (!ended()) {
       const int64_t now = monotonic_us();
       poll_messages(wake_time() - now);
@@ -153,7 +149,8 @@ class LiveLoop {
     ppoll(nullptr, 0, &timeout, nullptr);  // ends early at a signal
     const auto inputs = node_->inputs();
     socket_->drain([&](const UdpmMessage& message) {
-      if (std::ranges::find(inputs, message.channel) != inputs.end()) receive(message.channel, message.bytes);
+      if (std::ranges::find(inputs, message.channel) == inputs.end()) return;
+      if (const auto payload = bus_.gate().incoming(message.channel, message.bytes)) receive(message.channel, *payload);
     });
     bus_.handle_messages(0, [] { return interrupted(); });  // images may have many packets: LCM puts them together
     publish();
@@ -285,10 +282,10 @@ class LiveLoop {
     status.uptime_us = monotonic_us() - start_us_;
     status.node = node_->name();
     status.build_id = kBuildId;
-    status.state = lockstep_ ? "in lockstep" : node_->state();
+    status.state = (lockstep_ ? "in lockstep" : node_->state()) + text_of(bus_.gate().refused());
     status.received = counters.received;
     status.dropped = counters.dropped;
-    status.refused = counters.refused + dropped_datagrams();
+    status.refused = counters.refused + dropped_datagrams() + bus_.gate().total_refused();
     std::ranges::copy(counters.lateness, status.lateness);
     status.late = counters.late;
     status.limited = counters.limited;

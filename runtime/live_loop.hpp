@@ -1,15 +1,12 @@
 #pragma once
 
-#include <string>
-
+#include "runtime/bus.hpp"
 #include "runtime/lockstep.hpp"
 #include "runtime/node.hpp"
 
 namespace multireach {
 
-struct LiveOptions {
-  std::string control_url;
-  std::string image_url;   ///< empty: the group that belongs to the control group, see channel::image_url_for
+struct LiveOptions : BusOptions {
   double speed = 1;        ///< seconds of message time per second
   double seconds = 0;      ///< end after this time; 0 for never
   bool real_time = false;  ///< ask for SCHED_FIFO and locked memory; without the right to, warn and go on

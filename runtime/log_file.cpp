@@ -7,6 +7,8 @@
 #include <array>
 #include <cstring>
 
+#include "runtime/tagged_message.hpp"
+
 namespace multireach {
 namespace {
 
@@ -81,7 +83,8 @@ std::optional<LogEvent> LogReader::event_at(size_t position) const {
   event.number = static_cast<int64_t>(read_big_endian<uint64_t>(header + 4));
   event.utime = static_cast<int64_t>(read_big_endian<uint64_t>(header + 12));
   event.channel = {reinterpret_cast<const char*>(header + kHeader), channel_size};
-  event.data = bytes_.subspan(position + kHeader + channel_size, data_size);
+  event.recorded = bytes_.subspan(position + kHeader + channel_size, data_size);
+  event.data = without_trailer(event.recorded);
   return event;
 }
 
@@ -93,7 +96,7 @@ size_t LogReader::next_mark(size_t from) const {
 }
 
 size_t LogReader::end_of(size_t position, const LogEvent& event) {
-  return position + kHeader + event.channel.size() + event.data.size();
+  return position + kHeader + event.channel.size() + event.recorded.size();
 }
 
 bool LogReader::followed(size_t end) const {

@@ -16,7 +16,8 @@ struct LogEvent {
   int64_t number = 0;
   int64_t utime = 0;  ///< time of receipt by the logger, wall clock, microseconds
   std::string_view channel;
-  std::span<const uint8_t> data;
+  std::span<const uint8_t> data;      ///< the message, without the trailer of a signed one
+  std::span<const uint8_t> recorded;  ///< as it was sent
 };
 
 /// Reads an lcm-logger file by mapping it into memory. An event is EDA1DA01, int64 number, int64 time, int32 channel

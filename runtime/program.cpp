@@ -17,18 +17,23 @@ namespace multireach {
 Program::Program(const std::string& name, const std::string& description)
     : name_(name), cli_(name, description, name + " " + kVersion + " (build " + kBuildId + ")") {}
 
-void add_url_options(CommandLine& cli, LiveOptions& urls) {
-  urls.control_url = channel::kControlUrl;
-  cli.option("--lcm-url", urls.control_url, "LCM group of everything but images")
+void add_bus_options(CommandLine& cli, BusOptions& options) {
+  options.control_url = channel::kControlUrl;
+  cli.option("--lcm-url", options.control_url, "LCM group of everything but images")
       .environment("LCM_DEFAULT_URL")
       .show_default();
-  cli.option("--image-url", urls.image_url,
+  cli.option("--image-url", options.image_url,
              "LCM group of the images (default: " + std::string(channel::kImageUrl) +
                  ", or one port above another --lcm-url)");
+  cli.option("--key", options.key_file,
+             "sign messages with the key in this file, and refuse others (default: MULTIREACH_KEY of the environment)")
+      .environment("MULTIREACH_KEY");
+  cli.option("--key-policy", options.key_policy, "YAML file: which channels are signed (default: all of multireach)")
+      .environment("MULTIREACH_KEY_POLICY");
 }
 
 LiveOptions& Program::add_live_options() {
-  add_url_options(cli_, live_);
+  add_bus_options(cli_, live_);
   cli_.option("--speed", live_.speed, "seconds of message time per second").finite(0.01, 100).show_default();
   cli_.option("--seconds", live_.seconds, "end after this many seconds; 0 for never").finite(0, 1e9).show_default();
   cli_.flag("--lockstep", live_.lockstep, "let multireach-replay play --lockstep drive this process");

@@ -16,7 +16,7 @@ class Program {
   Program(const std::string& name, const std::string& description);
 
   CommandLine& cli() { return cli_; }
-  /// Adds --lcm-url, --image-url, --speed, --seconds and --lockstep.
+  /// Adds --lcm-url, --image-url, --key, --key-policy, --speed, --seconds and --lockstep.
   LiveOptions& add_live_options();
   /// Adds --config-reference, which prints the reference page of the configuration files that the program reads.
   void add_config_reference(const std::function<std::string()>& page);
@@ -34,8 +34,9 @@ class Program {
 /// Identifies the source that this program was built from, as in NODE_STATUS and --version.
 std::string this_build();
 
-/// Adds --lcm-url (else LCM_DEFAULT_URL of the environment, as in every LCM program) and --image-url.
-void add_url_options(CommandLine& cli, LiveOptions& urls);
+/// Adds --lcm-url (else LCM_DEFAULT_URL of the environment, as in every LCM program), --image-url, --key and
+/// --key-policy (else MULTIREACH_KEY and MULTIREACH_KEY_POLICY of the environment).
+void add_bus_options(CommandLine& cli, BusOptions& options);
 
 /// The robot.yaml of the Hoap2 that comes with the project, in the source tree or in the installation that this program
 /// belongs to. Throws InputError when it is in neither.

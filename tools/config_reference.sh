@@ -12,7 +12,7 @@ All keys of all configuration files. Each program prints the part that it reads 
 writes this page from that. An unknown key, a value out of range and a missing file are errors that name file, line and key.
 
 END
-  for program in controller bridge robot-sim robot-driver vision camera; do
+  for program in controller bridge robot-sim robot-driver vision camera key; do
     "$bin/multireach-$program" --config-reference
     echo
   done | awk '/^## /{ first = !seen[$0]++ } first' | cat -s | sed '$ { /^$/ d }'

@@ -32,6 +32,8 @@ usage() {
   --role ROLE       which part runs on this computer: eyes (camera, vision, controller), robot (bridge, robot) or all (default)
   --group N         UDP groups and ports of its own, 0 to 255, for several instances on one computer or network
                     (default: LCM_DEFAULT_URL, else LCM's default group)
+  --key FILE        sign all messages with this key, and refuse others (docs/keys.md; default: MULTIREACH_KEY of the environment)
+  --key-policy FILE which channels are signed (default: MULTIREACH_KEY_POLICY, else all of multireach)
   --isolated        in a network namespace of its own, so that no message leaves the machine
   --view            also serve a page that shows and controls the run (docs/view.md), and print its address
   --host ADDRESS    where the page is served (default: 127.0.0.1); 0.0.0.0 lets other computers in
@@ -45,14 +47,17 @@ fail() { echo "$me: $1" >&2; exit "${2:-2}"; }
 
 session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
+key=${MULTIREACH_KEY:-} key_policy=${MULTIREACH_KEY_POLICY:-}
 isolated=no setup=yes view=no host=127.0.0.1 port=0
 
 read_options() {
+  local option
   while [ $# -gt 0 ]; do
     case "$1" in
-      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--host|--port)
+      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--key|--key-policy|--host|--port)
         [ $# -ge 2 ] || fail "$1 needs a value; see --help"
-        printf -v "${1#--}" '%s' "$2"; shift 2 ;;
+        option=${1#--}
+        printf -v "${option//-/_}" '%s' "$2"; shift 2 ;;
       --emulator) robot_kind=emulated; shift ;;
       --no-robot) robot_kind=none; shift ;;
       --isolated) isolated=yes; shift ;;
@@ -91,6 +96,15 @@ check_options() {
   done
   [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
   choose_groups
+  check_key
+}
+
+# Hands the key to all programs that this script starts.
+check_key() {
+  [ -z "$key" ] || [ -r "$key" ] || fail "--key: '$key' cannot be read; to make a key:  $run_program key new $key"
+  [ -z "$key_policy" ] || [ -n "$key" ] || fail "--key-policy: is only allowed with --key"
+  [ -z "$key_policy" ] || [ -r "$key_policy" ] || fail "--key-policy: '$key_policy' cannot be read"
+  export MULTIREACH_KEY=$key MULTIREACH_KEY_POLICY=$key_policy
 }
 
 # Chooses what replaces the simulated robot.
@@ -187,6 +201,8 @@ command_of() {
     source)
       if [ -n "$camera" ]; then
         command=("$bin/multireach-camera" "${live[@]}" "${camera_arguments[@]}")
+      elif [ -n "$key" ]; then
+        command=("$bin/multireach-publish" --lcm-url "$control" --image-url "$images" session "$session" --speed "$speed")
       else
         command=(lcm-logplayer --lcm-url="$images" --speed="$speed" --regexp='STEREO_IMAGES|TARGET_TRUTH' "$session")
       fi ;;
@@ -317,6 +333,7 @@ fi
 if [ -z "$camera" ] && [ "$role" != robot ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
 [ $view = no ] || [ -n "${MULTIREACH_PAGE_SOCKET:-}" ] || open_socket "$@"
 [ $isolated = no ] || [ -n "${MULTIREACH_ISOLATED:-}" ] || isolate "$@"
+[ -n "$key${MULTIREACH_ISOLATED:-}" ] || echo "$me: no --key: whoever reaches the LCM group may command the robot (docs/keys.md)" >&2
 interrupted=no
 make_folder
 choose_processes

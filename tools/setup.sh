@@ -21,7 +21,7 @@ declare -A packages=(
   [core]="g++ cmake ninja-build libopencv-core-dev libopencv-imgproc-dev libeigen3-dev liburdfdom-dev libtinyxml2-dev
     libturbojpeg0-dev libjpeg62-turbo-dev libfcl-dev libhwy-dev libapriltag-dev"
   [loop]="git iproute2 util-linux liblcm-dev liblcm-bin libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
-    libmujoco-dev libxxhash-dev liblodepng-dev"
+    libmujoco-dev libxxhash-dev liblodepng-dev libsodium-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
   [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
@@ -32,7 +32,7 @@ declare -A packages=(
 )
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
-  [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish"
+  [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish multireach-key"
   [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay [page]=multireach-page
   [studies]="multireach-trace multireach-study multireach-figures"
   [spy]=multireach_types_jar [docs]="" [python]=multireach_python [package]="multireach_pages multireach_vision multireach_controller_batch multireach_robot_bridge" [tests]=all

@@ -35,11 +35,12 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
-scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page}.sh; }
+scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page,keys}.sh; }
 unit_tests() { ctest --preset "$@" --label-regex unit --parallel 2 --progress; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$@"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh build/asan/bin; }
+altered_messages() { MULTIREACH_ALTERED_MESSAGES=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='TaggedMessage.*'; }
 damaged_logs() { MULTIREACH_LOG_MUTATIONS=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='LogFuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
@@ -70,6 +71,7 @@ if [ $full = yes ]; then
   stage "thread sanitizer" build_and_test tsan
   stage "10^7 fuzzed calls, with the sanitizers" fuzz
   stage "libFuzzer, with the sanitizers" fuzzers
+  stage "10^6 altered messages" altered_messages
   stage "10^6 damaged logs" damaged_logs
   stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes

@@ -1,7 +1,10 @@
-"""What test_bus.py runs in a network namespace of its own: messages between two buses, and datagrams that would crash LCM."""
+"""What test_bus.py runs in a network namespace of its own: messages between two buses, datagrams that would crash LCM, and keys."""
+import hashlib
+import os
 import socket
 import struct
 import sys
+import tempfile
 
 import numpy as np
 
@@ -27,6 +30,43 @@ def arrives(sender, channel, message, receiver):
                 pass
             return True
     return False
+
+
+def key_file(folder, name):
+    line = "multireach-key-1:" + hashlib.blake2b(name.encode(), digest_size=32).hexdigest()
+    line += ":" + hashlib.blake2b(line.encode(), digest_size=16).hexdigest()[:8]
+    path = os.path.join(folder, name)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT, 0o600), "w") as file:
+        file.write(line)
+    return path
+
+
+def check_keys(sent):
+    """A bus with a key refuses what is unsigned or of another key; one without reads what is signed."""
+    with tempfile.TemporaryDirectory() as folder:
+        mine, other = key_file(folder, "mine"), key_file(folder, "other")
+        plain, signed, keyed, stranger = multireach.Bus(URL), multireach.Bus(URL, key=mine), multireach.Bus(URL, key=mine), multireach.Bus(URL, key=other)
+        for_keyed, for_plain = [], []
+        keyed.subscribe("TARGET", lambda channel, message: for_keyed.append(message))
+        plain.subscribe("TARGET", lambda channel, message: for_plain.append(message))
+        keyed.handle(0)
+        for unwelcome in (plain, stranger):
+            before = keyed.refused
+            for _ in range(20):
+                unwelcome.publish("TARGET", sent)
+                keyed.handle(0.2)
+                if keyed.refused > before:
+                    break
+            assert keyed.refused > before and not for_keyed, (keyed.refused, for_keyed)
+        assert arrives(signed, "TARGET", sent, keyed) and for_keyed[-1] == sent
+        assert arrives(signed, "TARGET", sent, plain) and for_plain[-1] == sent and plain.refused == 0
+        os.chmod(mine, 0o644)
+        try:
+            multireach.Bus(URL, key=mine)
+        except multireach.InputError as error:
+            assert "chmod 600" in str(error)
+        else:
+            raise AssertionError("a key that others may read was used")
 
 
 def main():
@@ -68,6 +108,7 @@ def main():
         assert error.args == ("refused",)
     else:
         raise AssertionError("the exception of a handler was lost")
+    check_keys(sent)
     print("all held")
 
 

@@ -8,16 +8,17 @@
 #include "robot_bridge/drivers/node/driver_config.hpp"
 #include "robot_bridge/node/bridge_node.hpp"
 #include "robot_bridge/sim/robot_sim_node.hpp"
+#include "runtime/message_gate.hpp"
 #include "vision/node/vision_config.hpp"
 
 namespace multireach {
 namespace {
 
 TEST(ConfigReference, IsThePageInTheDocs) {
-  const std::string printed = robot_config_reference() + "\n" + controller_config_reference() + "\n" +
-                              bridge_config_reference() + "\n" + robot_sim_config_reference() + "\n" +
-                              drivers::driver_config_reference() + "\n" + vision_config_reference() + "\n" +
-                              RenderSource::config_reference() + "\n" + device_config_reference();
+  const std::string printed =
+      robot_config_reference() + "\n" + controller_config_reference() + "\n" + bridge_config_reference() + "\n" +
+      robot_sim_config_reference() + "\n" + drivers::driver_config_reference() + "\n" + vision_config_reference() +
+      "\n" + RenderSource::config_reference() + "\n" + device_config_reference() + "\n" + key_policy_reference();
   const std::string page = read_text_file(MULTIREACH_SOURCE_DIR "/docs/configuration.md");
   const size_t begin = page.find("## ");
   ASSERT_NE(begin, std::string::npos);

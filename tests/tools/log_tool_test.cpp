@@ -92,9 +92,10 @@ TEST_F(LogTool, MergesThePartsOfARecorderThatWasKilled) {
 
 TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   LogWriter log(path("run"));
-  const auto status = [&](int64_t second, int64_t uptime_s, int64_t late) {
+  const auto status = [&](int64_t second, int64_t uptime_s, int64_t late, const std::string& state = "holding") {
     node_status_t message{};
     message.node = "bridge";
+    message.state = state;
     message.utime = second * 1'000'000 - 3'200'000;  // its clock is behind
     message.uptime_us = uptime_s * 1'000'000;
     message.late = late;
@@ -107,11 +108,11 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
     log.write(second * 1'000'000, "NODE_STATUS", bytes);
   };
   status(10, 1, 0);
-  status(11, 2, 5);
+  status(11, 2, 5, "holding; refused: 7 unsigned, 1 altered");
   status(12, 0, 0);
   status(13, 1, 2);
   status(14, 0, 1);
-  status(15, 0, 0);
+  status(15, 0, 0, "idle; refused: 2 unsigned");
   log.close();
   const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
   EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 3);
@@ -121,6 +122,7 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us_p99"], 512) << "8 of 308 ticks";
   const std::string table = table_of(report.json);
   EXPECT_NE(table.find("ticks of bridge began late by < 512 us (99 %)"), std::string::npos) << table;
+  EXPECT_NE(table.find("bridge refused messages: 9 unsigned, 1 altered\n"), std::string::npos) << table;
   EXPECT_NE(table.find("restarts: bridge 3"), std::string::npos) << table;
   EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }

@@ -33,7 +33,7 @@ int64_t copy_if(const std::string& input, const std::string& output, Keep&& keep
   while (const auto event = reader.next()) {
     progress.show(static_cast<double>(reader.position()) / static_cast<double>(reader.size()));
     if (!keep(*event)) continue;
-    writer.write(event->utime, event->channel, event->data);
+    writer.write(event->utime, event->channel, event->recorded);
     ++written;
   }
   writer.close();
@@ -106,7 +106,7 @@ void merge_logs(const std::vector<std::string>& inputs, const std::string& outpu
       if (source.head && (!earliest || source.head->utime < earliest->head->utime)) earliest = &source;
     }
     if (!earliest) break;
-    writer.write(earliest->head->utime, earliest->head->channel, earliest->head->data);
+    writer.write(earliest->head->utime, earliest->head->channel, earliest->head->recorded);
     earliest->head = earliest->log->next();
   }
   writer.close();

@@ -33,6 +33,15 @@ std::string lines_on_nodes(const json& nodes) {
     lines += fmt::format("clock of {}: {:.0f} ms {} the recorder's\n", name, std::abs(lead),
                          lead > 0 ? "ahead of" : "behind");
   }
+  for (const auto& [name, node] : nodes.items()) {
+    std::string refused;
+    for (const auto& [key, text] :
+         {std::pair("refused_unsigned", "unsigned"), std::pair("refused_altered", "altered"),
+          std::pair("refused_replayed", "replayed"), std::pair("refused_other_key", "of another key")}) {
+      if (node[key] > 0) refused += fmt::format("{}{} {}", refused.empty() ? "" : ", ", node[key].dump(), text);
+    }
+    if (!refused.empty()) lines += fmt::format("{} refused messages: {}\n", name, refused);
+  }
   if (!restarts.empty()) lines += "restarts: " + restarts + "\n";
   return lines;
 }

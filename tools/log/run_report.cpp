@@ -21,6 +21,7 @@
 #include "runtime/digest.hpp"
 #include "runtime/joint_fields.hpp"
 #include "runtime/log_file.hpp"
+#include "runtime/message_gate.hpp"
 #include "runtime/node.hpp"
 #include "tools/log/quantile.hpp"
 #include "tools/log/sequence_gaps.hpp"
@@ -64,6 +65,7 @@ json vector(const Eigen::Vector3d& v) {
 struct NodeRecord {
   node_status_t newest{};
   NodeCounters before{};  ///< counters of the earlier starts
+  RefusalCounts refused_before{};
   int64_t restarts = 0;
   std::vector<double> clock_lead_ms;  ///< the node's clock minus the recorder's, and the delay of the message
 
@@ -74,6 +76,7 @@ struct NodeRecord {
     if (!newest.node.empty() && status.node != "view" && started_after_newest(status)) {
       ++restarts;
       before = total();
+      refused_before = refused_by_name();
     }
     newest = status;
   }
@@ -97,6 +100,12 @@ struct NodeRecord {
     }
     return sum;
   }
+  /// Messages refused because of their signature.
+  RefusalCounts refused_by_name() const {
+    RefusalCounts sum = refusals_in(newest.state);
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += refused_before[i];
+    return sum;
+  }
   /// How late a tick began at most in `share` of all ticks, us, to the upper end of its bin; null without ticks or
   /// where the last bin has no end.
   json lateness_us(double share) const {
@@ -111,12 +120,17 @@ struct NodeRecord {
   }
   json to_json() const {
     const NodeCounters sum = total();
+    const RefusalCounts refused = refused_by_name();
     return {{"state", newest.state},
             {"restarts", restarts},
             {"clock_lead_ms", quantile(clock_lead_ms, 0.5)},
             {"received", sum.received},
             {"dropped", sum.dropped},
             {"refused", sum.refused},
+            {"refused_unsigned", refused[static_cast<size_t>(Refusal::kUnsigned)]},
+            {"refused_altered", refused[static_cast<size_t>(Refusal::kAltered)]},
+            {"refused_replayed", refused[static_cast<size_t>(Refusal::kReplayed)]},
+            {"refused_other_key", refused[static_cast<size_t>(Refusal::kOtherKey)]},
             {"late", sum.late},
             {"limited", sum.limited},
             {"sent", sum.sent},

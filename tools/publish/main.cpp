@@ -1,4 +1,4 @@
-// multireach-publish: sends a target, an obstacle or a push by hand.
+// multireach-publish: sends a target, an obstacle or a push by hand, or the images of a session.
 #include <spdlog/spdlog.h>
 
 #include <iostream>
@@ -6,6 +6,7 @@
 
 #include "runtime/bus.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
@@ -16,12 +17,12 @@ namespace multireach {
 namespace {
 
 struct Arguments {
-  LiveOptions live;
+  BusOptions bus;
   bool once = false;
   double hz = 0;  // 0: the default of the message
-  std::string name, robot, shape, link;
+  std::string name, robot, shape, link, session;
   std::vector<double> position, size, orientation{1, 0, 0, 0}, target_orientation, force;
-  double duration_s = 0.2;
+  double duration_s = 0.2, speed = 1;
 };
 
 Eigen::Vector3d vector_of(const std::vector<double>& values) {
@@ -31,7 +32,7 @@ Eigen::Vector3d vector_of(const std::vector<double>& values) {
 /// Sends what `message` returns for each sequence number: once for `hz` 0, else until the user ends it.
 template <class Message>
 int publish(const Arguments& arguments, std::string_view channel, double hz, const Message& message) {
-  Bus bus(arguments.live.control_url, arguments.live.image_url);
+  Bus bus(arguments.bus);
   catch_signals();
   const int64_t begin = monotonic_us();
   const auto period = static_cast<int64_t>(1e6 / (hz > 0 ? hz : 1));
@@ -91,6 +92,26 @@ int publish_push(const Arguments& arguments) {
   });
 }
 
+/// Like lcm-logplayer, but signed where there is a key.
+int publish_session(const Arguments& arguments) {
+  LogReader log(arguments.session);
+  Bus bus(arguments.bus);
+  catch_signals();
+  const int64_t begin = monotonic_us();
+  std::optional<int64_t> first_utime;
+  while (const auto event = log.next()) {
+    if (interrupted()) return 130;
+    if (event->channel != channel::kStereoImages && event->channel != channel::kTargetTruth) continue;
+    if (!first_utime) first_utime = event->utime;
+    const double after_us = static_cast<double>(event->utime - *first_utime) / arguments.speed;
+    const int64_t next = begin + static_cast<int64_t>(after_us);
+    while (monotonic_us() < next && !interrupted()) bus.handle_messages(next - monotonic_us(), [] { return false; });
+    bus.publish(event->channel, event->data);
+  }
+  if (!first_utime) throw InputError(arguments.session + ": holds no STEREO_IMAGES");
+  return 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -103,10 +124,12 @@ int main(int argc, char** argv) {
     if (text.starts_with("-.")) text = "-0" + text.substr(1);
     words.push_back(text.data());
   }
-  Program program("multireach-publish", "Sends a target, an obstacle or a push by hand. Positions in metres, in W.");
+  Program program(
+      "multireach-publish",
+      "Sends a target, an obstacle or a push by hand, or the images of a session. Positions in metres, in W.");
   Arguments arguments;
   CommandLine& cli = program.cli();
-  add_url_options(cli, arguments.live);
+  add_bus_options(cli, arguments.bus);
   cli.require_subcommand();
   const CommandOption once = cli.flag("--once", arguments.once, "send one message (default, but for targets)");
   cli.option("--hz", arguments.hz, "send so often, until Ctrl-C (default for targets: 30)")
@@ -136,9 +159,14 @@ int main(int argc, char** argv) {
   push.option("LINK", arguments.link, "the link that is pushed").required();
   push.option("FORCE", arguments.force, "N, in W").required().values(3, "X Y Z").finite(-kLargest, kLargest);
   push.option("--duration", arguments.duration_s, "s").finite(0, kLargest).show_default();
-  for (CommandLine* word : {&target, &obstacle, &push}) word->fallthrough();
+
+  CommandLine session = cli.subcommand("session", "the images of a recorded session (STEREO_IMAGES, TARGET_TRUTH)");
+  session.option("LOG", arguments.session, "the session").required();
+  session.option("--speed", arguments.speed, "seconds of the session per second").finite(0.01, 100).show_default();
+  for (CommandLine* word : {&target, &obstacle, &push, &session}) word->fallthrough();
   return program.run(argc, words.data(), [&] {
     if (target.given()) return publish_target(arguments);
+    if (session.given()) return publish_session(arguments);
     return obstacle.given() ? publish_obstacle(arguments) : publish_push(arguments);
   });
 }

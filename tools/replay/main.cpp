@@ -131,14 +131,13 @@ int run(const RunRequest& request) {
   return 0;
 }
 
-int play_session(const RunRequest& request, const LiveOptions& live, double speed, bool lockstep) {
+int play_session(const RunRequest& request, const BusOptions& bus, double speed, bool lockstep) {
   if (!lockstep) {
     throw InputError("play: --lockstep is required; to play a session by the clock, use lcm-logplayer");
   }
   Progress progress;
   const PlayResult result =
-      play({.replay = request.options(), .control_url = live.control_url, .image_url = live.image_url, .speed = speed},
-           [&](double part) { progress.show(part); });
+      play({.replay = request.options(), .bus = bus, .speed = speed}, [&](double part) { progress.show(part); });
   progress.end();
   if (!result.failure.empty()) {
     std::cerr << "multireach-replay: " << result.failure << "\n";
@@ -247,8 +246,8 @@ int main(int argc, char** argv) {
   play_command.option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
       .finite(0, 1e6)
       .show_default();
-  LiveOptions urls;
-  add_url_options(play_command, urls);
+  BusOptions bus;
+  add_bus_options(play_command, bus);
 
   Setup verifying;
   std::string log, verify_json;
@@ -272,7 +271,7 @@ int main(int argc, char** argv) {
 
   return program.run(argc, argv, [&] {
     if (bisect_command.given()) return bisect_logs(old_log, new_log, common, bisect_json);
-    if (play_command.given()) return play_session(playing, urls, speed, lockstep);
+    if (play_command.given()) return play_session(playing, bus, speed, lockstep);
     if (verify_command.given()) return verify_log(verifying, log, verify_json);
     return run(running);
   });

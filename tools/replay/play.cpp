@@ -29,7 +29,7 @@ struct Process {
 class Player : public VirtualLoop::Observer {
  public:
   Player(const PlayOptions& options, const std::vector<std::unique_ptr<Node>>& nodes)
-      : options_(options), bus_(options.control_url, options.image_url), loop_(*this) {
+      : options_(options), bus_(options.bus), loop_(*this) {
     add_all(loop_, nodes, options.replay);
     const int64_t replay = wall_us();
     for (const auto& node : nodes) {

@@ -9,7 +9,7 @@ namespace multireach {
 
 struct PlayOptions {
   ReplayOptions replay;
-  std::string control_url, image_url;
+  BusOptions bus;
   double speed = 0;  ///< largest speed, session seconds per second; 0: as fast as the nodes answer
 };
 

@@ -41,8 +41,8 @@ std::optional<bridge_state_t> answer_to(bridge_request_t request, Bus& bus, std:
 }
 
 /// Asks the bridge for its run, then sends it the request. Returns the program's exit code.
-int ask(bridge_request_t request, const LiveOptions& live) {
-  Bus bus(live.control_url, live.image_url);
+int ask(bridge_request_t request, const BusOptions& options) {
+  Bus bus(options);
   std::optional<bridge_state_t> newest;
   bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
     if (auto state = decode<bridge_state_t>(bytes)) newest = std::move(*state);
@@ -57,7 +57,7 @@ int ask(bridge_request_t request, const LiveOptions& live) {
     answer = answer_to(request, bus, newest);
   }
   if (!answer) {
-    std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group?\n";
+    std::cerr << "multireach-robot: no answer; is multireach-bridge running on this LCM group, with the same --key?\n";
     return 1;
   }
   std::cout << text_of(*answer) << "\n";
@@ -79,8 +79,8 @@ int ask(bridge_request_t request, const LiveOptions& live) {
 int main(int argc, char** argv) {
   using namespace multireach;
   Program program("multireach-robot", "Enables, pauses, slows down, stops and resets the robot through the bridge.");
-  LiveOptions live;
-  add_url_options(program.cli(), live);
+  BusOptions options;
+  add_bus_options(program.cli(), options);
   program.cli().require_subcommand();
   std::vector<std::pair<CommandLine, int8_t>> kinds;
   for (const BridgeWord& word : bridge_words())
@@ -96,6 +96,6 @@ int main(int argc, char** argv) {
     }
     if (request.kind == bridge_request_t::SPEED) request.speed = percent / 100;
     catch_signals();
-    return ask(request, live);
+    return ask(request, options);
   });
 }
