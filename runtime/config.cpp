@@ -1,6 +1,7 @@
 #include "runtime/config.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "runtime/config_keys.hpp"
@@ -16,10 +17,75 @@ std::optional<double> finite_number(const YAML::Node& node) {
   return value;
 }
 
+/// One step of an override's key: a key of a map and, if it holds a list, the index of an entry.
+struct KeyStep {
+  std::string name;
+  std::optional<size_t> index;
+};
+
+std::vector<KeyStep> steps_of(const std::string& key, const std::string& fault) {
+  std::vector<KeyStep> steps;
+  for (size_t begin = 0; begin <= key.size();) {
+    const size_t end = std::min(key.find('.', begin), key.size());
+    KeyStep step{key.substr(begin, end - begin), {}};
+    if (const size_t bracket = step.name.find('['); bracket != std::string::npos) {
+      size_t index = 0;
+      if (bracket + 2 >= step.name.size()) throw InputError(fault);
+      const char* const last = step.name.data() + step.name.size() - 1;
+      const auto [stopped, error] = std::from_chars(step.name.data() + bracket + 1, last, index);
+      if (error != std::errc() || stopped != last || *last != ']') throw InputError(fault);
+      step.index = index;
+      step.name.resize(bracket);
+    }
+    if (step.name.empty()) throw InputError(fault);
+    steps.push_back(std::move(step));
+    begin = end + 1;
+  }
+  return steps;
+}
+
+/// Puts the value into the tree; maps that are missing on the way are made.
+void apply(const ConfigOverride& given, const std::string& path, YAML::Node node) {
+  const std::string name = path + ": '" + given.key + "' ";
+  for (const KeyStep& step : steps_of(given.key, name + "is not a key; expected one as controller.gamma_rad2_m2")) {
+    if (node.IsDefined() && !node.IsNull() && !node.IsMap())
+      throw InputError(name + "cannot be set: '" + step.name + "' would be in a value that has no keys");
+    node.reset(node[step.name]);
+    if (!step.index) continue;
+    if (!node.IsSequence() || *step.index >= node.size())
+      throw InputError(name + "cannot be set: the list has " +
+                       std::to_string(node.IsSequence() ? node.size() : size_t{0}) + " entries, counted from 0");
+    node.reset(node[*step.index]);
+  }
+  try {
+    node = YAML::Load(given.value);
+  } catch (const YAML::Exception& error) {
+    throw InputError(path + ": key '" + given.key + "' is '" + given.value +
+                     "'; expected a value in YAML: " + error.msg);
+  }
+}
+
 }  // namespace
 
-Config::Config(std::string file, std::string path, const YAML::Node& node)
-    : file_(std::move(file)), path_(std::move(path)), node_(node), asked_(std::make_shared<std::set<std::string>>()) {
+ConfigOverride config_override_from(const std::string& option, const std::string& text) {
+  const size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw InputError(option + " is '" + text + "'; expected KEY=VALUE, as controller.gamma_rad2_m2=350");
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+std::string text_of(const ConfigOverrides& overrides) {
+  std::string text;
+  for (const ConfigOverride& given : overrides) text += "\n" + given.key + "=" + given.value;
+  return text;
+}
+
+Config::Config(std::string file, std::string path, const YAML::Node& node, OverriddenKeys overridden)
+    : file_(std::move(file)),
+      path_(std::move(path)),
+      node_(node),
+      overridden_(std::move(overridden)),
+      asked_(std::make_shared<std::set<std::string>>()) {
   if (!node_.IsMap())
     throw InputError(file_ + ": " + (path_.empty() ? "the file" : "'" + path_ + "'") + " must hold keys and values");
   std::set<std::string> seen;
@@ -35,14 +101,20 @@ Config::Config(std::string file, std::string path, const YAML::Node& node)
   }
 }
 
-Config Config::load(const std::string& path) {
-  return parse(path, read_text_file(path));
+Config Config::load(const std::string& path, const ConfigOverrides& overrides) {
+  return parse(path, read_text_file(path), overrides);
 }
 
-Config Config::parse(const std::string& path, const std::string& text) {
+Config Config::parse(const std::string& path, const std::string& text, const ConfigOverrides& overrides) {
   if (text.size() > kMaxText) throw InputError(path + ": is larger than 4 MB, the most that a configuration may have");
   try {
-    return Config(path, "", YAML::Load(text));
+    const YAML::Node node = YAML::Load(text);
+    auto keys = std::make_shared<std::vector<std::string>>();
+    for (const ConfigOverride& given : overrides) {
+      apply(given, path, node);
+      keys->push_back(given.key);
+    }
+    return Config(path, "", node, std::move(keys));
   } catch (const YAML::Exception& error) {
     throw InputError(path + ":" + std::to_string(error.mark.line + 1) + ": is not valid YAML: " + error.msg);
   }
@@ -52,19 +124,26 @@ std::string Config::full(const std::string& key) const {
   return path_.empty() ? key : path_ + "." + key;
 }
 
+std::string Config::place_of(const std::string& key, const YAML::Node& node) const {
+  const std::string name = full(key);
+  const auto covers = [&](const std::string& set) {
+    return name.starts_with(set) && (name.size() == set.size() || name[set.size()] == '.' || name[set.size()] == '[');
+  };
+  if (std::ranges::any_of(*overridden_, covers)) return file_;
+  return file_ + ":" + std::to_string(node.Mark().line + 1);
+}
+
 void Config::fail(const std::string& key, const std::string& expected) const {
   const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
   std::string value;
   if (node.IsDefined() && node.IsScalar()) value = " is '" + node.Scalar() + "';";
-  const int line = node.IsDefined() ? node.Mark().line : node_.Mark().line;
-  throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + full(key) + "'" + value + " expected " +
+  throw InputError(place_of(key, node.IsDefined() ? node : node_) + ": key '" + full(key) + "'" + value + " expected " +
                    expected);
 }
 
 void Config::refuse(const std::string& key, const std::string& condition) const {
   const YAML::Node node = static_cast<const YAML::Node&>(node_)[key];
-  throw InputError(file_ + ":" + std::to_string(node.Mark().line + 1) + ": key '" + full(key) + "' is allowed only " +
-                   condition);
+  throw InputError(place_of(key, node) + ": key '" + full(key) + "' is allowed only " + condition);
 }
 
 std::optional<YAML::Node> Config::find(const std::string& key) const {
@@ -76,8 +155,7 @@ std::optional<YAML::Node> Config::find(const std::string& key) const {
 
 YAML::Node Config::get(const std::string& key) const {
   const auto node = find(key);
-  if (!node)
-    throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": key '" + full(key) + "' is missing");
+  if (!node) throw InputError(place_of(key, node_) + ": key '" + full(key) + "' is missing");
   return *node;
 }
 
@@ -183,7 +261,7 @@ std::map<std::string, double> Config::named_numbers(const std::string& key) cons
 }
 
 Config Config::section(const std::string& key) const {
-  return Config(file_, full(key), get(key));
+  return Config(file_, full(key), get(key), overridden_);
 }
 
 std::vector<Config> Config::sections(const std::string& key) const {
@@ -191,7 +269,7 @@ std::vector<Config> Config::sections(const std::string& key) const {
   if (!node.IsSequence()) fail(key, "a list");
   std::vector<Config> list;
   for (size_t i = 0; i < node.size(); ++i)
-    list.push_back(Config(file_, full(key) + "[" + std::to_string(i) + "]", node[i]));
+    list.push_back(Config(file_, full(key) + "[" + std::to_string(i) + "]", node[i], overridden_));
   return list;
 }
 
@@ -201,8 +279,7 @@ void Config::finish(std::initializer_list<std::string_view> others) const {
     if (asked_->contains(key) || std::ranges::find(others, key) != others.end()) continue;
     std::string known;
     for (const std::string& name : *asked_) known += (known.empty() ? "" : ", ") + name;
-    throw InputError(file_ + ":" + std::to_string(item.first.Mark().line + 1) + ": key '" + full(key) +
-                     "' is not known; known here: " + known);
+    throw InputError(place_of(key, item.first) + ": key '" + full(key) + "' is not known; known here: " + known);
   }
 }
 

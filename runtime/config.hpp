@@ -16,15 +16,27 @@
 
 namespace multireach {
 
+/// A value that replaces one of a configuration file: `key` with its path, as `controller.gamma_rad2_m2` or
+/// `targets[0].sigma_px`, and `value` in YAML.
+struct ConfigOverride {
+  std::string key, value;
+};
+/// "KEY=VALUE" as given to `option`. Throws InputError.
+ConfigOverride config_override_from(const std::string& option, const std::string& text);
+using ConfigOverrides = std::vector<ConfigOverride>;
+/// All of them as one text, for digests; empty without any.
+std::string text_of(const ConfigOverrides& overrides);
+
 /// A YAML map that is read key by key. Every error is an InputError that names file, line and key, and says what was
 /// expected. `finish` refuses keys that were never read, so a misspelt key is never ignored.
 class Config {
  public:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-  static Config load(const std::string& path);
+  /// Errors in a value that `overrides` gives name its key, without a line.
+  static Config load(const std::string& path, const ConfigOverrides& overrides = {});
   /// Parses `text`; errors call it `path`.
-  static Config parse(const std::string& path, const std::string& text);
+  static Config parse(const std::string& path, const std::string& text, const ConfigOverrides& overrides = {});
 
   const std::string& file() const { return file_; }
   bool has(const std::string& key) const;
@@ -60,14 +72,18 @@ class Config {
   [[noreturn]] void refuse(const std::string& key, const std::string& condition) const;
 
  private:
-  Config(std::string file, std::string path, const YAML::Node& node);
+  using OverriddenKeys = std::shared_ptr<const std::vector<std::string>>;
+  Config(std::string file, std::string path, const YAML::Node& node, OverriddenKeys overridden);
   std::optional<YAML::Node> find(const std::string& key) const;
   YAML::Node get(const std::string& key) const;
   std::string full(const std::string& key) const;
+  /// Where a key stands, for errors: "file:line", or "file" with its value set by an override.
+  std::string place_of(const std::string& key, const YAML::Node& node) const;
 
   std::string file_;
   std::string path_;  // dotted path of keys from the top of the file to this map
   YAML::Node node_;
+  OverriddenKeys overridden_;
   std::shared_ptr<std::set<std::string>> asked_;
 };
 

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "kinematics/urdf_chain.hpp"
 
@@ -182,6 +183,15 @@ void OutputFile::finish() {
 
 void write_json_file(const std::string& path, const nlohmann::json& json) {
   write_text_file(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+void check_outputs(const std::vector<std::string>& paths) {
+  std::set<std::string> seen;
+  for (const std::string& path : paths) {
+    if (path.empty() || path.starts_with("/dev/")) continue;
+    if (!seen.insert(path).second) throw InputError("'" + path + "' is named for two outputs; expected one each");
+    if (path != "-") OutputFile probe(path);
+  }
 }
 
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip) {

@@ -64,6 +64,10 @@ void write_json_file(const std::string& path, const nlohmann::json& json);
 /// Flushes standard output. Throws OutputError when anything that was printed could not be written.
 void flush_standard_output();
 
+/// Checks, before long work begins, whether its results can be written to these files: refuses those that cannot be
+/// opened, and a file that is named twice. Empty names are ignored; "-" is standard output. Throws InputError.
+void check_outputs(const std::vector<std::string>& paths);
+
 /// The kinematic chain between two links of a URDF file. Throws InputError that names the file.
 Chain load_chain(const std::string& urdf_path, const std::string& base, const std::string& tip);
 

@@ -103,11 +103,11 @@ Chain with_velocity_limits(const Chain& chain, const Config& section, const std:
 
 }  // namespace
 
-RobotConfig RobotConfig::load(const std::string& file_or_folder) {
+RobotConfig RobotConfig::load(const std::string& file_or_folder, const ConfigOverrides& overrides) {
   std::error_code error;
   const bool folder = std::filesystem::is_directory(file_or_folder, error);
   const std::string path = folder ? (std::filesystem::path(file_or_folder) / "robot.yaml").string() : file_or_folder;
-  Config file = Config::load(path);
+  Config file = Config::load(path, overrides);
   const Config section = file.section("robot");
   Arm arm;
   arm_keys().read(section, arm);
@@ -121,7 +121,7 @@ RobotConfig RobotConfig::load(const std::string& file_or_folder) {
   robot.start = std::move(shared.start);
   robot.joint_acceleration_limits = limits_from(section, "joint_acceleration_limits", arm.acceleration, robot.chain);
   robot.joint_jerk_limits = limits_from(section, "joint_jerk_limits", arm.jerk, robot.chain);
-  robot.digest = digest_of(read_text_file(path) + read_text_file(urdf_path));
+  robot.digest = digest_of(read_text_file(path) + read_text_file(urdf_path) + text_of(overrides));
   return robot;
 }
 

@@ -16,13 +16,13 @@ struct RobotConfig {
   Chain chain;
   JointVector joint_acceleration_limits{};  ///< rad/s^2 (m/s^2); empty where none are given
   JointVector joint_jerk_limits{};          ///< rad/s^3 (m/s^3); empty where none are given
-  int64_t digest = 0;                       ///< of both files' bytes
+  int64_t digest = 0;                       ///< of both files' bytes, and of the overrides
   int64_t tick_us = 50000;                  ///< period of the controller's set-points (`tick_ms`)
   int64_t state_period_us = 0;              ///< period of the simulated robot's ROBOT_STATE (`state_hz`)
   std::map<std::string, double> start{};    ///< joint positions from which a simulated robot starts, rad or m
 
   /// Reads a robot.yaml, or the one in a folder. Throws InputError for a missing or malformed file, key, URDF or link.
-  static RobotConfig load(const std::string& file_or_folder);
+  static RobotConfig load(const std::string& file_or_folder, const ConfigOverrides& overrides = {});
   /// An optional section of the file.
   std::optional<Config> section(const std::string& name) const;
 };

@@ -14,6 +14,7 @@
 #include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
+#include "runtime/shard.hpp"
 #include "studies/acceleration_option.hpp"
 #include "studies/straightness/straightness.hpp"
 #include "studies/study/shard_progress.hpp"
@@ -38,16 +39,6 @@ struct Options {
   std::optional<double> radius_m;
   int nodes = 4000;
 };
-
-std::pair<int64_t, int64_t> shard_of(const std::string& text) {
-  long long index = 0, count = 0;
-  int end = 0;
-  if (std::sscanf(text.c_str(), "%lld/%lld%n", &index, &count, &end) != 2 || end != static_cast<int>(text.size()) ||
-      count < 1 || count > 1000000 || index < 0 || index >= count) {
-    throw InputError("--shard is '" + text + "'; expected i/n with 0 <= i < n, as 0/8");
-  }
-  return {index, count};
-}
 
 std::vector<double> gammas_of(const std::string& text, const Chain& chain, const std::string& law) {
   if (text.empty()) {
@@ -130,7 +121,7 @@ int merge(const Options& options) {
     try {
       nlohmann::json part = nlohmann::json::parse(read_text_file(path));
       const nlohmann::json results = part.at("results");
-      const auto [shard, of] = shard_of(part.at("shard").get<std::string>());
+      const auto [shard, of] = shard_from(part.at("shard").get<std::string>());
       part.erase("results");
       part["shard"] = "0/1";
       if (of == 1) throw InputError(path + ": is a whole study, not a shard of one; there is nothing to add to it");
@@ -169,16 +160,6 @@ double drift_m_of(const Options& options) {
   return options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
 }
 
-/// Checks before the study runs whether its results can be written.
-void check_outputs(const Options& options) {
-  std::set<std::string> paths;
-  for (const std::string& path : {options.json, options.csv, options.failures}) {
-    if (path.empty() || path.starts_with("/dev/")) continue;
-    if (!paths.insert(path).second) throw InputError("'" + path + "' is named for two outputs; expected one each");
-    if (path != "-") OutputFile probe(path);
-  }
-}
-
 std::string failures_csv(const Chain& chain, const std::vector<double>& gammas,
                          const std::vector<FailedReach>& failed) {
   std::string csv = "gamma,index,error_m,target_x_m,target_y_m,target_z_m,hand_x_m,hand_y_m,hand_z_m";
@@ -207,27 +188,27 @@ std::string digest_of(const std::string& path) {
 }
 
 int study(const Options& options) {
-  const auto [shard, shards] = shard_of(options.shard);
+  const Shard shard = shard_from(options.shard);
   const Chain chain = load_chain(options.urdf, options.base, options.tip);
   const std::vector<double> gammas = gammas_of(options.gamma_text, chain, options.law);
   const ReachSampler sampler(chain, options.seed,
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
-  check_outputs(options);
+  check_outputs({options.json, options.csv, options.failures});
   const StudyLaw law{options.law == "guarded",
                      {options.alpha, options.beta_of_law()},
                      drift_m_of(options),
                      acceleration_from(options.acceleration, chain)};
-  const int64_t begin = options.samples * shard / shards, end = options.samples * (shard + 1) / shards;
   Progress line;
   std::optional<ShardProgress> file;
-  if (shards > 1 && !options.json.empty() && options.json != "-") file.emplace(options.json, shard, shards);
+  if (shard.count > 1 && !options.json.empty() && options.json != "-") file.emplace(options.json, shard);
   const StudyResult result =
-      run_study(chain, sampler, law, gammas, begin, end, options.threads, !options.failures.empty(), [&](double part) {
-        line.show(part);
-        if (file) file->show(part);
-      });
+      run_study(chain, sampler, law, gammas, shard.begin(options.samples), shard.end(options.samples), options.threads,
+                !options.failures.empty(), [&](double part) {
+                  line.show(part);
+                  if (file) file->show(part);
+                });
   line.end();
   write_results(options, result.tallies,
                 {{"urdf_digest", digest_of(options.urdf)},
@@ -256,7 +237,7 @@ int straightness(const Options& options) {
   const Chain chain = load_chain(options.urdf, options.base, options.tip);
   const ReachSampler sampler(chain, options.seed,
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
-  check_outputs(options);
+  check_outputs({options.json, options.csv, options.failures});
   nlohmann::json result =
       straightness_json(run_straightness(chain, sampler, options.samples, options.nodes, options.threads));
   const std::string table = straightness_table(result);

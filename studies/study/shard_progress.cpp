@@ -19,7 +19,7 @@ constexpr int64_t kSilent = 60000000;  // us: a running shard writes every secon
 constexpr std::string_view kSuffix = ".progress";
 
 /// What is known of one shard.
-struct Shard {
+struct Known {
   double part = 0, seconds = 0;
   bool done = false, silent = false;
 };
@@ -44,28 +44,27 @@ class Shards {
   /// Takes what a file says, if it is of a shard: the merged result is not.
   void read(const std::string& path, int64_t now_us) {
     const bool running = path.ends_with(kSuffix);
-    long long index = 0, count = 0;
-    Shard shard{.part = 1, .done = true};
+    Shard shard;
+    Known known{.part = 1, .done = true};
     try {
       const nlohmann::json json = nlohmann::json::parse(read_text_file(path));
-      const std::string name = json.value("shard", "");
-      if (std::sscanf(name.c_str(), "%lld/%lld", &index, &count) != 2 || count < 2 || index < 0 || index >= count)
-        return;
+      shard = shard_from(json.value("shard", "0/1"));
+      if (shard.count < 2) return;
       if (running) {
-        shard = {.part = json.at("part").get<double>(), .seconds = json.at("seconds").get<double>()};
-        shard.silent = now_us - json.at("utime").get<int64_t>() > kSilent;
+        known = {.part = json.at("part").get<double>(), .seconds = json.at("seconds").get<double>()};
+        known.silent = now_us - json.at("utime").get<int64_t>() > kSilent;
       }
     } catch (const nlohmann::json::exception&) {
       if (running) throw InputError(path + ": is not the progress of a shard of multireach-study");
       return;
     }
-    if (count_ > 0 && count != count_) {
-      throw InputError(fmt::format("{}: is one of {} shards, {} one of {}; expected one study in a folder", path, count,
-                                   first_, count_));
+    if (count_ > 0 && shard.count != count_) {
+      throw InputError(fmt::format("{}: is one of {} shards, {} one of {}; expected one study in a folder", path,
+                                   shard.count, first_, count_));
     }
     if (count_ == 0) first_ = path;
-    count_ = count;
-    if (Shard& known = shards_[index]; !known.done) known = shard;
+    count_ = shard.count;
+    if (Known& other = shards_[shard.index]; !other.done) other = known;
   }
 
   ShardStatus status(const std::string& folder) const {
@@ -92,15 +91,15 @@ class Shards {
   }
 
  private:
-  std::map<int64_t, Shard> shards_;
+  std::map<int64_t, Known> shards_;
   int64_t count_ = 0;
   std::string first_;
 };
 
 }  // namespace
 
-ShardProgress::ShardProgress(const std::string& result, int64_t shard, int64_t shards)
-    : path_(result + std::string(kSuffix)), shard_(shard), shards_(shards), begin_(steady_clock::now()), last_(begin_) {
+ShardProgress::ShardProgress(const std::string& result, const Shard& shard)
+    : path_(result + std::string(kSuffix)), shard_(shard), begin_(steady_clock::now()), last_(begin_) {
   write(0);
 }
 
@@ -118,9 +117,10 @@ void ShardProgress::show(double part) {
 
 void ShardProgress::write(double part) const {
   const double seconds = std::chrono::duration<double>(steady_clock::now() - begin_).count();
-  write_json_file(
-      path_,
-      {{"shard", fmt::format("{}/{}", shard_, shards_)}, {"part", part}, {"seconds", seconds}, {"utime", wall_us()}});
+  write_json_file(path_, {{"shard", fmt::format("{}/{}", shard_.index, shard_.count)},
+                          {"part", part},
+                          {"seconds", seconds},
+                          {"utime", wall_us()}});
 }
 
 ShardStatus shard_status(const std::string& folder, int64_t now_us) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "runtime/shard.hpp"
+
 namespace multireach {
 
 /// What a running shard says of itself, about once a second, in a file beside its result: RESULT.progress. The file is
@@ -11,7 +13,7 @@ namespace multireach {
 class ShardProgress {
  public:
   /// `result`: where the shard's result will be. Throws InputError or OutputError when no file can be written there.
-  ShardProgress(const std::string& result, int64_t shard, int64_t shards);
+  ShardProgress(const std::string& result, const Shard& shard);
   ~ShardProgress();
   ShardProgress(const ShardProgress&) = delete;
   ShardProgress& operator=(const ShardProgress&) = delete;
@@ -23,7 +25,7 @@ class ShardProgress {
   void write(double part) const;
 
   std::string path_;
-  int64_t shard_, shards_;
+  Shard shard_;
   std::chrono::steady_clock::time_point begin_, last_;
 };
 

@@ -51,6 +51,49 @@ TEST_F(ConfigFile, GivesValuesAndDefaults) {
   EXPECT_NO_THROW(config.finish());
 }
 
+TEST_F(ConfigFile, OverridesReplaceValuesAndAreNamedInErrors) {
+  const std::string text = "a: 1\nsection:\n  b: 2\nlist: [{c: 3}, {c: 4}]\n";
+  const auto with = [&](const ConfigOverrides& overrides) { return Config::parse("f.yaml", text, overrides); };
+  const Config set = with({{"a", "7"}, {"section.b", "[1, 2]"}, {"list[1].c", "8"}, {"more.deep.d", "9"}});
+  EXPECT_EQ(set.number("a", 0, 10), 7);
+  EXPECT_EQ(set.section("section").numbers("b", 2), (std::vector<double>{1, 2}));
+  EXPECT_EQ(set.sections("list")[0].number("c", 0, 10), 3);
+  EXPECT_EQ(set.sections("list")[1].number("c", 0, 10), 8);
+  EXPECT_EQ(set.section("more").section("deep").number("d", 0, 10), 9);
+  EXPECT_EQ(fault([&] {
+              with({{"a", "cat"}}).number("a", 0, 1);
+            }),
+            "f.yaml: key 'a' is 'cat'; expected a number from 0 to 1");
+  EXPECT_EQ(fault([&] {
+              with({{"list[1].c", "x"}}).sections("list")[1].number("c", 0, 1);
+            }),
+            "f.yaml: key 'list[1].c' is 'x'; expected a number from 0 to 1");
+  EXPECT_EQ(fault([&] {
+              with({{"section.other", "1"}}).section("section").finish();
+            }),
+            "f.yaml:3: key 'section.b' is not known; known here: ");
+  EXPECT_EQ(fault([&] {
+              const Config section = with({{"section.other", "1"}}).section("section");
+              section.number("b", 0, 10);
+              section.finish();
+            }),
+            "f.yaml: key 'section.other' is not known; known here: b");
+  EXPECT_EQ(fault([&] {
+              with({{"a.b", "1"}});
+            }),
+            "f.yaml: 'a.b' cannot be set: 'b' would be in a value that has no keys");
+  EXPECT_EQ(fault([&] {
+              with({{"list[2].c", "1"}});
+            }),
+            "f.yaml: 'list[2].c' cannot be set: the list has 2 entries, counted from 0");
+  for (const char* key : {"", ".", "a.", "a[", "a[]", "a[x]", "a[1", "[0]", "a[-1]"})
+    EXPECT_NE(fault([&] { with({{key, "1"}}); }).find("is not a key"), std::string::npos) << key;
+  EXPECT_NE(fault([&] { with({{"a", "[1"}}); }).find("key 'a' is '[1'; expected a value in YAML"), std::string::npos);
+  EXPECT_EQ(config_override_from("--set", "a.b=c=d").value, "c=d");
+  for (const char* wrong : {"", "a", "=1", "a="})
+    EXPECT_NE(fault([&] { config_override_from("--set", wrong); }).find("expected KEY=VALUE"), std::string::npos);
+}
+
 TEST_F(ConfigFile, NamesFileLineAndKey) {
   const Config config = load("a: 1.5\nsection:\n  b: cat\n  misspelt: 1\nlist: [1, x]\n");
   EXPECT_EQ(fault([&] { config.number("a", 2, 3); }), path_ + ":1: key 'a' is '1.5'; expected a number from 2 to 3");

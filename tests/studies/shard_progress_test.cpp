@@ -43,7 +43,7 @@ TEST_F(Shards, OneLineTellsDoneRunningSilentAndNotBegun) {
 
 TEST_F(Shards, ARunningShardWritesAFileThatIsGoneWhenItIsDone) {
   {
-    const ShardProgress progress(at("shard2.json"), 2, 3);
+    const ShardProgress progress(at("shard2.json"), {2, 3});
     EXPECT_EQ(line(wall_us()), "3 shards: 0 done, 1 running, 2 not begun; 0 %");
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder_));

@@ -160,95 +160,6 @@ struct CommandStream {
   static constexpr int64_t kPeriodUs = 1000;
 };
 
-/// Collects all data for the report in one pass over the log.
-class RecordedData {
- public:
-  RecordedData(const std::string& log_path, const RobotConfig& robot) : chain_(robot.chain) {
-    const robot_bridge::BridgeOptions bridge = bridge_options_from(robot);
-    smooth = bridge.shape == robot_bridge::BridgeOptions::Shape::kSmooth;
-    limits_ = robot_bridge::motion_limits(robot.chain, bridge.speed_where_unlimited, bridge.acceleration, bridge.jerk);
-    LogReader log(log_path);
-    while (const auto event = log.next()) add(*event);
-  }
-
-  std::map<std::string, int64_t, std::less<>> counts;
-  std::vector<target_t> targets;
-  std::map<int64_t, target_t> truths;
-  std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
-  double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
-  std::map<std::string, NodeRecord> nodes;
-  int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
-  /// Runs of the publishers of a channel.
-  std::map<std::string, std::set<int64_t>, std::less<>> publishers;
-  std::map<std::pair<std::string, int64_t>, SequenceGaps> sequences;  // by channel and run
-  std::map<int64_t, CommandStream> command_streams;                   // by the bridge's run
-  std::map<int64_t, SpeedWindow> measured_speed;                      // by the robot's run
-  bool smooth = true;  // whether the bridge limits accelerations and jerks
-
- private:
-  void add(const LogEvent& event) {
-    if (!plausible_utime(event.utime)) {
-      ++damaged_times;
-      return;
-    }
-    ++counts[std::string(event.channel)];
-    if (event.channel == channel::kTarget) {
-      const auto target = decode_and_count_gaps<target_t>(event);
-      if (target && plausible_utime(target->utime)) targets.push_back(*target);
-    } else if (event.channel == channel::kTargetTruth) {
-      if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
-    } else if (event.channel == channel::kJointSetpoint) {
-      decode_and_count_gaps<joint_setpoint_t>(event);
-    } else if (event.channel == channel::kJointCommand) {
-      add_command(event);
-    } else if (event.channel == channel::kRobotState) {
-      add_robot_state(event);
-    } else if (event.channel == channel::kNodeStatus) {
-      const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
-      if (status) nodes[status->node].add(*status, event.utime);
-    }
-  }
-
-  template <class Message>
-  std::optional<Message> decode_and_count_gaps(const LogEvent& event) {
-    auto message = decode<Message>(event.data);
-    if (!message) return message;
-    const std::string channel(event.channel);
-    publishers[channel].insert(message->run);
-    sequences[{channel, message->run}].add(message->sequence, event.utime);
-    return message;
-  }
-
-  void add_command(const LogEvent& event) {
-    const auto command = decode_and_count_gaps<joint_command_t>(event);
-    if (!command || !plausible_utime(command->utime)) return;
-    command_utime_[command->sequence] = command->utime;
-    if (const auto theta = from_fields(chain_, command->joint_name, command->joint_position)) {
-      limit_excess = std::max(limit_excess, chain_.limit_excess(*theta));
-      command_streams.try_emplace(command->run, CommandStream{.derivatives = robot_bridge::StreamCheck(limits_)})
-          .first->second.add(chain_, event.utime, command->utime, *theta);
-    }
-    if (const auto velocity = from_fields(chain_, command->joint_name, command->joint_velocity)) {
-      velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain_.velocity()).maxCoeff());
-    }
-  }
-
-  void add_robot_state(const LogEvent& event) {
-    const auto state = decode_and_count_gaps<robot_state_t>(event);
-    if (!state) return;
-    const auto theta = from_fields(chain_, state->joint_name, state->joint_position);
-    if (!theta) return;
-    measured_limit_excess = std::max(measured_limit_excess, chain_.limit_excess(*theta));
-    measured_speed[state->run].add(chain_, event.utime, *theta);
-    const auto command = command_utime_.find(state->command_sequence);
-    if (command != command_utime_.end()) hand.push_back({command->second, chain_.position(*theta)});
-  }
-
-  const Chain& chain_;
-  robot_bridge::MotionLimits limits_;
-  std::map<int64_t, int64_t> command_utime_;
-};
-
 std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
   std::vector<Dwell> dwells;
   Dwell current;
@@ -310,11 +221,11 @@ json lost_intervals_of(const std::vector<target_t>& targets, int64_t origin) {
   return intervals;
 }
 
-json vision_error_of(const RecordedData& run) {
+json vision_error_of(const std::vector<target_t>& targets, const std::map<int64_t, target_t>& truths) {
   std::vector<double> errors;
-  for (const target_t& target : run.targets) {
-    const auto truth = run.truths.find(target.pair_sequence);
-    if (truth == run.truths.end() || truth->second.status != target_t::STATUS_TRACKED ||
+  for (const target_t& target : targets) {
+    const auto truth = truths.find(target.pair_sequence);
+    if (truth == truths.end() || truth->second.status != target_t::STATUS_TRACKED ||
         target.status != target_t::STATUS_TRACKED)
       continue;
     const Eigen::Vector3d seen = Eigen::Map<const Eigen::Vector3d>(target.position_m);
@@ -329,15 +240,121 @@ json vision_error_of(const RecordedData& run) {
 
 }  // namespace
 
+/// Collects all data for the report in one pass over the messages.
+class RunReporter::Data {
+ public:
+  explicit Data(const RobotConfig& robot) : chain(robot.chain) {
+    const robot_bridge::BridgeOptions bridge = bridge_options_from(robot);
+    smooth = bridge.shape == robot_bridge::BridgeOptions::Shape::kSmooth;
+    limits_ = robot_bridge::motion_limits(robot.chain, bridge.speed_where_unlimited, bridge.acceleration, bridge.jerk);
+  }
+
+  void add(const LogEvent& event) {
+    if (!plausible_utime(event.utime)) {
+      ++damaged_times;
+      return;
+    }
+    count(event);
+  }
+
+  const Chain chain;
+  std::map<std::string, int64_t, std::less<>> counts;
+  std::vector<target_t> targets;
+  std::map<int64_t, target_t> truths;
+  std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
+  double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
+  std::map<std::string, NodeRecord> nodes;
+  int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
+  /// Runs of the publishers of a channel.
+  std::map<std::string, std::set<int64_t>, std::less<>> publishers;
+  std::map<std::pair<std::string, int64_t>, SequenceGaps> sequences;  // by channel and run
+  std::map<int64_t, CommandStream> command_streams;                   // by the bridge's run
+  std::map<int64_t, SpeedWindow> measured_speed;                      // by the robot's run
+  bool smooth = true;  // whether the bridge limits accelerations and jerks
+
+ private:
+  void count(const LogEvent& event) {
+    ++counts[std::string(event.channel)];
+    if (event.channel == channel::kTarget) {
+      const auto target = decode_and_count_gaps<target_t>(event);
+      if (target && plausible_utime(target->utime)) targets.push_back(*target);
+    } else if (event.channel == channel::kTargetTruth) {
+      if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
+    } else if (event.channel == channel::kJointSetpoint) {
+      decode_and_count_gaps<joint_setpoint_t>(event);
+    } else if (event.channel == channel::kJointCommand) {
+      add_command(event);
+    } else if (event.channel == channel::kRobotState) {
+      add_robot_state(event);
+    } else if (event.channel == channel::kNodeStatus) {
+      const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
+      if (status) nodes[status->node].add(*status, event.utime);
+    }
+  }
+
+  template <class Message>
+  std::optional<Message> decode_and_count_gaps(const LogEvent& event) {
+    auto message = decode<Message>(event.data);
+    if (!message) return message;
+    const std::string channel(event.channel);
+    publishers[channel].insert(message->run);
+    sequences[{channel, message->run}].add(message->sequence, event.utime);
+    return message;
+  }
+
+  void add_command(const LogEvent& event) {
+    const auto command = decode_and_count_gaps<joint_command_t>(event);
+    if (!command || !plausible_utime(command->utime)) return;
+    command_utime_[command->sequence] = command->utime;
+    if (const auto theta = from_fields(chain, command->joint_name, command->joint_position)) {
+      limit_excess = std::max(limit_excess, chain.limit_excess(*theta));
+      command_streams.try_emplace(command->run, CommandStream{.derivatives = robot_bridge::StreamCheck(limits_)})
+          .first->second.add(chain, event.utime, command->utime, *theta);
+    }
+    if (const auto velocity = from_fields(chain, command->joint_name, command->joint_velocity)) {
+      velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain.velocity()).maxCoeff());
+    }
+  }
+
+  void add_robot_state(const LogEvent& event) {
+    const auto state = decode_and_count_gaps<robot_state_t>(event);
+    if (!state) return;
+    const auto theta = from_fields(chain, state->joint_name, state->joint_position);
+    if (!theta) return;
+    measured_limit_excess = std::max(measured_limit_excess, chain.limit_excess(*theta));
+    measured_speed[state->run].add(chain, event.utime, *theta);
+    const auto command = command_utime_.find(state->command_sequence);
+    if (command != command_utime_.end()) hand.push_back({command->second, chain.position(*theta)});
+  }
+
+  robot_bridge::MotionLimits limits_;
+  std::map<int64_t, int64_t> command_utime_;
+};
+
+RunReporter::RunReporter(const RobotConfig& robot) : data_(std::make_unique<Data>(robot)) {}
+
+RunReporter::~RunReporter() = default;
+
+void RunReporter::add(const LogEvent& event) {
+  data_->add(event);
+}
+
 RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
-  const RecordedData run(log_path, robot);
+  RunReporter reporter(robot);
+  LogReader log(log_path);
+  while (const auto event = log.next()) reporter.add(*event);
+  return reporter.report();
+}
+
+RunReport RunReporter::report() const {
+  const Data& run = *data_;
   const auto count = [&run](std::string_view channel) {
     const auto found = run.counts.find(channel);
     return found == run.counts.end() ? int64_t{0} : found->second;
   };
   const int64_t origin = run.targets.empty() ? 0 : run.targets.front().utime;
-  const controller::MultiStartIk search(robot.chain);
-  const JointVector anywhere = robot.chain.clamped(JointVector::Zero(robot.chain.size()));
+  const controller::MultiStartIk search(run.chain);
+  const JointVector anywhere = run.chain.clamped(JointVector::Zero(run.chain.size()));
 
   RunReport report;
   json& out = report.json;
@@ -367,9 +384,10 @@ RunReport report_on(const std::string& log_path, const RobotConfig& robot) {
   out["commands"] = count(channel::kJointCommand);
   out["robot_states"] = count(channel::kRobotState);
   out["reaches"] = reaches;
+  out["reached"] = reached;
   out["unreachable"] = unreachable;
   out["lost_intervals"] = lost_intervals_of(run.targets, origin);
-  out["vision_error_mm"] = vision_error_of(run);
+  out["vision_error_mm"] = vision_error_of(run.targets, run.truths);
   out["max_limit_violation_rad"] = run.limit_excess;
   out["max_measured_limit_violation_rad"] = run.measured_limit_excess;
   out["max_velocity_violation_rad_s"] = std::max(run.velocity_excess, 0.0);

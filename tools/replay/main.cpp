@@ -5,37 +5,18 @@
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "runtime/channels.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
 #include "tools/replay/bisect.hpp"
 #include "tools/replay/play.hpp"
-#include "tools/replay/run.hpp"
+#include "tools/replay/request.hpp"
+#include "tools/replay/sweep_command.hpp"
 #include "tools/replay/verify.hpp"
 
 namespace multireach {
 namespace {
-
-/// Which robot and which cameras, as in launch.sh.
-struct Setup {
-  std::string config, vision;
-
-  void add_to(CommandLine& app) {
-    app.option("--robot", config, "robot.yaml or its folder, as robots/hoap2 (default: the Hoap2's)");
-    app.option("--vision", vision,
-               "cameras and colour (default: LOG.vision.yaml beside LOG.lcm if there is one, else vision.yaml beside "
-               "the robot's file)");
-  }
-  std::string robot_file() const { return config.empty() ? default_robot_file() : config; }
-  std::string vision_file(const std::string& log) const {
-    if (!vision.empty()) return vision;
-    const std::string own = std::filesystem::path(log).replace_extension(".vision.yaml").string();
-    std::error_code error;
-    return std::filesystem::exists(own, error) ? own : resolve_relative(robot_file(), "vision.yaml");
-  }
-};
 
 std::string hexadecimal(int64_t digest) {
   return fmt::format("{:016x}", static_cast<uint64_t>(digest));
@@ -46,56 +27,18 @@ void write_report(const std::string& path, const nlohmann::ordered_json& report)
   write_text_file(path, report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
-struct RunRequest {
-  Setup setup;
-  std::string session, output, robot = "ideal", from = "auto", json;
-  double until_s = 1e9;
-  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-
-  void add_to(CommandLine& app) {
-    app.option("SESSION", session, "recorded log with STEREO_IMAGES, or with TARGET").required();
-    setup.add_to(app);
-    app.option("--robot-model", robot,
-               "source of ROBOT_STATE: ideal (a robot always at its last command), sim (MuJoCo), or recorded "
-               "(the session's)")
-        .one_of({"ideal", "sim", "recorded"})
-        .show_default();
-    app.option("--start-with", from, "replayed inputs: images, targets, or auto (images if the session has any)")
-        .one_of({"auto", "images", "targets"})
-        .show_default();
-    app.option("--until", until_s, "end this many seconds after the session's first input").finite(0, 1e9);
-    app.option("--threads", threads, "number of threads; does not affect the result").whole(1, 1024);
-  }
-  ReplayOptions options() const {
-    const ReplayFrom what = from == "images"    ? ReplayFrom::kImages
-                            : from == "targets" ? ReplayFrom::kTargets
-                                                : replay_source(session);
-    ReplayOptions options{.session = session,
-                          .from = what,
-                          .robot = robot == "sim"        ? ReplayRobot::kSimulated
-                                   : robot == "recorded" ? ReplayRobot::kRecorded
-                                                         : ReplayRobot::kIdeal,
-                          .config = RobotConfig::load(setup.robot_file()),
-                          .vision = std::nullopt,
-                          .until_s = until_s,
-                          .threads = threads};
-    if (what == ReplayFrom::kImages) options.vision = VisionConfig::load(setup.vision_file(session));
-    return options;
-  }
-};
-
 double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-int run(const RunRequest& request) {
+int run(const RunRequest& request, const std::string& output, const std::string& json) {
   const ReplayOptions options = request.options();
   std::error_code error;
-  if (std::filesystem::equivalent(request.session, request.output, error)) {
-    throw InputError(request.output + ": is the session itself and cannot be written over");
+  if (std::filesystem::equivalent(request.session, output, error)) {
+    throw InputError(output + ": is the session itself and cannot be written over");
   }
   std::unique_ptr<LogWriter> log;
-  if (!request.output.empty()) log = std::make_unique<LogWriter>(request.output);
+  if (!output.empty()) log = std::make_unique<LogWriter>(output);
   const int64_t origin =
       Session(options.session, options.from, options.robot == ReplayRobot::kRecorded).recorded_utime();
   Progress progress;
@@ -119,7 +62,7 @@ int run(const RunRequest& request) {
   for (const auto& [name, channel] : result.channels) {
     report["channels"][name] = {{"messages", channel.messages}, {"digest", hexadecimal(channel.digest)}};
   }
-  if (request.json != "-") {
+  if (json != "-") {
     for (const auto& [name, channel] : result.channels) {
       std::cout << fmt::format("{:<18}{:>9}  {}\n", name, channel.messages, hexadecimal(channel.digest));
     }
@@ -127,7 +70,7 @@ int run(const RunRequest& request) {
     std::cout << fmt::format("{:.2f} s of session in {:.2f} s: {:.0f} times real time\n", result.span_s, took,
                              result.span_s / took);
   }
-  if (!request.json.empty()) write_report(request.json, report);
+  if (!json.empty()) write_report(json, report);
   return 0;
 }
 
@@ -151,10 +94,12 @@ int play_session(const RunRequest& request, const BusOptions& bus, double speed,
 }
 
 int verify_log(const Setup& setup, const std::string& log, const std::string& json_path) {
-  NodeConfigs configs{RobotConfig::load(setup.robot_file()), std::nullopt};
+  const SplitOverrides set = split(setup.overrides(), true);
+  NodeConfigs configs{RobotConfig::load(setup.robot_file(), set.robot), std::nullopt};
   const std::string vision = setup.vision_file(log);
   std::error_code error;
-  if (!setup.vision.empty() || std::filesystem::exists(vision, error)) configs.vision = VisionConfig::load(vision);
+  if (!setup.vision.empty() || std::filesystem::exists(vision, error))
+    configs.vision = VisionConfig::load(vision, set.vision);
   Progress progress;
   const Verification result = verify(log, configs, [&](double part) { progress.show(part); });
   progress.end();
@@ -230,11 +175,14 @@ int main(int argc, char** argv) {
   cli.require_subcommand();
 
   RunRequest running;
+  std::string output, run_json;
   CommandLine run_command = cli.subcommand(
       "run", "compute vision, controller and bridge from a session's inputs, as fast as the machine can");
   running.add_to(run_command);
-  run_command.option("-o,--output", running.output, "log to write: the inputs and everything computed");
-  run_command.option("--json", running.json, "where to write counts and digests; - for standard output");
+  running.setup.add_set_to(run_command);
+  running.add_threads_to(run_command);
+  run_command.option("-o,--output", output, "log to write: the inputs and everything computed");
+  run_command.option("--json", run_json, "where to write counts and digests; - for standard output");
 
   RunRequest playing;
   double speed = 0;
@@ -242,6 +190,7 @@ int main(int argc, char** argv) {
   CommandLine play_command =
       cli.subcommand("play", "play a session to live processes without loss: each frame waits for all processes");
   playing.add_to(play_command);
+  playing.add_threads_to(play_command);
   play_command.flag("--lockstep", lockstep, "required: the nodes reset, then follow the session instead of the clock");
   play_command.option("--speed", speed, "seconds of the session per second at most; 0 for no limit")
       .finite(0, 1e6)
@@ -256,6 +205,7 @@ int main(int argc, char** argv) {
       "recompute every message of a recorded run from its node's inputs and compare; exit code 1 for a difference");
   verify_command.option("LOG", log, "log of all channels, recorded live or written by run").required();
   verifying.add_to(verify_command);
+  verifying.add_set_to(verify_command);
   verify_command.option("--json", verify_json, "where to write the counts; - for standard output");
 
   std::string old_log, new_log, bisect_json;
@@ -269,10 +219,13 @@ int main(int argc, char** argv) {
   bisect_command.flag("--common", common, "ignore messages that only one log contains");
   bisect_command.option("--json", bisect_json, "where to write it; - for standard output");
 
+  SweepCommand sweeping(cli);
+
   return program.run(argc, argv, [&] {
+    if (sweeping.given()) return sweeping.run();
     if (bisect_command.given()) return bisect_logs(old_log, new_log, common, bisect_json);
     if (play_command.given()) return play_session(playing, bus, speed, lockstep);
     if (verify_command.given()) return verify_log(verifying, log, verify_json);
-    return run(running);
+    return run(running, output, run_json);
   });
 }

@@ -144,8 +144,8 @@ VisionConfig::Target target_from(const Config& section, bool several, const Conf
 
 }  // namespace
 
-VisionConfig VisionConfig::load(const std::string& path) {
-  const Config file = Config::load(path);
+VisionConfig VisionConfig::load(const std::string& path, const ConfigOverrides& overrides) {
+  const Config file = Config::load(path, overrides);
   VisionConfig vision;
   const RigConfig cameras = load_rig(file.section("cameras"));
   vision.rig = cameras.rig;
@@ -168,7 +168,7 @@ VisionConfig VisionConfig::load(const std::string& path) {
     vision.targets.push_back(target_from(section, false, file.section("colour"), vision.rig, files));
   }
   file.finish();
-  vision.digest = digest_of(read_text_file(path) + files);
+  vision.digest = digest_of(read_text_file(path) + files + text_of(overrides));
   try {
     for (const Target& target : vision.targets) const vision::StereoTracker check(target.options);
     for (const Tag& tag : vision.tags) const vision::TagTracker check(tag.options);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/config.hpp"
 #include "vision/stereo_vision.hpp"
 #include "vision/tag_tracker.hpp"
 
@@ -22,10 +23,10 @@ struct VisionConfig {
   StereoRig rig;
   std::vector<Target> targets;  ///< those that are found by their colours
   std::vector<Tag> tags;        ///< those that are AprilTags; at least one of both lists has an entry
-  int64_t digest = 0;           ///< of the file and of the files that it names
+  int64_t digest = 0;           ///< of the file, of the files that it names, and of the overrides
 
   /// Reads and checks a vision file. Throws InputError.
-  static VisionConfig load(const std::string& path);
+  static VisionConfig load(const std::string& path, const ConfigOverrides& overrides = {});
 };
 
 /// The sections of the reference page on a vision file and a colour file.
