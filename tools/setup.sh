@@ -21,14 +21,14 @@ declare -A packages=(
   [core]="g++ cmake ninja-build libopencv-core-dev libopencv-imgproc-dev libeigen3-dev liburdfdom-dev libtinyxml2-dev
     libturbojpeg0-dev libjpeg62-turbo-dev libfcl-dev libhwy-dev libapriltag-dev"
   [loop]="git iproute2 util-linux liblcm-dev liblcm-bin libyaml-cpp-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
-    libmujoco-dev libxxhash-dev liblodepng-dev libsodium-dev"
+    libmujoco-dev libxxhash-dev liblodepng-dev libsodium-dev liblz4-dev libzstd-dev libbz2-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
   [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [python]="pybind11-dev python3-dev python3-numpy python3-pytest" [package]="python3 file dpkg-dev"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
-    opencv-doc libmatio-dev shellcheck systemd libfaketime"
+    opencv-doc libmatio-dev shellcheck systemd libfaketime python3-rosbag python3-sensor-msgs"
 )
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"

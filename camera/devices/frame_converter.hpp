@@ -40,7 +40,4 @@ class FrameConverter {
   std::unique_ptr<Handles> handles_;
 };
 
-/// Converts an 8-bit BGR image to a frame: JPEG of this quality, or raw for 0.
-Frame frame_of(ImageCodec& codec, const cv::Mat& bgr, int64_t utime, int jpeg_quality);
-
 }  // namespace multireach

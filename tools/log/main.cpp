@@ -1,10 +1,13 @@
 // multireach-log: inspects, checks, edits and exports logs.
+#include <filesystem>
 #include <iostream>
 #include <limits>
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
+#include "runtime/progress.hpp"
 #include "tools/log/export.hpp"
+#include "tools/log/import/import.hpp"
 #include "tools/log/latency.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/log/log_summary.hpp"
@@ -90,6 +93,18 @@ int images(const std::string& log, const std::string& folder, const ChannelPatte
   return count > 0 && warnings.empty() ? 0 : 1;
 }
 
+int import_recording(const ImportOptions& options, const std::string& output) {
+  std::error_code error;
+  if (std::filesystem::equivalent(options.input, output, error))
+    throw InputError(output + ": is the recording itself and cannot be written over");
+  Progress progress;
+  const ImportSummary summary = import_images(options, output, [&](double part) { progress.show(part); });
+  progress.end();
+  std::cout << summary.text();
+  if (!summary.warning.empty()) std::cerr << "multireach-log: " << summary.warning << "\n";
+  return 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -155,7 +170,25 @@ int main(int argc, char** argv) {
   picturing.option("-o,--output", output, "folder to write to").required();
   picturing.option("--channel", patterns, "channels; patterns (default: all)");
 
+  ImportOptions recording;
+  CommandLine importing = cli.subcommand(
+      "import",
+      "a session of STEREO_IMAGES from image files, a bag of ROS 1, or an MCAP file of ROS 2: docs/import.md");
+  importing.option("INPUT", recording.input, "folder with pairs.csv or of EuRoC, .bag or .mcap file").required();
+  importing.option("-o,--output", output, "log to write").required();
+  importing.option("--left", recording.left, "topic of the left images; of EuRoC, the camera [cam0]");
+  importing.option("--right", recording.right, "topic of the right images; of EuRoC, the camera [cam1]");
+  importing
+      .option("--max-skew", recording.max_skew_s,
+              "largest difference of the two images' times in a pair, s [half a period]")
+      .finite(0, 1);
+  importing
+      .option("--jpeg-quality", recording.jpeg_quality, "JPEG quality of images that are not JPEG; 0 keeps them raw")
+      .whole(0, 100)
+      .show_default();
+
   return program.run(argc, argv, [&] {
+    if (importing.given()) return import_recording(recording, output);
     if (exporting.given()) return written(exported(format, log, output, patterns));
     if (picturing.given()) return images(log, output, patterns);
     if (informing.given()) return info(log, json);

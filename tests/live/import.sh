@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# multireach-log import: bags that ROS's own library wrote give the session whose images they hold.
+#   tests/live/import.sh BIN_FOLDER
+. "$(dirname "${BASH_SOURCE[0]}")/offline.sh"
+/usr/bin/python3 -c 'import rosbag, sensor_msgs.msg' 2>/dev/null || { echo "skipped: python3-rosbag and python3-sensor-msgs are not installed"; exit 77; }
+"$bin/multireach-log" cut "$root/logs/reach.lcm" -o "$work/part.lcm" --until 1 >/dev/null
+"$bin/multireach-log" images "$work/part.lcm" -o "$work/png" --channel STEREO_IMAGES >/dev/null
+for compression in none bz2 lz4; do
+  /usr/bin/python3 - "$work/png" "$work/$compression.bag" $compression <<'PYTHON' || fail "no bag with $compression"
+import glob, sys
+import genpy, rosbag
+from sensor_msgs.msg import CompressedImage
+folder, path, compression = sys.argv[1:]
+with rosbag.Bag(path, "w", compression=compression, chunk_threshold=100000) as bag:
+    for side in ("left", "right"):
+        for k, name in enumerate(sorted(glob.glob(folder + "/*_" + side + ".png"))):
+            message = CompressedImage(format="png", data=open(name, "rb").read())
+            message.header.stamp = genpy.Time.from_sec(100 + k / 30)
+            bag.write("/" + side, message, genpy.Time.from_sec(100 + k / 30))
+PYTHON
+  "$bin/multireach-log" import "$work/$compression.bag" -o "$work/$compression.lcm" --left /left --right /right --jpeg-quality 0 >"$work/said" ||
+    fail "import of $compression: $(cat "$work/said")"
+  "$bin/multireach-log" images "$work/$compression.lcm" -o "$work/$compression" >/dev/null
+  diff -r "$work/png" "$work/$compression" >/dev/null || fail "$compression: the images are not those of the session"
+done
+refuses "--left is missing; expected a topic; its topics with images are /left, /right" "$bin/multireach-log" import "$work/lz4.bag" -o "$work/refused.lcm"
+[ ! -e "$work/refused.lcm" ] || fail "a refused import leaves a log"
+exit $failed
