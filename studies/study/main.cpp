@@ -261,7 +261,7 @@ int straightness(const Options& options) {
 int tracking(const Options& options) {
   const Chain chain = load_chain(options.urdf, options.base, options.tip);
   const ReachSampler sampler(chain, options.seed, TargetsFrom::kPostures);
-  check_outputs(options);
+  check_outputs({options.json, options.csv, options.failures});
   const double radius_m = options.radius_m.value_or(0.1 * chain.reach());
   nlohmann::json result = run_tracking_study(chain, sampler, options.samples, radius_m);
   const auto places = result.at("places").get<int64_t>();

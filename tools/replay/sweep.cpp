@@ -125,7 +125,7 @@ class Sweeper {
     const ReplayResult result = replay(
         options,
         [&](int64_t at_us, std::string_view channel, std::span<const uint8_t> bytes, bool) {
-          reporter.add({number++, origin + at_us, channel, bytes});
+          reporter.add({number++, origin + at_us, channel, bytes, bytes});
         },
         [&](double part) { progress_.show(k, part); });
     progress_.show(k, 1);
