@@ -117,8 +117,8 @@ TEST_F(Bridging, OneLostSetpointIsNotFelt) {
 }
 
 TEST_F(Bridging, AMotionThatBeganWithALateSetpointBeginsAgain) {
-  // The first one comes 61 ms late, the others at once or 1 ms late: half of them are too far in the future for its time, but the
-  // others are not, and would keep the motion alive.
+  // The first one comes 61 ms late, the others at once or 1 ms late: half of them are too far in the future for its
+  // time, but the others are not, and would keep the motion alive.
   Bridge bridge(chain_, {});
   EXPECT_TRUE(bridge.measured(at(start_)));
   const int64_t late = BridgeOptions{}.max_setpoint_lead_us / 1000 + 1;
