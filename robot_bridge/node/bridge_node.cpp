@@ -141,6 +141,9 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out
   ++verdicts_[static_cast<size_t>(verdict)];
   if (verdict != SetpointVerdict::kAccepted) {
     ++counters_.refused;
+    // Many that are mistimed end the motion.
+    if (verdict == SetpointVerdict::kTooOld || verdict == SetpointVerdict::kTooEarly)
+      return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};
     if (verdict != SetpointVerdict::kFarFromRobot) return {};
     far_run_ = message->run;
     send_state(out);

@@ -266,6 +266,26 @@ TEST(BridgeNode, RefusesJointsThatAreNotTheRobots) {
   EXPECT_EQ(node.counters().refused, 1);
 }
 
+// Enough of them end the motion (Bridge), so a replay needs to know them.
+TEST(BridgeNode, RecordsSetpointsThatAreRefusedForTheirTime) {
+  ControllerNode controller(robot());
+  BridgeNode bridge(robot());
+  controller.set_run(21);
+  Outbox out;
+  controller.receive(channel::kRobotState, robot_state(0), out);
+  bridge.receive(channel::kRobotState, robot_state(0), out);
+  controller.receive(channel::kTarget, target(0, 2000, kFront), out);
+  controller.tick(out);
+  auto setpoint = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
+  EXPECT_TRUE(bridge.receive(channel::kJointSetpoint, *encode(setpoint), out).restarts_ticks);
+  setpoint.sequence += 1;
+  setpoint.utime += 500000;
+  const Receipt receipt = bridge.receive(channel::kJointSetpoint, *encode(setpoint), out);
+  EXPECT_EQ(receipt.effect, Receipt::Effect::kConsumed);
+  EXPECT_FALSE(receipt.utime) << "a wrong time must not move the clock";
+  EXPECT_EQ(bridge.counters().refused, 1);
+}
+
 TEST(VisionNode, AnUnreadableImageGivesNoMatch) {
   VisionNode vision(VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"));
   CameraNode camera(std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml"));
