@@ -28,7 +28,6 @@ constexpr double kSampling = 0.001;                               // s: of the h
 constexpr double kFollowerGain = 20, kFollowerDamping = 0.01;     // 1/s; of the arm's reach
 constexpr double kFollowerPeriod = 1.0 / 140;                     // s: an integration step of the controller
 constexpr double kLagFrom = -0.2, kLagTo = 0.5;                   // s
-constexpr double kReachable = 1e-4;                               // m
 
 /// Where the robot's joints are at times in steps of kSampling.
 using JointPath = std::vector<JointVector>;
