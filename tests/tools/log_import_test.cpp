@@ -36,7 +36,7 @@ std::string fault(const std::function<void()>& action) {
 
 std::string little(uint64_t value, int bytes) {
   std::string text;
-  for (int i = 0; i < bytes; ++i) text.push_back(static_cast<char>(value >> 8 * i));
+  for (int i = 0; i < bytes; ++i) text.push_back(i < 8 ? static_cast<char>(value >> 8 * i) : char{0});
   return text;
 }
 std::string sized(const std::string& bytes) {
