@@ -9,6 +9,7 @@
 
 #include "controller/law/guarded_law.hpp"
 #include "runtime/progress.hpp"
+#include "studies/quantiles.hpp"
 #include "studies/straightness/shortest_path.hpp"
 #include "studies/study/tally.hpp"
 
@@ -36,21 +37,6 @@ controller::GuardedParameters with_planned_paths() {
   controller::GuardedParameters parameters;
   parameters.path_work = controller::GuardedParameters::kUsualPathWork;
   return parameters;
-}
-
-/// The values at the quantiles of a sample: the smallest value such that at least this share is not above it.
-json quantiles(std::vector<double> values) {
-  json result;
-  std::ranges::sort(values);
-  for (const auto& [name, share] : {std::pair("p50", 0.5), {"p90", 0.9}, {"p95", 0.95}, {"p99", 0.99}}) {
-    if (values.empty()) {
-      result[name] = nullptr;
-      continue;
-    }
-    const auto at = static_cast<size_t>(std::max(0.0, std::ceil(share * static_cast<double>(values.size())) - 1));
-    result[name] = values[at];
-  }
-  return result;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "controller/reach_controller.hpp"
 #include "controller/tracking_defaults.hpp"
 #include "kinematics/default_limits.hpp"
+#include "studies/quantiles.hpp"
 
 namespace multireach {
 namespace {
@@ -121,15 +122,6 @@ double rms(const std::vector<Eigen::Vector3d>& hand, double from, const auto& ta
   for (size_t k = 0; k < hand.size(); ++k)
     sum += (hand[k] - target_at(from + kSampling * static_cast<double>(k))).squaredNorm();
   return std::sqrt(sum / static_cast<double>(hand.size()));
-}
-
-json quantiles(std::vector<double> values) {
-  std::ranges::sort(values);
-  const auto at = [&](double share) {
-    const double place = std::ceil(share * static_cast<double>(values.size())) - 1;
-    return values[static_cast<size_t>(std::max(0.0, place))];
-  };
-  return {{"p50", at(0.5)}, {"p95", at(0.95)}};
 }
 
 struct NamedTracker {

@@ -10,6 +10,7 @@
 #include "controller/node/controller_node.hpp"
 #include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/robot_config.hpp"
+#include "tests/input_fault.hpp"
 
 namespace multireach {
 namespace {
@@ -20,14 +21,6 @@ class ConfigFile : public ::testing::Test {
     write_text_file(path_, text);
     return Config::load(path_);
   }
-  static std::string fault(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
   void TearDown() override { std::remove(path_.c_str()); }
   std::string path_ = ::testing::TempDir() + "multireach_config_test." + std::to_string(getpid()) + ".yaml";
 };
@@ -35,7 +28,7 @@ class ConfigFile : public ::testing::Test {
 TEST_F(ConfigFile, NamesTheFileWhereTheBridgesDelayIsTooLongForTheTicks) {
   write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
                          "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\ntick_ms: 1\n");
-  const std::string message = fault([&] { (void)bridge_options_from(RobotConfig::load(path_)); });
+  const std::string message = testing::input_fault([&] { (void)bridge_options_from(RobotConfig::load(path_)); });
   EXPECT_EQ(message, path_ + ": the bridge's delay_ms (5) must be at most three times tick_ms (1)");
 }
 
@@ -60,76 +53,85 @@ TEST_F(ConfigFile, OverridesReplaceValuesAndAreNamedInErrors) {
   EXPECT_EQ(set.sections("list")[0].number("c", 0, 10), 3);
   EXPECT_EQ(set.sections("list")[1].number("c", 0, 10), 8);
   EXPECT_EQ(set.section("more").section("deep").number("d", 0, 10), 9);
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               with({{"a", "cat"}}).number("a", 0, 1);
             }),
             "f.yaml: key 'a' is 'cat'; expected a number from 0 to 1");
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               with({{"list[1].c", "x"}}).sections("list")[1].number("c", 0, 1);
             }),
             "f.yaml: key 'list[1].c' is 'x'; expected a number from 0 to 1");
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               with({{"section.other", "1"}}).section("section").finish();
             }),
             "f.yaml:3: key 'section.b' is not known; known here: ");
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               const Config section = with({{"section.other", "1"}}).section("section");
               section.number("b", 0, 10);
               section.finish();
             }),
             "f.yaml: key 'section.other' is not known; known here: b");
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               with({{"a.b", "1"}});
             }),
             "f.yaml: 'a.b' cannot be set: 'b' would be in a value that has no keys");
-  EXPECT_EQ(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] {
               with({{"list[2].c", "1"}});
             }),
             "f.yaml: 'list[2].c' cannot be set: the list has 2 entries, counted from 0");
   for (const char* key : {"", ".", "a.", "a[", "a[]", "a[x]", "a[1", "[0]", "a[-1]"})
-    EXPECT_NE(fault([&] { with({{key, "1"}}); }).find("is not a key"), std::string::npos) << key;
-  EXPECT_NE(fault([&] { with({{"a", "[1"}}); }).find("key 'a' is '[1'; expected a value in YAML"), std::string::npos);
+    EXPECT_NE(testing::input_fault([&] { with({{key, "1"}}); }).find("is not a key"), std::string::npos) << key;
+  EXPECT_NE(testing::input_fault([&] {
+              with({{"a", "[1"}});
+            }).find("key 'a' is '[1'; expected a value in YAML"),
+            std::string::npos);
   EXPECT_EQ(config_override_from("--set", "a.b=c=d").value, "c=d");
   for (const char* wrong : {"", "a", "=1", "a="})
-    EXPECT_NE(fault([&] { config_override_from("--set", wrong); }).find("expected KEY=VALUE"), std::string::npos);
+    EXPECT_NE(testing::input_fault([&] { config_override_from("--set", wrong); }).find("expected KEY=VALUE"),
+              std::string::npos);
 }
 
 TEST_F(ConfigFile, NamesFileLineAndKey) {
   const Config config = load("a: 1.5\nsection:\n  b: cat\n  misspelt: 1\nlist: [1, x]\n");
-  EXPECT_EQ(fault([&] { config.number("a", 2, 3); }), path_ + ":1: key 'a' is '1.5'; expected a number from 2 to 3");
-  EXPECT_EQ(fault([&] { config.section("section").number("b", 0, 1); }),
+  EXPECT_EQ(testing::input_fault([&] { config.number("a", 2, 3); }),
+            path_ + ":1: key 'a' is '1.5'; expected a number from 2 to 3");
+  EXPECT_EQ(testing::input_fault([&] { config.section("section").number("b", 0, 1); }),
             path_ + ":3: key 'section.b' is 'cat'; expected a number from 0 to 1");
-  EXPECT_EQ(fault([&] { config.number("missing", 0, 1); }), path_ + ":1: key 'missing' is missing");
-  EXPECT_NE(fault([&] {
+  EXPECT_EQ(testing::input_fault([&] { config.number("missing", 0, 1); }), path_ + ":1: key 'missing' is missing");
+  EXPECT_NE(testing::input_fault([&] {
               const Config section = config.section("section");
               section.text("b");
               section.finish();
             }).find(":4: key 'section.misspelt' is not known"),
             std::string::npos);
-  EXPECT_NE(fault([&] { config.numbers("list", 2); }).find(":5: key 'list' expected a list of 2 finite numbers"),
+  EXPECT_NE(testing::input_fault([&] {
+              config.numbers("list", 2);
+            }).find(":5: key 'list' expected a list of 2 finite numbers"),
             std::string::npos);
 }
 
 TEST_F(ConfigFile, RefusesWhatIsNoNumber) {
   const Config config = load("a: nan\nb: inf\nc: 1e400\nd: 2.5\n");
-  for (const char* key : {"a", "b", "c"}) EXPECT_NE(fault([&] { config.number(key, -1e9, 1e9); }), "") << key;
-  EXPECT_NE(fault([&] { config.integer("d", 0, 9); }), "");
+  for (const char* key : {"a", "b", "c"})
+    EXPECT_NE(testing::input_fault([&] { config.number(key, -1e9, 1e9); }), "") << key;
+  EXPECT_NE(testing::input_fault([&] { config.integer("d", 0, 9); }), "");
 }
 
 TEST_F(ConfigFile, RefusesBrokenFiles) {
-  EXPECT_NE(fault([&] { load("a: [1, 2"); }).find("is not valid YAML"), std::string::npos);
-  EXPECT_NE(fault([&] { load("- 1\n- 2\n"); }).find("must hold keys and values"), std::string::npos);
-  EXPECT_NE(fault([&] { load("a: 1\na: 2\n"); }).find(":2: key 'a' stands twice"), std::string::npos);
-  EXPECT_NE(fault([&] { load(""); }), "");
-  EXPECT_NE(fault([] { Config::load("/nowhere/file.yaml"); }).find("/nowhere/file.yaml: cannot be opened"),
-            std::string::npos);
-  EXPECT_NE(fault([] { Config::load("/tmp"); }).find("is a folder"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { load("a: [1, 2"); }).find("is not valid YAML"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { load("- 1\n- 2\n"); }).find("must hold keys and values"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { load("a: 1\na: 2\n"); }).find(":2: key 'a' stands twice"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { load(""); }), "");
+  EXPECT_NE(
+      testing::input_fault([] { Config::load("/nowhere/file.yaml"); }).find("/nowhere/file.yaml: cannot be opened"),
+      std::string::npos);
+  EXPECT_NE(testing::input_fault([] { Config::load("/tmp"); }).find("is a folder"), std::string::npos);
 }
 
 TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
   const std::string urdf = MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf";
   const auto robot = [&](const std::string& text) {
-    return fault([&] {
+    return testing::input_fault([&] {
       write_text_file(path_, text);
       RobotConfig::load(path_);
     });
@@ -155,7 +157,7 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
 
 TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
   const auto controller = [&](const std::string& section) {
-    return fault([&] {
+    return testing::input_fault([&] {
       write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
                              "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\ncontroller: {" +
                                  section + "}\n");

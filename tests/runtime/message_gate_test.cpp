@@ -12,6 +12,7 @@
 #include "runtime/files.hpp"
 #include "runtime/key_file.hpp"
 #include "runtime/log_file.hpp"
+#include "tests/input_fault.hpp"
 
 namespace multireach {
 namespace {
@@ -30,14 +31,6 @@ class Keys : public ::testing::Test {
   std::string policy(const std::string& text) const {
     std::ofstream(path("policy.yaml")) << text;
     return path("policy.yaml");
-  }
-  static std::string fault(const std::function<void()>& action) {
-    try {
-      action();
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
   }
   static Bytes sent_by(MessageGate& gate, std::string_view channel, const Bytes& payload) {
     Bytes sent;
@@ -64,9 +57,10 @@ TEST_F(Keys, AFileIsOneLineThatIsReadAgainAndNeverReplaced) {
   EXPECT_EQ(text_of(key) + "\n", read_text_file(path("key")));
   EXPECT_EQ(key_in("  " + text_of(key) + "\r\n", "text").bytes, key.bytes);
   EXPECT_NE(random_message_key().bytes, key.bytes);
-  EXPECT_EQ(fault([&] { write_key_file(path("key"), key); }), path("key") + ": exists already and is not replaced");
+  EXPECT_EQ(testing::input_fault([&] { write_key_file(path("key"), key); }),
+            path("key") + ": exists already and is not replaced");
   EXPECT_EQ(read_key_file(path("key")).bytes, key.bytes);
-  EXPECT_EQ(fault([&] { write_key_file(path("none/key"), key); }),
+  EXPECT_EQ(testing::input_fault([&] { write_key_file(path("none/key"), key); }),
             path("none/key") + ": cannot be created (No such file or directory)");
   MessageKey counted;
   for (size_t i = 0; i < counted.bytes.size(); ++i) counted.bytes[i] = static_cast<uint8_t>(i);
@@ -78,12 +72,12 @@ TEST_F(Keys, AFileIsOneLineThatIsReadAgainAndNeverReplaced) {
 TEST_F(Keys, AFileThatOthersMayReadIsRefused) {
   for (const mode_t mode : {0640U, 0604U, 0620U, 0610U}) {
     ASSERT_EQ(chmod(path("key").c_str(), mode), 0);
-    EXPECT_EQ(fault([&] { MessageGate(path("key"), ""); }),
+    EXPECT_EQ(testing::input_fault([&] { MessageGate(path("key"), ""); }),
               path("key") + ": other users can access this key; to make it private:  chmod 600 " + path("key"));
   }
   ASSERT_EQ(chmod(path("key").c_str(), 0400), 0);
-  EXPECT_EQ(fault([&] { MessageGate(path("key"), ""); }), "");
-  EXPECT_EQ(fault([&] { MessageGate(path("none"), ""); }),
+  EXPECT_EQ(testing::input_fault([&] { MessageGate(path("key"), ""); }), "");
+  EXPECT_EQ(testing::input_fault([&] { MessageGate(path("none"), ""); }),
             path("none") + ": cannot be opened (No such file or directory)");
 }
 
@@ -92,12 +86,13 @@ TEST_F(Keys, EveryMistakeInTheLineIsFound) {
   for (size_t i = 0; i < text.size(); ++i) {
     std::string wrong = text;
     wrong[i] = wrong[i] == 'a' ? 'b' : 'a';
-    EXPECT_FALSE(fault([&] { key_in(wrong, "text"); }).empty()) << wrong;
-    EXPECT_FALSE(fault([&] { key_in(text.substr(0, i), "text"); }).empty()) << i;
+    EXPECT_FALSE(testing::input_fault([&] { key_in(wrong, "text"); }).empty()) << wrong;
+    EXPECT_FALSE(testing::input_fault([&] { key_in(text.substr(0, i), "text"); }).empty()) << i;
   }
-  EXPECT_EQ(fault([&] { key_in(text + "0", "text"); }),
+  EXPECT_EQ(testing::input_fault([&] { key_in(text + "0", "text"); }),
             "text: the key is damaged: its checksum does not match; copy the whole line again");
-  EXPECT_EQ(fault([&] { key_in("no key", "text"); }), "text: holds no key; expected one line that multireach-key made");
+  EXPECT_EQ(testing::input_fault([&] { key_in("no key", "text"); }),
+            "text: holds no key; expected one line that multireach-key made");
 }
 
 TEST_F(Keys, WithoutOneMessagesLeaveUnchangedAndSignedOnesAreRead) {
@@ -107,7 +102,8 @@ TEST_F(Keys, WithoutOneMessagesLeaveUnchangedAndSignedOnesAreRead) {
   EXPECT_TRUE(accepts(without, channel::kTarget, kPayload));
   EXPECT_TRUE(accepts(without, channel::kTarget, sent_by(with, channel::kTarget, kPayload)));
   EXPECT_EQ(without.total_refused(), 0);
-  EXPECT_EQ(fault([&] { MessageGate("", policy("max_age_s: 2")); }), "--key-policy: is only allowed with --key");
+  EXPECT_EQ(testing::input_fault([&] { MessageGate("", policy("max_age_s: 2")); }),
+            "--key-policy: is only allowed with --key");
 }
 
 TEST_F(Keys, SignAllChannelsOfThisProjectAndNoOthers) {
@@ -139,15 +135,17 @@ TEST_F(Keys, APolicySaysForEachChannelWhatMustBeSigned) {
 }
 
 TEST_F(Keys, MistakesInAPolicyAreNamed) {
-  EXPECT_EQ(fault([&] { KeyPolicy::load(policy("plain: [TARGET]\noptional: [X, TARGET]")); }),
+  EXPECT_EQ(testing::input_fault([&] { KeyPolicy::load(policy("plain: [TARGET]\noptional: [X, TARGET]")); }),
             path("policy.yaml") +
                 ":2: key 'optional' expected no channel that another list has; "
                 "'TARGET' is also in 'plain'");
-  EXPECT_NE(fault([&] { KeyPolicy::load(policy("plane: [TARGET]")); }).find("key 'plane' is not known"),
+  EXPECT_NE(testing::input_fault([&] { KeyPolicy::load(policy("plane: [TARGET]")); }).find("key 'plane' is not known"),
             std::string::npos);
-  EXPECT_NE(fault([&] { KeyPolicy::load(policy("max_age_s: 0")); }).find("number from 0.001 to 86400"),
+  EXPECT_NE(testing::input_fault([&] { KeyPolicy::load(policy("max_age_s: 0")); }).find("number from 0.001 to 86400"),
             std::string::npos);
-  EXPECT_NE(fault([&] { KeyPolicy::load(policy("plain: [" + std::string(64, 'X') + "]")); }).find("63 characters"),
+  EXPECT_NE(testing::input_fault([&] {
+              KeyPolicy::load(policy("plain: [" + std::string(64, 'X') + "]"));
+            }).find("63 characters"),
             std::string::npos);
 }
 

@@ -16,6 +16,7 @@
 #include "runtime/image_message.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
+#include "tests/input_fault.hpp"
 #include "tools/log/import/import.hpp"
 #include "tools/replay/session.hpp"
 
@@ -24,15 +25,6 @@ namespace {
 
 const std::string kSession = MULTIREACH_SOURCE_DIR "/logs/reach.lcm";
 constexpr size_t kPairs = 20;
-
-std::string fault(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 std::string little(uint64_t value, int bytes) {
   std::string text;
@@ -91,7 +83,7 @@ class LogImport : public ::testing::Test {
     return import_images(options_, path("session.lcm"), [](double) {});
   }
   std::string import_fault(const std::string& input) {
-    return fault([&] { import(input); });
+    return testing::input_fault([&] { import(input); });
   }
   std::vector<images_t> session() const {
     std::vector<images_t> pairs;

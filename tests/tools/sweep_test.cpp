@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "tests/input_fault.hpp"
 #include "tools/log/run_report.hpp"
 #include "tools/replay/request.hpp"
 
@@ -14,15 +15,6 @@ namespace multireach {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string fault(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 
 class Sweep : public ::testing::Test {
  protected:
@@ -64,8 +56,8 @@ TEST_F(Sweep, ValuesAreSplitAtCommasOutsideOfBracketsAndQuotes) {
   EXPECT_EQ(key.key, "robot.joint_jerk_limits");
   EXPECT_EQ(key.values, (std::vector<std::string>{"[1, 2]", "{a: [3, 4]}", "'5,6'", "7"}));
   for (const char* wrong : {"a=1,", "a=,1", "a=1,,2"})
-    EXPECT_NE(fault([&] { swept_key_from(wrong); }).find("empty value"), std::string::npos) << wrong;
-  EXPECT_NE(fault([] { swept_key_from("a=1,2,1"); }).find("the value 1 twice"), std::string::npos);
+    EXPECT_NE(testing::input_fault([&] { swept_key_from(wrong); }).find("empty value"), std::string::npos) << wrong;
+  EXPECT_NE(testing::input_fault([] { swept_key_from("a=1,2,1"); }).find("the value 1 twice"), std::string::npos);
 }
 
 TEST_F(Sweep, TheLastKeysValueChangesFastest) {
@@ -75,16 +67,19 @@ TEST_F(Sweep, TheLastKeysValueChangesFastest) {
   for (int64_t k = 0; k < grid.size(); ++k)
     values.push_back(grid.overrides(k)[0].value + " " + grid.overrides(k)[1].value);
   EXPECT_EQ(values, (std::vector<std::string>{"100 0.1", "100 0.5", "100 1", "350 0.1", "350 0.5", "350 1"}));
-  EXPECT_NE(fault([&] { job({"a.b=1", "a.b=2"}); }).find("'a.b' is given twice"), std::string::npos);
-  EXPECT_NE(fault([&] { job({"a=1", "a.b=2"}); }).find("'a' is given twice"), std::string::npos);
-  EXPECT_EQ(fault([&] { job({"a=1", "ab=2"}); }), "");
+  EXPECT_NE(testing::input_fault([&] { job({"a.b=1", "a.b=2"}); }).find("'a.b' is given twice"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { job({"a=1", "a.b=2"}); }).find("'a' is given twice"), std::string::npos);
+  EXPECT_EQ(testing::input_fault([&] { job({"a=1", "ab=2"}); }), "");
   std::string many = "0";
   for (int i = 1; i < 101; ++i) many.append(",").append(std::to_string(i));
-  EXPECT_NE(fault([&] { job({"a=" + many, "b=" + many, "c=" + many}); }).find("a million"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] {
+              job({"a=" + many, "b=" + many, "c=" + many});
+            }).find("a million"),
+            std::string::npos);
 }
 
 TEST_F(Sweep, WrongValuesAreFoundBeforeAnyReplay) {
-  const auto said = [&](const std::string& text) { return fault([&] { check_sweep(job({text})); }); };
+  const auto said = [&](const std::string& text) { return testing::input_fault([&] { check_sweep(job({text})); }); };
   const std::string robot = MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml";
   EXPECT_EQ(said("controller.alpha_per_step=0.08,-1"),
             robot +
@@ -99,7 +94,8 @@ TEST_F(Sweep, WrongValuesAreFoundBeforeAnyReplay) {
   EXPECT_NE(said("bridge.delay_ms=5,900").find("three times tick_ms"), std::string::npos);
   request_.session = "nowhere.lcm";
   EXPECT_EQ(said(set_[0]), "") << "the session is not read";
-  EXPECT_NE(fault([&] { sweep_rows(job({set_[0]}, 2), nullptr); }).find("nowhere.lcm"), std::string::npos);
+  EXPECT_NE(testing::input_fault([&] { sweep_rows(job({set_[0]}, 2), nullptr); }).find("nowhere.lcm"),
+            std::string::npos);
 }
 
 TEST_F(Sweep, IsTheSameWithAnyNumberOfJobsAndShards) {
@@ -119,7 +115,9 @@ TEST_F(Sweep, IsTheSameWithAnyNumberOfJobsAndShards) {
   for (const Json& row : one["rows"]) digests.insert(row["figures"]["digest"].get<std::string>());
   EXPECT_EQ(digests.size(), 6U) << "the values matter";
 
-  const auto said = [&](const std::vector<std::string>& paths) { return fault([&] { merged_sweep(paths); }); };
+  const auto said = [&](const std::vector<std::string>& paths) {
+    return testing::input_fault([&] { merged_sweep(paths); });
+  };
   EXPECT_NE(said({parts[0], parts[1]}).find("only 2 of the 4 shards"), std::string::npos);
   EXPECT_NE(said({parts[0], parts[0]}).find("shard 3 once more"), std::string::npos);
   EXPECT_NE(said({written("one", one)}).find("is a whole sweep"), std::string::npos);
