@@ -20,8 +20,11 @@ case "${1:-}" in
 esac
 
 slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]OfRenderedTags$'
+# A clone in another folder reuses what the compiler cache holds of this one.
+export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 declare -a results=()
 failed=0
+details=""
 # stage NAME COMMAND...: runs a command and records whether it passed.
 stage() {
   local name=$1 begin=$SECONDS; shift
@@ -36,7 +39,23 @@ stage() {
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
 scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page,keys}.sh; }
-unit_tests() { ctest --preset "$@" --label-regex unit --parallel 2 --progress; }
+# tests PRESET OPTION...: runs tests by ctest; for the end of this script's output, keeps the last lines of those that failed, also in a
+# first run of two.
+tests() {
+  local code text
+  ctest --preset "$@"
+  code=$?
+  text=$(awk '
+    /^[0-9]+\/[0-9]+ Testing: / { name = $0; sub(/^[^:]*: /, "", name); count = 0 }
+    { line[++count] = $0 }
+    /^Test (Failed|Timed Out|timed out)/ { printf "\n%s:\n", name; for (i = count > 30 ? count - 30 : 7; i < count; ++i) print "    " line[i] }
+  ' "build/$1/Testing/Temporary/LastTest.log")
+  details+=$text
+  return "$code"
+}
+unit_tests() { tests "$@" --label-regex unit --parallel 2 --progress; }
+# Whole processes in real time, on a machine that may be busy: a test that fails is run once more, and ctest says so.
+live_tests() { tests release --label-regex live --repeat until-pass:2; }
 build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$@"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh build/asan/bin; }
@@ -60,7 +79,7 @@ stage "format" format
 stage "scripts" scripts
 stage "API pages" tools/docs.sh
 stage "unit tests" unit_tests release
-stage "whole processes" ctest --preset release --label-regex live
+stage "whole processes" live_tests
 stage "the stages alone" build_and_test core
 stage "the installed package" tests/package/run.sh build/core
 stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan --exclude-regex "$slow_with_sanitizers"
@@ -81,6 +100,7 @@ if [ $full = yes ]; then
   stage "millions of reaches" tests/full/reaches.sh build/release/bin
 fi
 
+[ -z "$details" ] || printf '\nThe last lines of tests that failed (where they passed in a second run, their stage passed):%s\n' "$details"
 printf '\n'
 printf '%s\n' "${results[@]}"
 passed=$((${#results[@]} - failed))
