@@ -21,7 +21,7 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel
   run bridge "$bin/multireach-bridge" --config "$folder"
   run emulator "$bin/multireach-robot-emulator" --config "$folder"
   run driver "$bin/multireach-robot-driver" --config "$folder" --simulated
-  "$bin/multireach-view" --robot "$folder" --wait-for vision,controller,bridge,robot_emulator,robot_driver --seconds 8 2>/dev/null || failed "$arm: the nodes did not start"
+  "$bin/multireach-view" --robot "$folder" --wait-for vision,controller,bridge,robot_emulator,robot_driver --seconds 30 2>/dev/null || failed "$arm: the nodes did not start"
   for _ in $(seq 150); do grep -q 'the robot: ready' "$work/driver.err" && break; sleep 0.1; done
   grep -q 'the robot: ready' "$work/driver.err" || failed "$arm: not ready: $(cat "$work/driver.err")"
   lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & logger=$!

@@ -7,7 +7,7 @@ robot="$root/robots/hoap2/robot.yaml"
 "$bin/multireach-controller" --config "$robot" --seconds 12 2>"$work/controller.err" & controller=$!
 "$bin/multireach-bridge" --config "$robot" --seconds 12 2>"$work/bridge.err" & bridge=$!
 "$bin/multireach-robot-sim" --config "$robot" --seconds 12 2>"$work/sim.err" & sim=$!
-"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
+"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 30 2>/dev/null || failed "the nodes did not start"
 LD_PRELOAD="$bin/libmultireach-datagram-guard.so" lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0' --force --quiet "$work/control.lcm" & logger=$!
 "$bin/multireach-test-garbage" 2>&1 || failed "the garbage could not be sent"
 "$bin/multireach-camera" render --config "$root/logs/reach.yaml" --seconds 4 2>/dev/null

@@ -9,7 +9,7 @@ declare -A pids
 run() { "$bin/multireach-$1" --lockstep --config "$2" 2>>"$work/$1.err" & pids[$1]=$!; }
 run vision "$root/robots/hoap2/vision.yaml"
 for node in controller bridge robot-sim; do run $node "$robot"; done
-"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
+"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 30 2>/dev/null || failed "the nodes did not start"
 lcm-logger --lcm-url="$control&recv_buf_size=4194304" --force --quiet "$work/control.lcm" & logger=$!
 sleep 0.3
 play() { "$bin/multireach-replay" play "$root/logs/reach.lcm" --lockstep "$@" >"$work/out" 2>&1; }

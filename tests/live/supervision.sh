@@ -10,7 +10,7 @@ slow_enough() { awk -v speed="$(report max_command_speed_share)" 'BEGIN { exit !
 launch eyes
 sleep 2.3; killed multireach-vision
 sleep 3.2; killed multireach-controller
-sleep 1.2; await_state 3 running
+sleep 1.2; await_state 15 running
 ended 0
 says '^launch.sh: vision was killed by SIGKILL; it is started again in 0.2 s$'
 says '^restarts: controller 1, vision 1$'
@@ -20,7 +20,7 @@ slow_enough
 # The bridge, while the arm stays near the set-points: resumes by itself. The simulated robot: a fault, until it is reset.
 launch robot --seconds 15
 sleep 2.3; killed multireach-bridge
-sleep 1; await_state 3 running
+sleep 1; await_state 15 running
 killed multireach-robot-sim
 await_state 4 'fault: the robot was restarted'
 "$bin/multireach-robot" reset >"$work/out" 2>&1 || failed "reset: $(cat "$work/out")"
@@ -34,12 +34,12 @@ slow_enough
 # In the middle of a motion, after the ball jumped at 10 s: the new process continues from the robot's position.
 launch moving-controller
 sleep 10.5; killed multireach-controller
-sleep 1.5; await_state 3 running
+sleep 1.5; await_state 15 running
 ended 0
 slow_enough
 launch moving-bridge --seconds 14
 sleep 10.5; killed multireach-bridge
-sleep 1; await_state 2 running
+sleep 1; await_state 15 running
 wait $launched
 slow_enough
 

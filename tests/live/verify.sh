@@ -12,7 +12,7 @@ lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --f
 lcm-logger --lcm-url='udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304' --force --quiet "$work/images.lcm" & image_logger=$!
 run vision "$root/robots/hoap2/vision.yaml"
 for node in controller bridge robot-sim; do run $node "$robot"; done
-"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 8 2>/dev/null || failed "the nodes did not start"
+"$bin/multireach-view" --robot "$robot" --wait-for vision,controller,bridge,robot_sim --seconds 30 2>/dev/null || failed "the nodes did not start"
 load=()
 for _ in 1 2 3 4; do sh -c 'while :; do :; done' & load+=($!); done
 lcm-logplayer --lcm-url='udpm://239.255.76.68:7668?ttl=0' "$root/logs/reach.lcm" >/dev/null & player=$!
