@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages that are missing for the named parts (with sudo where needed), then configures and builds these parts.
-#   tools/setup.sh [--preset NAME] [PART...]     preset: see CMakePresets.json, default release; default part: loop (core for that preset)
+#   tools/setup.sh [--dry-run] [--preset NAME] [PART...]     default part: loop (core for that preset); preset: see CMakePresets.json, default release
+# --dry-run: only says what would be downloaded and built.
 # Parts:
 #   loop       the processes of the loop with the simulated robot, and the programs that launch.sh uses
 #   camera     multireach-camera: real cameras, image files, rendered scenes
@@ -9,7 +10,7 @@
 #   page       multireach-page, and the page that it serves (built with npm)
 #   studies    multireach-trace, -study, -figures
 #   spy        the message types for lcm-spy (Java)
-#   docs       Doxygen, for tools/docs.sh; builds nothing
+#   docs       Doxygen and cmark-gfm, for tools/docs.sh; builds nothing
 #   python     the Python module
 #   package    everything that tools/package.sh packs
 #   core       the stages as libraries, without LCM
@@ -24,7 +25,7 @@ declare -A packages=(
     libmujoco-dev libxxhash-dev liblodepng-dev libsodium-dev liblz4-dev libzstd-dev libbz2-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
-  [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen"
+  [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen cmark-gfm python3"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [python]="pybind11-dev python3-dev python3-numpy python3-pytest" [package]="python3 file dpkg-dev"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev
@@ -38,10 +39,11 @@ declare -A targets=(
   [spy]=multireach_types_jar [docs]="" [python]=multireach_python [package]="multireach_pages multireach_vision multireach_controller_batch multireach_robot_bridge" [tests]=all
 )
 wrong() { echo "setup.sh: $1" >&2; exit 2; }
-parts=()
+parts=() dry_run=no
 while [ $# -gt 0 ]; do
   case "$1" in
-    --help|-h) sed -n '2,16p' "$0" | cut -c3-; exit 0 ;;
+    --help|-h) sed -n '2,17p' "$0" | cut -c3-; exit 0 ;;
+    --dry-run) dry_run=yes; shift ;;
     --preset) [ $# -ge 2 ] || wrong "--preset needs a name"; preset=$2; shift 2 ;;
     -*) wrong "unknown option '$1'; see --help" ;;
     *) [ -n "${targets[$1]+is}" ] || wrong "unknown part '$1'; see --help"; parts+=("$1"); shift ;;
@@ -76,10 +78,17 @@ done
 if [ ${#missing[@]} -gt 0 ]; then
   sudo=()
   [ "$(id -u)" -eq 0 ] || sudo=(sudo)
-  "${sudo[@]}" apt-get update -qq >&2
+  [ $dry_run = yes ] || "${sudo[@]}" apt-get update -qq >&2
   # A line for each archive: its address, file name, size, and digest.
   plan=$(apt-get -qq -y --print-uris --no-install-recommends install "${missing[@]}" 2>/dev/null || true)
-  awk -v names="${missing[*]}" '{ size += $3 } END { printf "Installing %d Debian packages (download: %d MB) for: %s\n", NR, size / 1e6, names }' <<<"$plan" >&2
+  count=$(apt-get -qq -s --no-install-recommends install "${missing[@]}" 2>/dev/null | grep -c '^Inst ' || true)
+  doing=Installing
+  [ $dry_run = no ] || doing="Would install"
+  awk -v names="${missing[*]}" -v doing="$doing" -v count="$count" \
+    'NF { size += $3 } END { printf "%s %d Debian packages (download: %.1f MB) for: %s\n", doing, count, size / 1e6, names }' <<<"$plan" >&2
+  [ "$count" -gt 0 ] || [ $dry_run = no ] || echo "apt does not know these packages; for numbers, run apt-get update first" >&2
+fi
+if [ ${#missing[@]} -gt 0 ] && [ $dry_run = no ]; then
   # The status has a descriptor of its own: apt closes it for the packages' own scripts, which write to standard output. The shell
   # inside opens it, because sudo closes all descriptors but the first three.
   if ! "${sudo[@]}" sh -c 'DEBIAN_FRONTEND=noninteractive exec apt-get "$@" 3>&1' apt-get install -y -q --no-install-recommends \
@@ -96,6 +105,13 @@ build_targets=()
 [[ $needs != *" package "* ]] || read -ra parts <<<"$needs"
 for part in "${parts[@]}"; do for target in ${targets[$part]}; do build_targets+=("$target"); done; done
 [[ $needs != *" tests "* ]] || build_targets=(all)
+if [ $dry_run = yes ]; then
+  [ ${#missing[@]} -gt 0 ] || echo "All Debian packages are installed." >&2
+  [ -z "${plan:-}" ] || awk 'NF { gsub("\047", "", $1); print $1, $3 }' <<<"$plan"
+  [ ${#build_targets[@]} -eq 0 ] || echo "Would build (preset $preset, in build/$preset): ${build_targets[*]}" >&2
+  [[ " ${parts[*]} " != *" page "* ]] || echo "Would build the page with npm, which downloads the packages of web/package-lock.json." >&2
+  exit 0
+fi
 [ ${#build_targets[@]} -gt 0 ] || exit 0
 [ -d "build/$preset" ] || echo "Building (preset $preset)" >&2
 : >"$log"
