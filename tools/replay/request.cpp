@@ -30,7 +30,10 @@ std::string Setup::vision_file(const std::string& log) const {
   if (!vision.empty()) return vision;
   const std::string own = std::filesystem::path(log).replace_extension(".vision.yaml").string();
   std::error_code error;
-  return std::filesystem::exists(own, error) ? own : resolve_relative(robot_file(), "vision.yaml");
+  if (std::filesystem::exists(own, error)) return own;
+  const std::string robot = robot_file();  // or its folder
+  return std::filesystem::is_directory(robot, error) ? (std::filesystem::path(robot) / "vision.yaml").string()
+                                                     : resolve_relative(robot, "vision.yaml");
 }
 
 ConfigOverrides Setup::overrides() const {
