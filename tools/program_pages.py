@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the man page and the bash completion of programs and scripts, from what they print for --help.
+"""Writes the man page and the bash completion of programs and scripts, or pages of the docs, from what they print for --help.
 
 Usage: program_pages.py FOLDER VERSION COMMAND...
+       program_pages.py --markdown FOLDER COMMAND...
 
-FOLDER/man/NAME.1.gz and FOLDER/completions/NAME, where NAME is that of the file COMMAND, or as COMMAND=NAME.
+FOLDER/man/NAME.1.gz and FOLDER/completions/NAME, or FOLDER/NAME.md and a list of these pages, FOLDER/README.md. NAME is that of
+the file COMMAND, or as COMMAND=NAME.
 """
 import gzip
 import pathlib
@@ -97,9 +99,12 @@ def roff_entries(entries):
         yield f".TP\n.B {roff(entry.name)}\n{roff(entry.text)}"
 
 
+def title(parsed):
+    return parsed.description.split(". ")[0].rstrip(".")
+
+
 def man_page(name, version, parsed):
-    title = parsed.description.split(". ")[0].rstrip(".")
-    out = [f'.TH {name.upper()} 1 "" "multireach {version}" "multireach"', ".SH NAME", f"{name} \\- {roff(title)}", ".SH SYNOPSIS",
+    out = [f'.TH {name.upper()} 1 "" "multireach {version}" "multireach"', ".SH NAME", f"{name} \\- {roff(title(parsed))}", ".SH SYNOPSIS",
            f".B {roff(parsed.usage or name)}", ".SH DESCRIPTION", roff(parsed.description)]
     for heading, entries in parsed.sections.items():
         if heading != "Subcommands":
@@ -121,6 +126,44 @@ def man_page(name, version, parsed):
     if not any("xit code" in note for note in parsed.notes):
         out += [".SH EXIT STATUS", "0: done; 1: the program did not succeed; 2: wrong usage or input."]
     out += [".SH SEE ALSO", "The pages in", ".I /usr/share/doc/multireach."]
+    return "\n".join(out) + "\n"
+
+
+def code(text):
+    return f"`{text}`".replace("|", "\\|")
+
+
+def markdown_text(text):
+    """Text of a table or paragraph: no character of it is Markdown."""
+    return re.sub(r"([|<>*_\[\]`\\])", r"\\\1", text)
+
+
+def markdown_body(name, parsed, level):
+    """The parts of one program or subcommand below its heading, then its subcommands, each with a heading."""
+    out = [markdown_text(parsed.description), "", "```text", parsed.usage or name, "```", ""]
+    for heading, entries in parsed.sections.items():
+        shown = [entry for entry in entries if level == 1 or "--help" not in entry.flags()]
+        if heading != "Subcommands" and shown:
+            out += [f"| {HEADINGS.get(heading, heading.lower())} | |", "|---|---|",
+                    *(f"| {code(entry.name)} | {markdown_text(entry.text)} |" for entry in shown), ""]
+    out += [line for note in parsed.notes for line in (markdown_text(note), "")]
+    for word, sub in parsed.subcommands.items():
+        out += [f"{'#' * min(level + 1, 4)} {name.removeprefix('multireach-')} {word}", "", *markdown_body(f"{name} {word}", sub, level + 1)]
+    return out
+
+
+HEADINGS = {"Positionals": "arguments"}
+
+
+def markdown_page(name, parsed):
+    return "\n".join([f"# {name}", "", *markdown_body(name, parsed, 1)]).rstrip() + "\n"
+
+
+def markdown_list(helps):
+    out = ["# Programs", "", "One page for each program, from its `--help`; `tools/reference_pages.sh` writes them. In the source tree, "
+           "`tools/multireach log` runs `multireach-log`,", "`tools/launch.sh` is `multireach-launch`, and so on for `doctor.sh` and `spy.sh`.", "",
+           "| program | |", "|---|---|"]
+    out += [f"| [{name}]({name}.md) | {markdown_text(title(parsed))} |" for name, parsed in sorted(helps.items())]
     return "\n".join(out) + "\n"
 
 
@@ -175,19 +218,29 @@ def dispatcher_help(parsed, programs):
     return parsed
 
 
+def write_markdown(folder, helps):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, parsed in helps.items():
+        (folder / f"{name}.md").write_text(markdown_page(name, parsed))
+    (folder / "README.md").write_text(markdown_list(helps))
+
+
 def main(arguments):
     if len(arguments) < 3 or "--help" in arguments:
         print(__doc__)
         return 0 if "--help" in arguments else 2
-    folder, version = pathlib.Path(arguments[0]), arguments[1]
-    (folder / "man").mkdir(parents=True, exist_ok=True)
-    (folder / "completions").mkdir(parents=True, exist_ok=True)
     helps = {}
     for argument in arguments[2:]:
         command, _, name = argument.partition("=")
         name = name or pathlib.Path(command).name
         helps[name] = help_of([command])
         helps[name].usage = helps[name].usage.replace(pathlib.Path(command).name, name, 1)
+    if arguments[0] == "--markdown":
+        write_markdown(pathlib.Path(arguments[1]), helps)
+        return 0
+    folder, version = pathlib.Path(arguments[0]), arguments[1]
+    (folder / "man").mkdir(parents=True, exist_ok=True)
+    (folder / "completions").mkdir(parents=True, exist_ok=True)
     for name, parsed in helps.items():
         page = man_page(name, version, parsed).encode()
         (folder / "man" / f"{name}.1.gz").write_bytes(gzip.compress(page, mtime=0))

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # All tests, from a clean clone: installs what is missing, builds, and runs
-#   - the format of the code, ShellCheck on the scripts, and the API pages of the headers,
+#   - the format of the code, ShellCheck on the scripts, the pages with their links, and the API pages of the headers,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without the three that take a quarter
@@ -77,7 +77,7 @@ stage "build" tools/setup.sh tests
 [ $failed -eq 0 ] || { echo "test.sh: the build failed" >&2; exit 1; }
 stage "format" format
 stage "scripts" scripts
-stage "API pages" tools/docs.sh
+stage "pages and their links" tools/docs.sh
 stage "unit tests" unit_tests release
 stage "whole processes" live_tests
 stage "the stages alone" build_and_test core

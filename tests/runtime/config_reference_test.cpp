@@ -22,7 +22,7 @@ TEST(ConfigReference, IsThePageInTheDocs) {
   const std::string page = read_text_file(MULTIREACH_SOURCE_DIR "/docs/configuration.md");
   const size_t begin = page.find("## ");
   ASSERT_NE(begin, std::string::npos);
-  EXPECT_EQ(page.substr(begin), printed) << "run tools/config_reference.sh";
+  EXPECT_EQ(page.substr(begin), printed) << "run tools/reference_pages.sh";
 }
 
 TEST(ConfigReference, NamesConditionsAndRefusesAKeyWithoutThem) {
