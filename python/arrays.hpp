@@ -62,9 +62,28 @@ inline Eigen::Vector3d vector3_of(const Doubles& array, const std::string& name)
   return Eigen::Map<const Eigen::Vector3d>(array.data());
 }
 
+/// The joint positions of a law after each `every`-th of its next steps, shape (steps / every, n).
+template <class Law>
+py::array_t<double> trajectory_of(Law& law, int steps, int every) {
+  if (steps < 0 || every < 1) throw std::invalid_argument("run: expected steps >= 0 and every >= 1");
+  const int n = law.chain().size();
+  py::array_t<double> trajectory({steps / every, n});
+  double* out = trajectory.mutable_data();
+  const py::gil_scoped_release release;
+  for (int step = 1; step <= steps; ++step) {
+    law.step();
+    if (step % every == 0) {
+      Eigen::Map<Eigen::VectorXd>(out, n) = law.theta();
+      out += n;
+    }
+  }
+  return trajectory;
+}
+
 // Each adds its part to the module.
 void bind_kinematics(py::module_& module);
 void bind_controller(py::module_& module);
+void bind_paper_law(py::module_& module);
 void bind_batch(py::module_& module);
 void bind_vision(py::module_& module);
 void bind_messages(py::module_& module);

@@ -79,22 +79,6 @@ TargetResult accepted(TargetResult result, const TaskTarget& target) {
   return result;
 }
 
-py::array_t<double> run(GuardedLaw& law, int steps, int every) {
-  if (steps < 0 || every < 1) throw std::invalid_argument("run: expected steps >= 0 and every >= 1");
-  const int n = law.chain().size();
-  py::array_t<double> trajectory({steps / every, n});
-  double* out = trajectory.mutable_data();
-  const py::gil_scoped_release release;
-  for (int step = 1; step <= steps; ++step) {
-    law.step();
-    if (step % every == 0) {
-      Eigen::Map<Eigen::VectorXd>(out, n) = law.theta();
-      out += n;
-    }
-  }
-  return trajectory;
-}
-
 Obstacle make_obstacle(const std::string& shape, const Doubles& position, const Doubles& size,
                        const std::optional<Doubles>& orientation) {
   static const std::map<std::string, std::pair<Obstacle::Shape, int>> kShapes{
@@ -288,8 +272,10 @@ docs/guarantees.md states what the law keeps.)")
             for (int i = 0; i < count; ++i) law.step();
           },
           py::arg("count") = 1, "Integration steps.")
-      .def("run", &run, py::arg("steps"), py::arg("every") = 1,
-           "Integration steps; the joint positions after each `every`-th: shape (steps // every, n).")
+      .def(
+          "run", [](Law& law, int steps, int every) { return trajectory_of(law, steps, every); }, py::arg("steps"),
+          py::arg("every") = 1,
+          "Integration steps; the joint positions after each `every`-th: shape (steps // every, n).")
       .def(
           "compensate",
           [](Law& law, const Doubles& displacement) {

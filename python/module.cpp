@@ -18,6 +18,7 @@ PYBIND11_MODULE(_core, module) {
   module.attr("build") = this_build();
   python::bind_kinematics(module);
   python::bind_controller(module);
+  python::bind_paper_law(module);
   python::bind_batch(module);
   python::bind_vision(module);
   python::bind_messages(module);

@@ -1,30 +1,23 @@
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "python/message_objects.hpp"
 #include "runtime/log_file.hpp"
 #include "tools/log/run_report.hpp"
-#include "tools/replay/run.hpp"
+#include "tools/replay/request.hpp"
 
 namespace multireach::python {
 namespace {
 
 using Path = std::filesystem::path;
 
-ReplayFrom source_of(const std::string& word, const std::string& session) {
-  if (word == "images") return ReplayFrom::kImages;
-  if (word == "targets") return ReplayFrom::kTargets;
-  if (word == "auto") return replay_source(session);
-  throw std::invalid_argument("start_with: '" + word + "' is not one of auto, images, targets");
-}
-
-ReplayRobot robot_of(const std::string& word) {
-  if (word == "ideal") return ReplayRobot::kIdeal;
-  if (word == "sim") return ReplayRobot::kSimulated;
-  if (word == "recorded") return ReplayRobot::kRecorded;
-  throw std::invalid_argument("robot_model: '" + word + "' is not one of ideal, sim, recorded");
+/// Throws std::invalid_argument unless the argument is one of the words.
+void check_word(const char* argument, const std::string& word, const std::vector<std::string>& words) {
+  if (std::ranges::find(words, word) == words.end())
+    throw std::invalid_argument(fmt::format("{}: '{}' is not one of {}", argument, word, fmt::join(words, ", ")));
 }
 
 std::string hexadecimal(int64_t digest) {
@@ -33,17 +26,17 @@ std::string hexadecimal(int64_t digest) {
 
 py::dict replayed(const Path& session, const Path& robot, const std::optional<Path>& vision,
                   const std::optional<Path>& output, const std::string& robot_model, const std::string& start_with,
-                  double until_s, int threads) {
-  ReplayOptions options{.session = session.string(),
-                        .from = source_of(start_with, session.string()),
-                        .robot = robot_of(robot_model),
-                        .config = RobotConfig::load(robot.string()),
-                        .vision = std::nullopt,
-                        .until_s = until_s,
-                        .threads = threads};
-  if (options.from == ReplayFrom::kImages)
-    options.vision =
-        VisionConfig::load(vision ? vision->string() : resolve_relative(options.config.file.file(), "vision.yaml"));
+                  double until_s, int threads, const std::vector<std::string>& set) {
+  check_word("robot_model", robot_model, {"ideal", "sim", "recorded"});
+  check_word("start_with", start_with, {"auto", "images", "targets"});
+  RunRequest request;  // of multireach-replay run
+  request.setup = {robot.string(), vision ? vision->string() : "", set};
+  request.session = session.string();
+  request.robot = robot_model;
+  request.from = start_with;
+  request.until_s = until_s;
+  request.threads = threads;
+  const ReplayOptions options = request.options();
   std::error_code error;
   if (output && std::filesystem::equivalent(session, *output, error))
     throw InputError(output->string() + ": is the session itself and cannot be written over");
@@ -76,12 +69,13 @@ void bind_replay(py::module_& module) {
   module.def(
       "replay", &replayed, py::arg("session"), py::arg("robot"), py::arg("vision") = py::none(), py::kw_only(),
       py::arg("output") = py::none(), py::arg("robot_model") = "ideal", py::arg("start_with") = "auto",
-      py::arg("until_s") = 1e9, py::arg("threads") = 1,
+      py::arg("until_s") = 1e9, py::arg("threads") = 1, py::arg("set") = std::vector<std::string>{},
       R"(Computes vision, controller and bridge from a session's inputs, in virtual time: the same bytes as multireach-replay run.
 
-session: a recorded log. robot: robot.yaml or its folder. vision: vision.yaml, default the one beside the robot's file.
-output: a log to write. robot_model: ideal, sim or recorded. start_with: images, targets or auto. Returns
-{"digest", "inputs", "span_s", "channels": {name: {"messages", "digest"}}}.)");
+session: a recorded log. robot: robot.yaml or its folder. vision: vision.yaml; default: NAME.vision.yaml beside the session
+NAME.lcm if there is one, else vision.yaml beside the robot's file. output: a log to write. robot_model: ideal, sim or
+recorded. start_with: images, targets or auto. set: values that replace those of the files, as
+["controller.gamma_rad2_m2=350"]. Returns {"digest", "inputs", "span_s", "channels": {name: {"messages", "digest"}}}.)");
   module.def(
       "report",
       [](const Path& log, const Path& robot) {

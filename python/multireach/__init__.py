@@ -33,6 +33,7 @@ from ._core import (
     Obstacle,
     Obstruction,
     OutputError,
+    PaperLaw,
     TargetReport,
     TargetResult,
     TaskTarget,
@@ -50,6 +51,6 @@ from . import messages
 
 __all__ = [
     "Bus", "Chain", "GuardedBatch", "GuardedLaw", "InputError", "Log", "LogEvent", "MultiStartIk", "Obstacle", "Obstruction",
-    "OutputError", "TargetReport", "TargetResult", "TaskTarget", "Vision", "build", "decode", "dropped_datagrams", "encode",
+    "OutputError", "PaperLaw", "TargetReport", "TargetResult", "TaskTarget", "Vision", "build", "decode", "dropped_datagrams", "encode",
     "images_of", "messages", "read_image", "replay", "report",
 ]

@@ -1,5 +1,7 @@
 """Inverse kinematics and the guarded law: solutions checked by the forward kinematics, limits, and one arm against many."""
 import copy
+import pathlib
+import subprocess
 
 import numpy as np
 import pytest
@@ -100,6 +102,46 @@ def test_many_arms_move_like_one(any_arm, rng):
         law.step(300)
         np.testing.assert_array_equal(theta[i], law.theta)
         np.testing.assert_array_equal(x[i], law.x)
+
+
+def test_the_papers_law_minimises_its_objective(hoap2, rng):
+    """A step of the paper's law against a least-squares solution of (6) by NumPy, with the attractors (19)-(22)."""
+    gains = dict(alpha=0.08, beta=0.03)
+    for start, goal in zip(draw(hoap2, rng, 10), draw(hoap2, rng, 10)):
+        law = multireach.PaperLaw(hoap2, gamma=350, **gains)
+        law.start(start)
+        target = hoap2.position(goal)
+        assert law.set_target(target, theta_target=goal)
+        hand_velocity = np.zeros(3)
+        for _ in range(3):
+            theta, velocity, jacobian, weights = law.theta, law.velocity, hoap2.jacobian(law.theta), law.weights
+            joints = velocity + gains["alpha"] * (-velocity + gains["beta"] * (law.theta_target - theta))
+            hand = hand_velocity + gains["alpha"] * (-hand_velocity + gains["beta"] * (target - law.x))
+            rows = np.vstack([np.diag(1 / np.sqrt(weights)), jacobian])
+            expected = np.linalg.lstsq(rows, np.concatenate([joints / np.sqrt(weights), hand]), rcond=None)[0]
+            hand_velocity = jacobian @ expected
+            law.step()
+            np.testing.assert_allclose(law.velocity, expected, atol=1e-12)
+            np.testing.assert_allclose(law.theta, theta + expected, atol=1e-12)
+
+
+def test_the_papers_law_is_that_of_the_trace(root, hoap2):
+    program = pathlib.Path(multireach.__file__).parents[2] / "bin/multireach-trace"
+    program.exists() or pytest.skip("multireach-trace is not built")
+    start, target = [0.2, -0.3, -0.2, -0.9], [0.1, -0.12, 0.1]
+    done = subprocess.run([program, "--urdf", root / "robots/hoap2/hoap2.urdf", "--base", "torso", "--tip", "right_hand", "--law", "paper",
+                           f"--start={','.join(map(str, start))}", f"--target={','.join(map(str, target))}", "--gamma", "350", "--steps", "200"],
+                          capture_output=True, text=True, check=True)
+    rows = np.array([line.split(",") for line in done.stdout.splitlines()[1:]], float)
+    law = multireach.PaperLaw(hoap2)
+    law.start(start)
+    assert law.set_target(target)
+    trajectory = law.run(200)
+    np.testing.assert_allclose(rows[1:, 1:5], trajectory, atol=1e-9)  # the trace computes in lanes: other rounding
+    np.testing.assert_allclose(rows[-1, 8:], law.theta_target, atol=1e-9)
+    assert not law.set_target([5, 0, 0])
+    with pytest.raises(ValueError, match="expected gamma, alpha and beta finite"):
+        multireach.PaperLaw(hoap2, gamma=-1)
 
 
 def test_planned_ways_are_shorter(hoap2):

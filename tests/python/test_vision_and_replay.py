@@ -1,4 +1,9 @@
 """Vision on NumPy images against the truth of the rendered session, and replay against its recorded digest."""
+import pathlib
+import re
+import shutil
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -68,6 +73,27 @@ def test_replay_gives_the_recorded_digest(root):
     digests = dict(reversed(line.split()) for line in (root / "logs/REPLAY_DIGESTS").read_text().splitlines())
     result = multireach.replay(root / "logs/reach.lcm", root / "robots/hoap2", threads=2)
     assert result["digest"] == digests["reach.lcm"]
+
+
+def test_replay_takes_the_files_that_the_command_takes(root, tmp_path):
+    """The calibration beside the session comes before the robot's; values may be replaced."""
+    program = pathlib.Path(multireach.__file__).parents[2] / "bin/multireach-replay"
+    session, own = tmp_path / "session.lcm", tmp_path / "session.vision.yaml"
+    shutil.copy(root / "logs/reach.lcm", session)
+    text = (root / "robots/hoap2/vision.yaml").read_text()
+    own.write_text(re.sub(r"fx_px: [\d.]+", "fx_px: 250", text))
+    assert own.read_text() != text
+    digests = []
+    for options in ({}, {"set": ["controller.gamma_rad2_m2=60"]}, {"vision": root / "robots/hoap2/vision.yaml"}):
+        digests.append(multireach.replay(session, root / "robots/hoap2", until_s=1, **options)["digest"])
+        if program.exists():
+            words = [word for key, values in options.items() for value in (values if key == "set" else [values]) for word in (f"--{key}", value)]
+            done = subprocess.run([program, "run", session, "--robot", root / "robots/hoap2", "--until", "1", "-o", tmp_path / "out.lcm", *words],
+                                  capture_output=True, text=True)
+            assert digests[-1] in done.stdout + done.stderr, done.stderr
+    assert len(set(digests)) == 3
+    with pytest.raises(multireach.InputError, match="gama"):
+        multireach.replay(session, root / "robots/hoap2", set=["controller.gama=60"])
 
 
 def test_report_of_a_replayed_run(root, tmp_path):
