@@ -25,7 +25,7 @@ CONTENTS = {
             "docs/operation.md", "docs/safety.md", "docs/keys.md", "docs/import.md", "docs/replay.md"],
     "Look up": ["docs/configuration.md", "docs/messages.md", "docs/programs/README.md", "docs/notation.md", "docs/architecture.md"],
     "Research": ["docs/guarantees.md", "docs/results.md", "docs/results-protocols.md", "docs/study.md", "docs/equations.md",
-                 "docs/benchmarks.md", "docs/comparison.md"],
+                 "docs/benchmarks.md", "docs/numbers.md", "docs/comparison.md"],
     "Folders": [],
 }
 API = "api/index.html"  # by Doxygen, if it is there
