@@ -23,6 +23,22 @@ PYTHON
   "$bin/multireach-log" images "$work/$compression.lcm" -o "$work/$compression" >/dev/null
   diff -r "$work/png" "$work/$compression" >/dev/null || fail "$compression: the images are not those of the session"
 done
+# What multireach-log exports as a bag is one for ROS's own library.
+"$bin/multireach-log" export bag "$work/part.lcm" -o "$work/exported.bag" 2>/dev/null || fail "no exported bag"
+/usr/bin/python3 - "$work/exported.bag" "$work/part.lcm" <<'PYTHON' || fail "ROS's library does not read the exported bag"
+import sys
+import rosbag
+path, session = sys.argv[1:]
+recorded = open(session, "rb").read()
+with rosbag.Bag(path) as bag:
+    counts = {topic: info.message_count for topic, info in bag.get_type_and_topic_info().topics.items()}
+    images = [(topic, message) for topic, message, _ in bag.read_messages()]
+assert counts == {"/left/image_raw/compressed": 30, "/right/image_raw/compressed": 30}, counts
+assert [topic for topic, _ in images[:2]] == ["/left/image_raw/compressed", "/right/image_raw/compressed"]
+assert all(message.format == "jpeg" and bytes(message.data) in recorded for _, message in images)
+times = [message.header.stamp.to_nsec() for topic, message in images if "left" in topic]
+assert times == sorted(times) and times[0] > 10**18 and 32e6 < times[1] - times[0] < 35e6, times[:2]
+PYTHON
 refuses "--left is missing; expected a topic; its topics with images are /left, /right" "$bin/multireach-log" import "$work/lz4.bag" -o "$work/refused.lcm"
 [ ! -e "$work/refused.lcm" ] || fail "a refused import leaves a log"
 exit $failed

@@ -30,6 +30,8 @@ RUN = [
     "multireach-log images part.lcm -o images",
     "tools/multireach log export csv run.lcm -o tables",
     "multireach-log import pictures -o session.lcm",
+    "multireach-log export euroc session.lcm -o recording",
+    "multireach-log export bag session.lcm -o session.bag",
     "multireach-log check logs/damaged.lcm",
     "tools/multireach replay verify run.lcm",
     "multireach-replay verify logs/load.lcm",

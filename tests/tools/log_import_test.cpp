@@ -17,6 +17,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "tests/input_fault.hpp"
+#include "tools/log/export.hpp"
 #include "tools/log/import/import.hpp"
 #include "tools/replay/session.hpp"
 
@@ -343,6 +344,62 @@ TEST_F(LogImport, BagsGiveTheSessionThatTheyWereMadeOf) {
     EXPECT_EQ(summary.warning, "");
     expect_the_same_pairs();
   }
+}
+
+// Export's oracle is import, which the tests above compare with files laid out by hand; tests/live/import.sh reads an
+// exported bag by ROS's own library.
+TEST_F(LogImport, ExportedSessionsGiveTheSessionAgain) {
+  const std::string exported = path("exported.lcm");
+  {
+    LogWriter log(exported);
+    for (const images_t& pair : pairs_) log.write(pair.utime, channel::kStereoImages, *encode(pair));
+    log.close();
+  }
+  std::vector<std::string> warnings;
+  EXPECT_EQ(export_pairs(exported, path("pairs"), warnings), static_cast<int64_t>(kPairs));
+  EXPECT_EQ(import(path("pairs")).pairs, static_cast<int64_t>(kPairs));
+  expect_the_same_pairs();
+  EXPECT_EQ(export_bag(exported, path("exported.bag"), warnings), static_cast<int64_t>(kPairs));
+  options_.left = "/left/image_raw/compressed";
+  options_.right = "/right/image_raw/compressed";
+  import(path("exported.bag"));
+  expect_the_same_pairs();
+
+  EXPECT_EQ(export_euroc(exported, path("euroc"), warnings), static_cast<int64_t>(kPairs));
+  options_.left = options_.right = "";
+  options_.jpeg_quality = 0;
+  EXPECT_EQ(import(path("euroc")).pairs, static_cast<int64_t>(kPairs));
+  ImageCodec codec;
+  cv::Mat expected, imported;
+  const std::vector<images_t> again = session();
+  ASSERT_EQ(again.size(), kPairs);
+  for (size_t i = 0; i < kPairs; ++i) {
+    for (size_t side = 0; side < 2; ++side) {
+      ASSERT_TRUE(codec.decode(encoded(pairs_[i].images[side]), expected));
+      ASSERT_TRUE(codec.decode(encoded(again[i].images[side]), imported));
+      EXPECT_EQ(cv::norm(expected, imported, cv::NORM_INF), 0) << i;
+      EXPECT_EQ(again[i].images[side].utime, pairs_[i].images[side].utime);
+    }
+  }
+  EXPECT_TRUE(warnings.empty());
+}
+
+TEST_F(LogImport, ExportNamesWhatItLeavesOut) {
+  const std::string exported = path("exported.lcm");
+  images_t lonely = pairs_[1];
+  lonely.images.resize(1);
+  lonely.image_types.resize(1);
+  lonely.n_images = 1;
+  {
+    LogWriter log(exported);
+    log.write(1, channel::kStereoImages, *encode(pairs_[0]));
+    log.write(2, channel::kStereoImages, *encode(lonely));
+    log.close();
+  }
+  std::vector<std::string> warnings;
+  EXPECT_EQ(export_bag(exported, path("exported.bag"), warnings), 1);
+  ASSERT_EQ(warnings.size(), 1);
+  EXPECT_EQ(warnings[0], "event 1: has no left or no right image; left out");
 }
 
 TEST_F(LogImport, RawImagesOfRosKeepTheirPixels) {

@@ -29,4 +29,15 @@ int64_t export_mcap(const std::string& log, const std::string& file, const Chann
 int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,
                       std::vector<std::string>& warnings);
 
+// A session's pairs as recordings that multireach-log import reads: images at their own times. What is left out is
+// listed in `warnings`. The functions throw InputError also for an image that cannot be decoded.
+
+/// Writes a folder with pairs.csv and the image files in left/ and right/: JPEG data as they are, others as PNG.
+int64_t export_pairs(const std::string& log, const std::string& folder, std::vector<std::string>& warnings);
+/// Writes a folder as that of an EuRoC recording: mav0/cam0 and mav0/cam1, with PNG files.
+int64_t export_euroc(const std::string& log, const std::string& folder, std::vector<std::string>& warnings);
+/// Writes a bag of ROS 1 with sensor_msgs/CompressedImage on /left/image_raw/compressed and
+/// /right/image_raw/compressed.
+int64_t export_bag(const std::string& log, const std::string& file, std::vector<std::string>& warnings);
+
 }  // namespace multireach

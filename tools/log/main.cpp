@@ -78,11 +78,20 @@ int written(int64_t events) {
   return 1;
 }
 
-int64_t exported(const std::string& format, const std::string& log, const std::string& output,
-                 const ChannelPatterns& patterns) {
-  if (format == "csv") return export_csv(log, output, patterns);
-  if (format == "mcap") return export_mcap(log, output, patterns);
-  return export_mat(log, output, patterns);
+int export_as(const std::string& format, const std::string& log, const std::string& output,
+              const ChannelPatterns& patterns) {
+  if (format == "csv") return written(export_csv(log, output, patterns));
+  if (format == "mcap") return written(export_mcap(log, output, patterns));
+  if (format == "mat") return written(export_mat(log, output, patterns));
+  if (!patterns.empty()) throw InputError("--channel: " + format + " holds STEREO_IMAGES; expected no --channel");
+  std::vector<std::string> warnings;
+  const int64_t pairs = format == "pairs"   ? export_pairs(log, output, warnings)
+                        : format == "euroc" ? export_euroc(log, output, warnings)
+                                            : export_bag(log, output, warnings);
+  for (const std::string& warning : warnings) std::cerr << "multireach-log: " << warning << "\n";
+  if (pairs == 0) throw InputError(log + ": holds no pair on STEREO_IMAGES");
+  std::cerr << pairs << " pairs written\n";
+  return warnings.empty() ? 0 : 1;
 }
 
 int images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns) {
@@ -157,13 +166,14 @@ int main(int argc, char** argv) {
   CommandLine exporting = cli.subcommand("export", "a log in the formats of other tools");
   exporting
       .option("FORMAT", format,
-              "csv (a table per channel, in a folder), mcap (JSON with schemas, for Foxglove and Lichtblick), or mat "
-              "(a struct per channel)")
+              "csv (a table per channel, in a folder), mcap (JSON with schemas, for Foxglove and Lichtblick), mat "
+              "(a struct per channel); the images of a session: pairs (a folder with pairs.csv), euroc (a folder), "
+              "or bag (ROS 1)")
       .required()
-      .one_of({"csv", "mcap", "mat"});
+      .one_of({"csv", "mcap", "mat", "pairs", "euroc", "bag"});
   exporting.option("LOG", log, "log to read").required();
-  exporting.option("-o,--output", output, "file to write; for csv a folder").required();
-  exporting.option("--channel", patterns, "channels; patterns as 'JOINT_*' (default: all)");
+  exporting.option("-o,--output", output, "file to write; for csv, pairs and euroc a folder").required();
+  exporting.option("--channel", patterns, "csv, mcap, mat: channels; patterns as 'JOINT_*' (default: all)");
 
   CommandLine picturing = cli.subcommand("images", "the images of a log as PNG files");
   picturing.option("LOG", log, "log to read").required();
@@ -189,7 +199,7 @@ int main(int argc, char** argv) {
 
   return program.run(argc, argv, [&] {
     if (importing.given()) return import_recording(recording, output);
-    if (exporting.given()) return written(exported(format, log, output, patterns));
+    if (exporting.given()) return export_as(format, log, output, patterns);
     if (picturing.given()) return images(log, output, patterns);
     if (informing.given()) return info(log, json);
     if (timing.given()) return latency(log, json);
