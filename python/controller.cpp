@@ -108,15 +108,23 @@ Obstacle make_obstacle(const std::string& shape, const Doubles& position, const 
 
 GuardedParameters guarded_parameters(const Chain& chain, const py::kwargs& arguments) {
   GuardedParameters p;
+  AttractorMotion motion = attractor_motion(p.gains, kReferenceRate);
+  bool per_step = false, in_time = false;
   for (const auto& [key, value] : arguments) {
     const auto name = key.cast<std::string>();
     if (value.is_none()) continue;
+    per_step = per_step || name == "alpha" || name == "beta";
+    in_time = in_time || name == "natural_frequency" || name == "damping_ratio";
     if (name == "gamma")
       p.gamma = value.cast<double>();
     else if (name == "alpha")
       p.gains.alpha = value.cast<double>();
     else if (name == "beta")
       p.gains.beta = value.cast<double>();
+    else if (name == "natural_frequency")
+      motion.natural_frequency = value.cast<double>();
+    else if (name == "damping_ratio")
+      motion.damping_ratio = value.cast<double>();
     else if (name == "steps_per_second")
       p.steps_per_second = value.cast<double>();
     else if (name == "acceleration")
@@ -142,6 +150,9 @@ GuardedParameters guarded_parameters(const Chain& chain, const py::kwargs& argum
     else
       throw std::invalid_argument("the law has no parameter '" + name + "'; expected one of " + kParameterNames);
   }
+  if (per_step && in_time)
+    throw std::invalid_argument("alpha and beta: expected without natural_frequency and damping_ratio");
+  if (in_time) p.attractor = motion;
   return p;
 }
 
@@ -222,8 +233,8 @@ rows, or one.)")
       module, "GuardedLaw",
       R"(The guarded law for one arm: takes a target and computes joint positions, one integration step at a time.
 
-Parameters, by keyword: gamma (rad^2/m^2), alpha and beta (per step), steps_per_second (140), acceleration and
-joint_weights (one number or one for each joint), extrapolation_s, tool_axis, orientation_length_m, link_radius_m (with it,
+Parameters, by keyword: gamma (rad^2/m^2), alpha and beta (per step of 1/140 s) or, instead, natural_frequency (rad/s)
+and damping_ratio (at least 1), steps_per_second (140; the motion is the same at any), acceleration and joint_weights (one number or one for each joint), extrapolation_s, tool_axis, orientation_length_m, link_radius_m (with it,
 obstacles and self-collision are avoided), margin_m, self_collision, path_work (70: nearly straight ways of the hand, but slower; not in batches), seed.
 docs/guarantees.md states what the law keeps.)")
       .def(py::init([](const Chain& chain, const py::kwargs& parameters) {

@@ -10,7 +10,8 @@ namespace multireach::python {
 controller::GuardedParameters guarded_parameters(const Chain& chain, const py::kwargs& arguments);
 
 inline constexpr const char* kParameterNames =
-    "gamma, alpha, beta, steps_per_second, acceleration, joint_weights, extrapolation_s, tool_axis, "
+    "gamma, alpha, beta, natural_frequency, damping_ratio, steps_per_second, acceleration, joint_weights, "
+    "extrapolation_s, tool_axis, "
     "orientation_length_m, link_radius_m, margin_m, self_collision, path_work, seed";
 
 /// A target from a TaskTarget or from a position, 3 numbers.

@@ -166,7 +166,7 @@ bool GuardedBatch::start(int arm, const JointVector& theta, const Eigen::Vector3
       gamma.value_or(constants_.settings.gamma);
   progress.best_distance[lane] = progress.stalled_distance[lane] = progress.residual[lane] = infinity;
   progress.damping_factor[lane] = 1;
-  progress.steps_to_check[lane] = GuardedTuning::kCheckEvery;
+  progress.steps_to_check[lane] = constants_.settings.pace.check_every;
   for (Row* row : {&progress.idle_steps, &progress.waited_steps, &progress.steps, &progress.unreachable}) {
     (*row)[lane] = 0;
   }
@@ -187,7 +187,7 @@ void GuardedBatch::set_theta_target(GuardedBlock& block, int lane, const JointVe
   block.progress.stuck[lane] = 0;
   block.progress.checked_residual[lane] = std::numeric_limits<double>::infinity();
   block.progress.distance_at_choice[lane] = std::sqrt(distance2);
-  block.progress.no_search_before[lane] = block.progress.steps[lane] + GuardedTuning::kQuiet;
+  block.progress.no_search_before[lane] = block.progress.steps[lane] + constants_.settings.pace.quiet;
   HWY_DYNAMIC_DISPATCH(refresh_guarded)(constants_, block);
 }
 
@@ -202,7 +202,7 @@ void GuardedBatch::begin_search(int arm) {
 
 void GuardedBatch::continue_search(int arm) {
   IkSearch& search = searches_[static_cast<size_t>(arm)];
-  if (!search_.continue_search(search, GuardedTuning::search_work(TaskKind::kPosition))) return;
+  if (!search_.continue_search(search, constants_.settings.pace.search_work(TaskKind::kPosition))) return;
   GuardedBlock& block = blocks_[static_cast<size_t>(arm / kRowLanes)];
   const int lane = arm % kRowLanes;
   searching_[static_cast<size_t>(arm / kRowLanes)] &= ~(1U << lane);

@@ -14,7 +14,7 @@ using Tuning = GuardedTuning;
 
 /// An unreachable target is searched for again when it has moved this far, m.
 constexpr double kSameTarget = 1e-3;
-/// Steps for which an obstacle may stop the arm before a path is planned; doubled after every failure ...
+/// Steps (StepPace) for which an obstacle may stop the arm before a path is planned; doubled after every failure ...
 constexpr int kStepsUntilPlan = 35;
 /// ... up to this many.
 constexpr int kMaxStepsUntilPlan = 1400;
@@ -55,7 +55,7 @@ bool GuardedLaw::start(const JointVector& theta) {
   GuardedProgress<double>& progress = state_.progress;
   progress.residual = std::numeric_limits<double>::infinity();
   progress.damping_factor = 1;
-  progress.steps_to_check = Tuning::kCheckEvery;
+  progress.steps_to_check = arm_.settings.pace.check_every;
   target_.reset();
   started_ = true;
   begin_reach(false);
@@ -73,7 +73,7 @@ void GuardedLaw::begin_reach(bool posture_only) {
   path_.clear();
   path_next_ = 0;
   if (reach_path_) reach_path_->stop();
-  steps_until_plan_ = kStepsUntilPlan;
+  steps_until_plan_ = arm_.settings.pace.steps(kStepsUntilPlan);
   restart_schedule(arm_, state_);
 }
 
@@ -162,7 +162,7 @@ void GuardedLaw::plan_around_obstruction() {
   const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
   const auto planned = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
   if (planned.empty() || planned.size() > Path::kCapacity) {
-    steps_until_plan_ = std::min(2 * steps_until_plan_, kMaxStepsUntilPlan);
+    steps_until_plan_ = std::min(2 * steps_until_plan_, arm_.settings.pace.steps(kMaxStepsUntilPlan));
     if (following_path()) end_path();
     return;
   }
@@ -191,7 +191,7 @@ void GuardedLaw::set_theta_target(const JointVector& theta_target) {
   progress.stuck = 0;
   progress.checked_residual = std::numeric_limits<double>::infinity();
   progress.distance_at_choice = distance_to_go();
-  progress.no_search_before = progress.steps + Tuning::kQuiet;
+  progress.no_search_before = progress.steps + arm_.settings.pace.quiet;
   searched_target_ = target_->position;
   update_kinematics(arm_, state_);
 }
@@ -278,7 +278,8 @@ void GuardedLaw::compensate(const JointVector& displacement) {
   if (displacement.size() != chain_.size() || !displacement.allFinite()) return;
   // As strong as the joints' attractor at five times this distance.
   for (int i = 0; i < chain_.size(); ++i) {
-    state_.disturbance[i] = 5 * parameters_.gains.beta * std::clamp(displacement[i], -kMaxDisturbance, kMaxDisturbance);
+    state_.disturbance[i] =
+        5 * arm_.settings.gains.beta * std::clamp(displacement[i], -kMaxDisturbance, kMaxDisturbance);
   }
 }
 
@@ -299,7 +300,7 @@ void GuardedLaw::search_if_needed() {
     if (!needs_search(arm_, *target_, unchanged, state_)) return;
     begin_search();
   }
-  continue_search(Tuning::search_work(target_->task));
+  continue_search(arm_.settings.pace.search_work(target_->task));
 }
 
 void GuardedLaw::step() {

@@ -21,9 +21,15 @@ namespace multireach::controller {
 /// limits, without spurious attractors, for unreachable, moving and singular targets. docs/guarantees.md states its
 /// guarantees and why they hold.
 struct GuardedParameters {
-  ViteGains gains{0.08, 0.02};  ///< per step; alpha (1 - beta)^2 >= 4 beta (1 - alpha), so that no attractor overshoots
+  /// Gains of both attractors per step of 1/140 s, whatever steps_per_second is: 5.72 rad/s with damping ratio 1.02. No
+  /// attractor may overshoot: alpha (1 - beta)^2 >= 4 beta (1 - alpha).
+  ViteGains gains{0.08, 0.02};
+  /// Instead of `gains`: natural frequency, at most kMaxNaturalFrequency, and damping ratio, 1 to kMaxDampingRatio.
+  std::optional<AttractorMotion> attractor{};
+  static constexpr double kMaxNaturalFrequency = 1000, kMaxDampingRatio = 100;
   std::optional<double> gamma{};  ///< rad^2/m^2, the weight of the hand's attractor; default 8.5 / reach^2
-  double steps_per_second = 140;  ///< integration steps per second; converts speed and acceleration limits
+  /// Integration steps per second. The motion is the same at any rate, up to half a step in time.
+  double steps_per_second = kReferenceRate;
   /// rad/s^2 (m/s^2), acceleration limit of each joint; infinite for none. Empty: those of default_acceleration(),
   /// which let a joint reach its speed limit in 0.1 s.
   JointVector acceleration{};
@@ -33,7 +39,7 @@ struct GuardedParameters {
   /// then it stands still.
   double extrapolation_s = 1;
   /// Work spent on the plan of a short hand path at each new position target, in optimisation steps (5 us with 4
-  /// joints, 11 us with 7), spread over the first 7 integration steps; 0: no plan, the attractors alone lead the arm.
+  /// joints, 11 us with 7), spread over the first 0.05 s; 0: no plan, the attractors alone lead the arm.
   int path_work = 0;
   static constexpr int kUsualPathWork = 70;  ///< with less, ways become longer
   Tool tool{};

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "controller/ik/ik_options.hpp"
+#include "controller/law/step_pace.hpp"
 #include "controller/law/vite.hpp"
 #include "controller/qp/barrier_rate.hpp"
 #include "controller/task/task_target.hpp"
@@ -14,7 +15,8 @@ struct GuardedParameters;
 
 /// Parameters of the guarded law for one arm, in the law's units: rad (or m), m and integration steps.
 struct GuardedSettings {
-  ViteGains gains;
+  ViteGains gains;  // per step of this rate
+  StepPace pace;
   double gamma;                    // rad^2/m^2, largest value
   BarrierRate barrier_rate{0.04};  // per step, see docs/guarantees.md
   double orientation_length;       // m: an orientation error of 1 rad weighs as much as this distance
@@ -31,33 +33,24 @@ IkOptions guarded_ik_options(const Chain& chain, const GuardedParameters& parame
 GuardedSettings guarded_settings(const Chain& chain, const GuardedParameters& parameters);
 
 /// Internal constants of the guarded law, tuned on 2 * 10^5 random reaches of the Hoap2; docs/guarantees.md explains
-/// them.
+/// them. Those that depend on the integration rate are in StepPace.
 struct GuardedTuning {
   // Step of theta_T
-  static constexpr double kSelfMotion = 0.05;     // fraction of theta - theta_T, along the self-motion, per step
-  static constexpr double kMaxTargetStep = 0.05;  // rad or m per step, of any joint
-  static constexpr double kFarDamping = 2e-3;     // times reach^2: damping while the target is far
-  static constexpr double kNearDamping = 4e4;     // damping is kFarDamping * this * residual^2 near the target
-  static constexpr double kMinDamping = 1e-11;    // times reach^2: added to the damping
-  static constexpr double kDampingRise = 4, kDampingFall = 0.8, kMaxDampingFactor = 1e6;
+  static constexpr double kFarDamping = 2e-3;   // times reach^2: damping while the target is far
+  static constexpr double kNearDamping = 4e4;   // damping is kFarDamping * this * residual^2 near the target
+  static constexpr double kMinDamping = 1e-11;  // times reach^2: added to the damping
+  static constexpr double kMaxDampingFactor = 1e6;
   static constexpr double kReached = 1e-5;    // m: theta_T reaches the target; a tenth of the guaranteed accuracy
-  static constexpr int kCheckEvery = 64;      // steps between two checks of its progress
   static constexpr double kNoProgress = 0.7;  // stuck when the residual exceeds this fraction of that at the last check
   // Schedule of gamma
   static constexpr double kStalledBelow = 0.2;  // stalled below this fraction of the joints' attractor's speed
-  static constexpr double kGammaDecay = 0.98, kGammaRise = 1.02;
   static constexpr double kNearer = 0.98, kPassed = 0.9;
-  static constexpr int kIdle = 280, kWait = 700;
-  static constexpr double kCeilingDecay = 0.99, kMinGamma = 1e-9;
+  static constexpr double kMinGamma = 1e-9;
   static constexpr double kMovedAway = 0.01;  // of the reach: a target that moves this far counts as a new one
   static constexpr double kAtTarget = 1e-3;   // of the reach: the schedule of gamma restarts when the hand is within
                                               // this distance of K(theta_T) ...
   static constexpr double kAtPosture = 0.1;   // rad or m: ... and the arm within this distance of theta_T
   // Searching another theta_T
-  static constexpr int kQuiet = 140;  // smallest number of steps between two searches
-  /// Work of a search in one step, see MultiStartIk::begin(): some 20 us for an arm of seven joints.
-  static constexpr int search_work(TaskKind task) { return task == TaskKind::kPosition ? 48 : 24; }
-  static constexpr int kLookAgain = 16;                      // steps between two checks whether a search is needed
   static constexpr double kStrayed = 1.3, kStrayedBy = 0.3;  // search beyond factor * least distance to theta_T + rad
 };
 }  // namespace multireach::controller

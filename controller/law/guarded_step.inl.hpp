@@ -85,7 +85,7 @@ class GuardedStep {
     const Mask known = unreachable & target_unchanged;
     const Mask needed = due & (strayed | (flag(progress.stuck) & !known));
     const Mask rest = due & !needed;
-    put(where(rest, steps + Tuning::kLookAgain, get(progress.no_search_before)), progress.no_search_before);
+    put(where(rest, steps + settings_.pace.look_again, get(progress.no_search_before)), progress.no_search_before);
     const Mask reached = rest & (get(progress.residual) < Tuning::kReached);
     put_flag(unreachable & !reached, progress.unreachable);
     return needed;
@@ -144,8 +144,8 @@ class GuardedStep {
     const Scalar before = get(progress.residual), factor = get(progress.damping_factor);
     const Mask worse = arms_.target_rests() & (residual2 > before * before) &
                        (residual2 > Scalar(Tuning::kReached * Tuning::kReached));
-    const Scalar next = where(worse, lesser(factor * Tuning::kDampingRise, Tuning::kMaxDampingFactor),
-                              greater(1, factor * Tuning::kDampingFall));
+    const Scalar next = where(worse, lesser(factor * settings_.pace.damping_rise, Tuning::kMaxDampingFactor),
+                              greater(1, factor * settings_.pace.damping_fall));
     put(next, progress.damping_factor);
     return next *
            (Tuning::kFarDamping * lesser(reach2, Tuning::kNearDamping * residual2) + Tuning::kMinDamping * reach2);
@@ -155,7 +155,7 @@ class GuardedStep {
   /// while something is in the arm's way: the two would drive each other along it.
   Scalar self_motion() {
     if (arms_.obstructed()) return 0;
-    return Tuning::kSelfMotion / get(arms_.progress().damping_factor);
+    return settings_.pace.self_motion / get(arms_.progress().damping_factor);
   }
 
   [[gnu::always_inline]] Wanted attractors(const Rows& J, const Task& error, Scalar self_motion) const {
@@ -209,9 +209,10 @@ class GuardedStep {
       drift[i] *= mobility[i];
       largest = greater(largest, absolute(drift[i]));
     }
-    const Mask fast = largest > Tuning::kMaxTargetStep;
+    const double most = arms.settings().pace.max_target_step;
+    const Mask fast = largest > most;
     for (int i = 0; i < n; ++i) {
-      drift[i] = where(fast, drift[i] * (Tuning::kMaxTargetStep / largest), drift[i]);
+      drift[i] = where(fast, drift[i] * (most / largest), drift[i]);
     }
   }
 
@@ -327,9 +328,10 @@ class GuardedStep {
     for (int i = 0; i < n; ++i) largest = greater(largest, absolute(step[i]));
   }
 
-  /// Eqs. (24), (25), and the step of theta_T, at most kMaxTargetStep. Returns the squared joint speed.
+  /// Eqs. (24), (25), and the step of theta_T, at most max_target_step. Returns the squared joint speed.
   [[gnu::always_inline]] Scalar integrate(const Rows& J, const Unbounded& free) {
-    const Scalar shrink = where(free.largest > Tuning::kMaxTargetStep, Tuning::kMaxTargetStep / free.largest, 1);
+    const Scalar shrink =
+        where(free.largest > settings_.pace.max_target_step, settings_.pace.max_target_step / free.largest, 1);
     for (int m = 0; m < kRows; ++m) {
       Scalar sum = 0;
       for (int i = 0; i < n(); ++i) sum += now(J, m, i) * free.velocity[i];
@@ -365,14 +367,14 @@ class GuardedStep {
 
     const Mask nearer = distance < Tuning::kNearer * best;
     best = where(nearer, distance, best);
-    idle = where(nearer, 0, where(idle <= Tuning::kIdle, idle + 1, idle));
-    const Mask waits = waited < Tuning::kWait;
+    idle = where(nearer, 0, where(idle <= settings_.pace.idle, idle + 1, idle));
+    const Mask waits = waited < settings_.pace.wait;
     waited = where(waits, waited + 1, waited);
-    ceiling = where((!waits) & (ceiling > Tuning::kMinGamma), ceiling * Tuning::kCeilingDecay, ceiling);
-    const Mask stalls = slow | (idle > Tuning::kIdle);
+    ceiling = where((!waits) & (ceiling > Tuning::kMinGamma), ceiling * settings_.pace.ceiling_decay, ceiling);
+    const Mask stalls = slow | (idle > settings_.pace.idle);
     const Mask falls = stalls & (gamma > Tuning::kMinGamma);
     const Mask rises = (!stalls) & (distance < Tuning::kPassed * stalled);
-    gamma = where(falls, gamma * Tuning::kGammaDecay, where(rises, gamma * Tuning::kGammaRise, gamma));
+    gamma = where(falls, gamma * settings_.pace.gamma_decay, where(rises, gamma * settings_.pace.gamma_rise, gamma));
     stalled = where(stalls, lesser(stalled, distance), stalled);
     arms_.set_gamma(lesser(gamma, ceiling));
     put(best, progress.best_distance);
@@ -382,7 +384,7 @@ class GuardedStep {
     put(ceiling, progress.gamma_ceiling);
   }
 
-  /// Every kCheckEvery steps: theta_T is stuck when its distance to the target does not decrease, and exceeds the lag
+  /// Every check_every steps: theta_T is stuck when its distance to the target does not decrease, and exceeds the lag
   /// that a moving target explains.
   [[gnu::always_inline]] void check_target_progress(Scalar residual) {
     auto& progress = arms_.progress();
@@ -390,7 +392,7 @@ class GuardedStep {
     put(residual, progress.residual);
     const Scalar left = get(progress.steps_to_check) - 1;
     const Mask due = left <= 0;
-    put(where(due, Scalar(Tuning::kCheckEvery), left), progress.steps_to_check);
+    put(where(due, Scalar(settings_.pace.check_every), left), progress.steps_to_check);
     if (!any(due)) return;
     const Scalar checked = get(progress.checked_residual);
     const Mask stuck = (residual > greater(Tuning::kReached, arms_.target_moved_since_check())) &

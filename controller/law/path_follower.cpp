@@ -10,13 +10,14 @@ namespace {
 
 /// The path ends where this share of it, or this distance, rad (m), remains.
 constexpr double kRestShare = 0.01, kRest = 0.01;
-/// The path ends when a joint is this far from it, rad (m), or after this number of steps.
+/// The path ends when a joint is this far from it, rad (m), or after this number of steps (StepPace).
 constexpr double kFarOff = 0.3;
 constexpr int kMaxSteps = 1400;
 /// How often a step along the path is shortened so that every joint can follow.
 constexpr int kRounds = 4;
-/// An arm beside the path returns to it as fast as if the path were a joint limit: so it does not overshoot.
-const BarrierRate kReturnRate{0.2};
+/// An arm beside the path returns to it as fast as if the path were a joint limit: so it does not overshoot. Per step
+/// of StepPace.
+constexpr double kReturnRate = 0.2;
 constexpr double kShortest = 1e-3;  // share of a step below which the path waits
 
 }  // namespace
@@ -64,6 +65,8 @@ std::array<double, kMaxJoints> PathFollower::next_velocity(const GuardedArm& arm
   const double length = distance_[kSegments];
   Joints here, ahead, back, velocity{}, lower, upper;
   at(covered_, n, here);
+  const double returned = settings.pace.remaining(kReturnRate / (1 + kReturnRate));
+  const BarrierRate return_rate(settings.pace.ratio == 1 ? kReturnRate : returned / (1 - returned));
   for (int i = 0; i < n; ++i) {
     const auto bounds = velocity_bounds(state.theta[i], state.velocity[i], settings.lower[i], settings.upper[i],
                                         settings.speed[i], settings.acceleration[i], settings.barrier_rate);
@@ -71,7 +74,7 @@ std::array<double, kMaxJoints> PathFollower::next_velocity(const GuardedArm& arm
     upper[i] = bounds.upper;
     const double apart = here[i] - state.theta[i];
     if (std::abs(apart) > kFarOff) active_ = false;
-    back[i] = barrier(apart, kReturnRate, settings.acceleration[i]);
+    back[i] = barrier(apart, return_rate, settings.acceleration[i]);
   }
   double step = speed_ + alpha * (beta * (length - covered_) - speed_);
   for (int round = 0;; ++round) {
@@ -89,7 +92,7 @@ std::array<double, kMaxJoints> PathFollower::next_velocity(const GuardedArm& arm
   speed_ = step;
   covered_ += step;
   const double rest = length - covered_;
-  if (rest <= std::max(kRest, kRestShare * length) || ++steps_ > kMaxSteps) active_ = false;
+  if (rest <= std::max(kRest, kRestShare * length) || ++steps_ > settings.pace.steps(kMaxSteps)) active_ = false;
   return velocity;
 }
 

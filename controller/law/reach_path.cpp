@@ -9,8 +9,10 @@ namespace {
 /// Share of the reach: a target that is nearer than this needs no path, and one that moves further than this from where
 /// it was needs another.
 constexpr double kNear = 0.05, kMoved = 0.02;
-/// Steps for which the present velocity of the target counts when a plan begins: about a reach.
-constexpr double kReachSteps = 140;
+/// Steps (StepPace) from the target to the beginning of the path.
+constexpr int kDelay = 7;
+/// Steps (StepPace) for which the present velocity of the target counts when a plan begins: about a reach.
+constexpr int kReachSteps = 140;
 /// Steps of the rehearsal for each step of the arm.
 constexpr int kRehearsalSteps = 40;
 /// A path must be shorter than this share of the law's own way.
@@ -19,7 +21,7 @@ constexpr double kShorter = 0.99;
 }  // namespace
 
 ReachPath::ReachPath(const Chain& chain, const GuardedSettings& settings, const LevenbergMarquardtIk& solver, int work)
-    : planner_(chain, settings.mobility, solver), work_(work) {}
+    : planner_(chain, settings.mobility, solver), work_(work), delay_(settings.pace.steps(kDelay)) {}
 
 void ReachPath::stop() {
   until_path_ = 0;
@@ -50,7 +52,9 @@ void ReachPath::rehearse(const GuardedArm& arm, int steps) {
 void ReachPath::begin(const GuardedArm& arm, const GuardedState& state, const TaskTarget& target) {
   stop();
   target_ = target;
-  if (target.task != TaskKind::kPosition || target.velocity.norm() * kReachSteps > kMoved * arm.settings.reach) return;
+  if (target.task != TaskKind::kPosition ||
+      target.velocity.norm() * arm.settings.pace.steps(kReachSteps) > kMoved * arm.settings.reach)
+    return;
   target_.velocity.setZero();
   const std::array<double, 3> x = state.position(0);
   const Eigen::Vector3d hand(x[0], x[1], x[2]);
@@ -58,7 +62,7 @@ void ReachPath::begin(const GuardedArm& arm, const GuardedState& state, const Ta
   rehearsed_ = state;
   rehearsed_.disturbance.fill(0);
   rehearsal_arrived_ = false;
-  rehearse(arm, kDelay);
+  rehearse(arm, delay_);
   if (rehearsal_arrived_) return;
   rehearsed_length_ = 0;
   rehearsed_position_ = rehearsed_.position(0);
@@ -71,7 +75,7 @@ void ReachPath::begin(const GuardedArm& arm, const GuardedState& state, const Ta
     theta_target[i] = rehearsed_.theta_target[i];
   }
   planner_.begin(start, target.position, theta_target);
-  until_path_ = kDelay + 1;
+  until_path_ = delay_ + 1;
 }
 
 bool ReachPath::take_over(const GuardedArm& arm, GuardedState& state) {
@@ -101,8 +105,9 @@ void ReachPath::before_step(const GuardedArm& arm, const TaskTarget& target, Pro
   if (!leads_) {
     --until_path_;
     if (until_path_ > 0) {
-      const int slices = kDelay + 1 - until_path_;  // the work of the first `slices` of kDelay steps is due
-      planner_.advance(work_ * slices / kDelay - work_ * (slices - 1) / kDelay, proximity);
+      const int slices = delay_ + 1 - until_path_;  // the work of the first `slices` of delay_ steps is due
+      const auto due = [this](int64_t parts) { return static_cast<int>(work_ * parts / delay_); };
+      planner_.advance(due(slices) - due(slices - 1), proximity);
       rehearse(arm, kRehearsalSteps);
       return;
     }

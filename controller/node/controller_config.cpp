@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "controller/law/attractor_gains.hpp"
 #include "controller/task/joint_weights.hpp"
 #include "controller/tracking_defaults.hpp"
 #include "runtime/config_keys.hpp"
@@ -21,7 +22,7 @@ struct ControllerKeys {
   const Chain* chain = nullptr;
   Law law = Law::kGuarded;
   Motion motion = Motion::kReach;
-  std::optional<double> gamma{}, alpha{}, beta{};
+  std::optional<double> gamma{}, alpha{}, beta{}, natural_frequency{}, damping_ratio{};
   std::optional<int64_t> prediction_us{};
   std::optional<controller::TickTimes> ticks{};
   controller::ReachOptions options{};
@@ -94,6 +95,11 @@ void read_locked_joints(const Config& config, ControllerKeys& keys) {
     config.fail("locked_joints", "at least one joint, and one that may move");
 }
 
+/// The motion that gains per step of 1/140 s give.
+controller::AttractorMotion motion_of(const controller::ViteGains& gains) {
+  return controller::attractor_motion(gains, controller::kReferenceRate);
+}
+
 ConfigKeys<ControllerKeys> controller_keys() {
   using controller::Feedback;
   using controller::OnTargetLost;
@@ -105,6 +111,10 @@ ConfigKeys<ControllerKeys> controller_keys() {
   const auto either = [](double reach, double track, double printed) {
     return fmt::format("{:g}; motion: track: {:g}; law `paper`: {:g}", reach, track, printed);
   };
+  const controller::AttractorMotion reach = motion_of(guarded), track = motion_of(controller::kTrackGains);
+  const auto in_time = [](double reaching, double tracking) {
+    return fmt::format("{:.3g}; motion: track: {:.3g}", reaching, tracking);
+  };
   const auto is_guarded = [](const Keys& k) { return k.law == Law::kGuarded; };
   ConfigKeys<Keys> keys("robot.yaml, section controller", "The reaching controller.");
   keys.choice<Law>(
@@ -113,19 +123,19 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .choice<Motion>(
           "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}}, [](auto& k) -> auto& { return k.motion; },
           "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction that also knows the "
-          "target's acceleration, for targets that keep moving. It sets the defaults of `alpha_per_step`, "
-          "`beta_per_step` and `prediction_s`.")
+          "target's acceleration, for targets that keep moving. It sets the defaults of the gains and of "
+          "`prediction_s`.")
       .number(
           "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
           "Weight of the hand's attractor, Eq. (28).")
       .otherwise(fmt::format("8.5 / reach²; law `paper`: {:g}", controller::PaperParameters{}.gamma))
       .number(
           "alpha_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.alpha; },
-          "Attractor gain per integration step, Eq. (3).")
+          "Attractor gain per step of 1/140 s, Eq. (3); law `paper`: per integration step.")
       .otherwise(either(guarded.alpha, controller::kTrackGains.alpha, paper.alpha))
       .number(
           "beta_per_step", "", 1e-6, 1, [](auto& k) -> auto& { return k.beta; },
-          "Attractor gain per integration step, Eq. (3).")
+          "Attractor gain per step of 1/140 s, Eq. (3); law `paper`: per integration step.")
       .otherwise(either(guarded.beta, controller::kTrackGains.beta, paper.beta))
       .number(
           "prediction_s", "s", 0, 10, [](auto& k) -> auto& { return k.prediction_us; },
@@ -133,7 +143,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .otherwise(fmt::format("0; motion: track: {:g}", 1e-6 * controller::kTrackPrediction))
       .integer(
           "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
-          "Integration steps in each `tick_ms`.")
+          "Integration steps in each `tick_ms`. The law `guarded` moves alike with any number.")
       .choice<std::optional<TickTimes>>(
           "ticks", {{"on_targets", TickTimes::kOnTargets}, {"periodic", TickTimes::kPeriodic}},
           [](auto& k) -> auto& { return k.ticks; },
@@ -181,6 +191,19 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "drift_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.drift_m; },
           "Search θ_T again when K(θ_T) is further than this from the target.")
       .only("with law: guarded", is_guarded)
+      .number(
+          "natural_frequency_rad_s", "rad/s", 1e-3, controller::GuardedParameters::kMaxNaturalFrequency,
+          [](auto& k) -> auto& { return k.natural_frequency; },
+          "Instead of `alpha_per_step` and `beta_per_step`: natural frequency of both attractors. A reach takes about "
+          "7 "
+          "divided by it, or longer where limits demand it.")
+      .otherwise(in_time(reach.natural_frequency, track.natural_frequency))
+      .number(
+          "damping_ratio", "", 1, controller::GuardedParameters::kMaxDampingRatio,
+          [](auto& k) -> auto& { return k.damping_ratio; },
+          "Instead of `alpha_per_step` and `beta_per_step`: damping ratio of both attractors. Below 1 they would "
+          "overshoot.")
+      .otherwise(in_time(reach.damping_ratio, track.damping_ratio))
       .number(
           "link_radius_m", "m", 0, 10, [](auto& k) -> auto& { return k.guarded.body.link_radius_m; },
           "The links are capsules of this radius, which avoid obstacles; 0: obstacles are ignored.")
@@ -250,9 +273,23 @@ controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
       options.target.acceleration_s = controller::kTrackAccelerationTime;
     }
     put_gains(law.gains);
+    if (keys.natural_frequency || keys.damping_ratio) {
+      const controller::AttractorMotion usual = motion_of(law.gains);
+      law.attractor = {keys.natural_frequency.value_or(usual.natural_frequency),
+                       keys.damping_ratio.value_or(usual.damping_ratio)};
+    }
     options.law = law;
   }
   return options;
+}
+
+void refuse_two_kinds_of_gains(const Config& section) {
+  for (const char* per_step : {"alpha_per_step", "beta_per_step"}) {
+    for (const char* in_time : {"natural_frequency_rad_s", "damping_ratio"}) {
+      if (section.has(per_step) && section.has(in_time))
+        section.fail(in_time, fmt::format("{} without {}, or {} alone", in_time, per_step, per_step));
+    }
+  }
 }
 
 ControllerKeys read_controller_section(const RobotConfig& robot) {
@@ -260,7 +297,10 @@ ControllerKeys read_controller_section(const RobotConfig& robot) {
   keys.chain = &robot.chain;
   keys.options.tick_us = robot.tick_us;
   keys.guarded.acceleration = robot.joint_acceleration_limits;
-  if (const auto section = robot.section("controller")) controller_keys().read(*section, keys);
+  if (const auto section = robot.section("controller")) {
+    controller_keys().read(*section, keys);
+    refuse_two_kinds_of_gains(*section);
+  }
   return keys;
 }
 

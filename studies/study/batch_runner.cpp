@@ -12,6 +12,8 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
   if (law.guarded) {
     controller::GuardedParameters parameters;
     parameters.gains = law.gains;
+    parameters.attractor = law.attractor;
+    parameters.steps_per_second = law.steps_per_second;
     parameters.acceleration = law.acceleration;
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
@@ -21,7 +23,7 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
 
 BatchRunner::BatchRunner(const Chain& chain, const StudyLaw& law, const std::vector<double>& gammas, bool keep_failed)
     : batch_(make_batch(chain, law, law.guarded ? kGuardedArms : kPaperArms)),
-      constants_(chain, {}),
+      constants_(chain, ReachRules::at(law.steps_per_second)),
       monitors_(static_cast<size_t>(batch_->blocks())),
       running_jobs_(static_cast<size_t>(batch_->size())),
       gammas_(gammas),

@@ -22,6 +22,8 @@ struct FailedReach {
 struct StudyLaw {
   bool guarded = true;
   controller::ViteGains gains{0.08, 0.02};
+  std::optional<controller::AttractorMotion> attractor{};  ///< law guarded: instead of gains
+  double steps_per_second = controller::kReferenceRate;    ///< law guarded
   /// Law paper: theta_T is searched again when K(theta_T) is further than this from the target, m; may be infinite.
   double drift_m = 0.01;
   JointVector acceleration{};  ///< law guarded: of each joint, rad/s^2 (m/s^2); empty for the defaults of the law

@@ -16,6 +16,7 @@
 #include "runtime/progress.hpp"
 #include "runtime/shard.hpp"
 #include "studies/acceleration_option.hpp"
+#include "studies/gain_options.hpp"
 #include "studies/straightness/straightness.hpp"
 #include "studies/study/shard_progress.hpp"
 #include "studies/study/study.hpp"
@@ -30,10 +31,8 @@ struct Options {
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
-  double drift_m = 0.01, alpha = 0.08;
-  std::optional<double> beta;
-
-  double beta_of_law() const { return beta.value_or(law == "paper" ? 0.03 : 0.02); }
+  double drift_m = 0.01;
+  GainOptions gains;
   std::vector<std::string> merge;
   std::string folder = ".";
   std::optional<double> radius_m;
@@ -76,20 +75,21 @@ int print_sample(const Options& options, const ReachSampler& sampler, const std:
   for (const double gamma : gammas) {
     std::printf(
         "multireach-trace --urdf %s --base %s --tip %s --law %s --start=%s --target=%s --target-posture=%s "
-        "--gamma %.17g --alpha %.17g --beta %.17g%s --steps 2800\n",
+        "--gamma %.17g %s%s --steps %.0f\n",
         quoted(options.urdf).c_str(), quoted(options.base).c_str(), quoted(options.tip).c_str(), options.law.c_str(),
         list_of(sample.start).c_str(), list_of(sample.target).c_str(), list_of(sample.target_posture).c_str(), gamma,
-        options.alpha, options.beta_of_law(),
+        options.gains.text(options.law).c_str(),
         (options.law == "paper"         ? " --drift " + list_of(Eigen::VectorXd::Constant(1, options.drift_m))
          : options.acceleration.empty() ? ""
                                         : " --acceleration " + quoted(options.acceleration))
-            .c_str());
+            .c_str(),
+        20 * options.gains.steps_per_second);
   }
   return 0;
 }
 
 void write_results(const Options& options, const std::vector<Tally>& tallies, nlohmann::json header) {
-  const ReachRules rules;
+  const ReachRules rules = ReachRules::at(header.at("steps_per_second"));
   header["results"] = nlohmann::json::array();
   std::string csv =
       "gamma,samples,failures,failure_ratio,limit_violations,velocity_violations,nonfinite,max_error_m,"
@@ -188,6 +188,7 @@ std::string digest_of(const std::string& path) {
 }
 
 int study(const Options& options) {
+  options.gains.check(options.law);
   const Shard shard = shard_from(options.shard);
   const Chain chain = load_chain(options.urdf, options.base, options.tip);
   const std::vector<double> gammas = gammas_of(options.gamma_text, chain, options.law);
@@ -196,10 +197,9 @@ int study(const Options& options) {
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
   check_outputs({options.json, options.csv, options.failures});
-  const StudyLaw law{options.law == "guarded",
-                     {options.alpha, options.beta_of_law()},
-                     drift_m_of(options),
-                     acceleration_from(options.acceleration, chain)};
+  const StudyLaw law{options.law == "guarded",  options.gains.gains(options.law),
+                     options.gains.attractor(), options.gains.steps_per_second,
+                     drift_m_of(options),       acceleration_from(options.acceleration, chain)};
   Progress line;
   std::optional<ShardProgress> file;
   if (shard.count > 1 && !options.json.empty() && options.json != "-") file.emplace(options.json, shard);
@@ -215,8 +215,8 @@ int study(const Options& options) {
                  {"base", options.base},
                  {"tip", options.tip},
                  {"law", options.law},
-                 {"alpha", options.alpha},
-                 {"beta", options.beta_of_law()},
+                 {"gains", options.gains.text(options.law)},
+                 {"steps_per_second", options.gains.steps_per_second},
                  {"drift_m", options.law == "paper" ? options.drift_m : 0},
                  {"acceleration", options.acceleration.empty() ? "default" : options.acceleration},
                  {"targets", options.targets},
@@ -306,9 +306,7 @@ int main(int argc, char** argv) {
   cli.option("--threads", options.threads, "threads; the results are the same with any number")
       .whole(1, 1024)
       .show_default();
-  cli.option("--alpha", options.alpha, "attractor gain per step").finite(1e-6, 1.0).show_default();
-  cli.option("--beta", options.beta, "attractor gain per step; default 0.03 (paper) or 0.02 (guarded)")
-      .finite(1e-6, 1.0);
+  options.gains.add_to(cli);
   cli.option("--drift", options.drift_m,
              "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
       .finite(0.0, 1e6)

@@ -17,9 +17,19 @@ struct ReachRules {
   double settled_m = 1e-3;  ///< settled: stays nearer to the target than this
   double seconds = 20;      ///< a reach ends after this nominal time
   double excess = 1e-9;     ///< rad (m) or rad/s (m/s): a larger excess over a limit is a violation
-  double steps_per_second = 140;
+  double steps_per_second = controller::kReferenceRate;
   double still = 1e-6;   ///< rad (m) per step: slower than this and within a tenth of arrived_m, a reach is over
   int rest_steps = 700;  ///< a reach is also over when the arm is still for more than so many steps, off target
+
+  /// The same rules for another integration rate.
+  static ReachRules at(double steps_per_second) {
+    const controller::StepPace pace(steps_per_second);
+    ReachRules rules;
+    rules.steps_per_second = steps_per_second;
+    rules.still *= pace.ratio;
+    rules.rest_steps = pace.steps(rules.rest_steps);
+    return rules;
+  }
 };
 
 /// The result of one reach.

@@ -9,14 +9,15 @@
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
 #include "studies/acceleration_option.hpp"
+#include "studies/gain_options.hpp"
 
 namespace multireach {
 namespace {
 
 struct Options {
   std::string urdf, base, tip, law = "paper", start, target, target_posture, acceleration, csv = "-";
-  double gamma = 0, alpha = 0;
-  std::optional<double> beta;
+  double gamma = 0;
+  GainOptions gains;
   double drift_m = 0;
   int64_t steps = 0;
 };
@@ -33,10 +34,7 @@ void add_options(CommandLine& cli, Options& options) {
   cli.option("--gamma", options.gamma, "weight of the hand's attractor, Eq. (28), rad^2/m^2")
       .required()
       .finite(0.0, 1e12);
-  options.alpha = 0.08;
-  cli.option("--alpha", options.alpha, "attractor gain per step, Eq. (3)").finite(0.0, 1.0).show_default();
-  cli.option("--beta", options.beta, "attractor gain per step, Eq. (3); default 0.03 (paper) or 0.02 (guarded)")
-      .finite(0.0, 1.0);
+  options.gains.add_to(cli);
   cli.option("--drift", options.drift_m,
              "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never, as "
              "printed in the paper")
@@ -76,7 +74,7 @@ InputError refused() {
 /// steps.
 std::string paper_rows(const Chain& chain, const Options& options, const JointVector& start, const Eigen::Vector3d& x_T,
                        const JointVector& theta_target) {
-  const controller::PaperParameters law{.gains = {options.alpha, options.beta.value_or(0.03)}, .gamma = options.gamma};
+  const controller::PaperParameters law{.gains = options.gains.gains(options.law), .gamma = options.gamma};
   const double drift_m = options.drift_m > 0 ? options.drift_m : std::numeric_limits<double>::infinity();
   controller::PaperBatch batch(chain, law, drift_m, 1);
   if (!batch.start(0, start, x_T, theta_target)) throw refused();
@@ -94,7 +92,9 @@ std::string paper_rows(const Chain& chain, const Options& options, const JointVe
 std::string guarded_rows(const Chain& chain, const Options& options, const JointVector& start,
                          const Eigen::Vector3d& x_T, const JointVector& theta_target) {
   controller::GuardedParameters parameters;
-  parameters.gains = {options.alpha, options.beta.value_or(parameters.gains.beta)};
+  parameters.gains = options.gains.gains(options.law);
+  parameters.attractor = options.gains.attractor();
+  parameters.steps_per_second = options.gains.steps_per_second;
   parameters.gamma = options.gamma;
   parameters.acceleration = acceleration_from(options.acceleration, chain);
   controller::GuardedLaw law(chain, parameters);
@@ -109,6 +109,7 @@ std::string guarded_rows(const Chain& chain, const Options& options, const Joint
 }
 
 int trace(const Options& options) {
+  options.gains.check(options.law);
   const Chain chain = load_chain(options.urdf, options.base, options.tip);
   const JointVector start = posture_of(chain, "--start", options.start);
   const std::vector<double> target = parse_numbers("--target", options.target);

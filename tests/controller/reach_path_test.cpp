@@ -226,7 +226,7 @@ uint64_t reach_with_path(const Chain& chain) {
   for (uint64_t reach = 100;; ++reach) {
     law.start(posture(chain, reach, 0));
     law.set_target({.position = chain.position(posture(chain, reach, 1))});
-    for (int step = 0; step <= ReachPath::kDelay; ++step) law.step();
+    for (int step = 0; step <= 7; ++step) law.step();
     if (law.following_short_path()) return reach;
   }
 }
@@ -242,7 +242,7 @@ GuardedLaw on_its_way(const Chain& chain, uint64_t reach, int steps) {
 
 TEST(GuardedLaw, BeginsAPathAfterSevenStepsAndRestoresGammaAtItsEnd) {
   const Chain chain = testing::seven_joint_arm().chain;
-  GuardedLaw law = on_its_way(chain, reach_with_path(chain), ReachPath::kDelay);
+  GuardedLaw law = on_its_way(chain, reach_with_path(chain), 7);
   EXPECT_FALSE(law.following_short_path());
   EXPECT_EQ(law.gamma(), law.largest_gamma());
   law.step();

@@ -172,6 +172,17 @@ def test_obstacles_are_avoided(hoap2):
     assert np.linalg.norm(law.x - [0.1, -0.12, 0.1]) > 0.05
 
 
+def test_motion_is_the_same_at_any_rate(hoap2):
+    hands = []
+    for rate in (100, 1000):
+        law = multireach.GuardedLaw(hoap2, natural_frequency=6, damping_ratio=1, steps_per_second=rate)
+        law.start([0.2, -0.3, -0.2, -0.9])
+        law.set_target([0.1, -0.12, 0.1])
+        law.step(rate // 2)
+        hands.append(law.x)
+    assert np.linalg.norm(hands[0] - hands[1]) < 2e-3
+
+
 def test_errors_are_sentences(hoap2):
     law = multireach.GuardedLaw(hoap2)
     with pytest.raises(RuntimeError, match=r"call start\(\) first"):
@@ -185,6 +196,10 @@ def test_errors_are_sentences(hoap2):
         multireach.GuardedLaw(hoap2, gama=3)
     with pytest.raises(ValueError):
         multireach.GuardedLaw(hoap2, alpha=0.01, beta=0.5)
+    with pytest.raises(ValueError, match="alpha and beta: expected without natural_frequency"):
+        multireach.GuardedLaw(hoap2, alpha=0.08, natural_frequency=6)
+    with pytest.raises(ValueError, match="damping ratio must be in"):
+        multireach.GuardedLaw(hoap2, damping_ratio=0.9)
     with pytest.raises(ValueError, match="size: a box has 3 numbers"):
         multireach.Obstacle("box", [0, 0, 0], [1])
     with pytest.raises(ValueError, match="start: expected 4 rows"):

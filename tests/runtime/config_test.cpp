@@ -182,6 +182,10 @@ TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
   says("law: guarded, drift_m: 0.02", "'controller.drift_m' is allowed only with law: paper");
   says("law: paper, link_radius_m: 0.02", "'controller.link_radius_m' is allowed only with law: guarded");
   says("beta_per_step: 0.03", "overshoot");
+  EXPECT_EQ(controller("natural_frequency_rad_s: 8, damping_ratio: 1, steps_per_tick: 50"), "");
+  says("damping_ratio: 0.99", "'controller.damping_ratio' is '0.99'; expected a number from 1 to 100");
+  says("natural_frequency_rad_s: 8, alpha_per_step: 0.1", "natural_frequency_rad_s without alpha_per_step");
+  says("law: paper, natural_frequency_rad_s: 8", "allowed only with law: guarded");
   says("task: pointing", "pointing_direction");
   says("task: pointing, pointing_direction: [0, 0, 0]", "a vector that is not zero");
   says("link_radius_m: -1", "link_radius_m");
