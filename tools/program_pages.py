@@ -168,9 +168,11 @@ def markdown_list(helps):
 
 
 def completion_cases(parsed, path=""):
-    """Lines of a bash `case`: for each subcommand, its words; for each option with listed values, these."""
-    words = [flag for option in parsed.options() for flag in option.flags()] + list(parsed.subcommands)
-    yield f'    "{path}") words="{" ".join(words)}" ;;'
+    """Lines of a bash `case`: for each subcommand, its options, and what may stand there besides: subcommands, listed values of arguments."""
+    options = [flag for option in parsed.options() for flag in option.flags()]
+    arguments = [choice for entries in parsed.sections.values() for entry in entries if not entry.flags() for choice in entry.choices()]
+    words = list(parsed.subcommands) + arguments
+    yield f'    "{path}") options="{" ".join(options)}" words="{" ".join(words)}" ;;'
     for word, sub in parsed.subcommands.items():
         yield from completion_cases(sub, f"{path} {word}".strip())
 
@@ -193,7 +195,10 @@ def completion(name, parsed):
                        for flag, words in values.items() if words)
     files = "|".join(flag for flag, words in values.items() if not words)
     lines = [f"# bash completion of {name}, made from its --help", f"{function}() {{",
-             '  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} path="" words=""' + (" i" if subcommands else ""),
+             '  local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} path="" options="" words=""' + (" i" if subcommands else ""),
+             "  # --option=value is three words",
+             '  [ "$cur" != = ] || cur=""',
+             '  [ "$prev" != = ] || prev=${COMP_WORDS[COMP_CWORD-2]}',
              '  case "$prev" in']
     lines += [listed] if listed else []
     lines += [f"    {files}) compopt -o default; COMPREPLY=(); return ;;"] if files else []
@@ -201,6 +206,7 @@ def completion(name, parsed):
     if subcommands:
         lines += ['  for ((i = 1; i < COMP_CWORD; i++)); do', f'    case "${{COMP_WORDS[i]}}" in {"|".join(subcommands)}) path="${{path:+$path }}${{COMP_WORDS[i]}}" ;; esac', "  done"]
     lines += ['  case "$path" in', *completion_cases(parsed), "  esac",
+              '  [[ $cur != -* ]] || words=$options',
               '  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$cur")', "  [ ${#COMPREPLY[@]} -gt 0 ] || compopt -o default", "}",
               f"complete -F {function} {name}"]
     return "\n".join(lines) + "\n"

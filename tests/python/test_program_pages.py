@@ -21,6 +21,9 @@ Subcommands:
 PUSH = """pushes
 Usage: multireach-mover push [OPTIONS]
 
+Positionals:
+  WHAT TEXT:{box,door} REQUIRED   what to push
+
 Options:
   -h,--help                       Print this help message and exit
   --force FLOAT                   N
@@ -47,6 +50,11 @@ def test_completion(pages):
     assert completed(pages, "pu") == ["push"]
     assert completed(pages, "--law", "") == ["paper", "guarded"]
     assert completed(pages, "--law", "g") == ["guarded"]
+    assert completed(pages, "--law", "=", "g") == ["guarded"]
+    assert completed(pages, "--law", "=") == ["paper", "guarded"]
+    assert completed(pages, "") == ["push"]
+    assert completed(pages, "push", "") == ["box", "door"]
+    assert completed(pages, "push", "a_file") == ["compopt", "-o", "default"]
     assert completed(pages, "--config", "") == ["compopt", "-o", "default"]
     assert completed(pages, "push", "--") == ["--help", "--force"]
 
