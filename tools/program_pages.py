@@ -51,10 +51,24 @@ class Help:
                 for entry in entries if entry.flags()]
 
 
+def column_of_texts(text):
+    """Where the texts of most entries begin; 0 where there is none."""
+    columns = [len(begin) for begin in re.findall(r"^( {1,3}\S.*?\S? {2,})\S", text, re.MULTILINE)]
+    return max(set(columns), key=columns.count, default=0)
+
+
+def name_and_text(line, column):
+    """The parts of an entry's first line. A name that ends just before the column has only one space behind it."""
+    if 0 < column < len(line) and line[column - 1] == " " != line[column] and not re.search(r"\S {2,}\S", line[:column]):
+        return line[:column].strip(), line[column:].strip()
+    name, _, rest = re.sub(r"\s{2,}", "\t", line.strip(), count=1).partition("\t")
+    return name, rest
+
+
 def parse(text):
     """Reads the form of CLI11, and of the scripts: entries are indented by two spaces, their texts follow after two more or
     on the next lines, indented further."""
-    parsed, heading, entry = Help(), "Options", None
+    parsed, heading, entry, column = Help(), "Options", None, column_of_texts(text)
     for line in text.splitlines():
         indent = len(line) - len(line.lstrip())
         if not line.strip():
@@ -68,8 +82,7 @@ def parse(text):
         elif indent == 0:
             parsed.description = f"{parsed.description} {line}".strip()
         elif indent <= 3:
-            name, _, rest = re.sub(r"\s{2,}", "\t", line.strip(), count=1).partition("\t")
-            entry = Entry(name, rest)
+            entry = Entry(*name_and_text(line, column))
             parsed.sections.setdefault(heading, []).append(entry)
         elif entry:
             entry.text = f"{entry.text} {line.strip()}".strip()

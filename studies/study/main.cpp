@@ -303,27 +303,27 @@ int main(int argc, char** argv) {
       .one_of({"space", "postures"})
       .show_default();
   cli.option("--shard", options.shard, "i/n: run only part i of n; i from 0 to n - 1").show_default();
-  cli.option("--threads", options.threads, "threads; the results are the same with any number")
-      .whole(1, 1024)
-      .show_default();
+  cli.option("--threads", options.threads,
+             "threads (default: all processors); the results are the same with any number")
+      .whole(1, 1024);
   options.gains.add_to(cli);
   cli.option("--drift", options.drift_m,
              "law paper: search theta_T again when K(theta_T) is further than this from the target, m; 0: never")
       .finite(0.0, 1e6)
       .show_default();
   cli.option("--acceleration", options.acceleration, multireach::kAccelerationHelp);
-  cli.option("--json", options.json, "where to write the results; - for standard output, also without --csv");
-  cli.option("--csv", options.csv, "where to write them as a table; - for standard output");
-  cli.option("--failures", options.failures, "where to write the reaches that did not arrive, as a table");
+  cli.option("--json", options.json, "JSON file of the results; - for standard output, the default without --csv");
+  cli.option("--csv", options.csv, "CSV file of the results; - for standard output");
+  cli.option("--failures", options.failures, "CSV file of the reaches that did not arrive");
   cli.option("--trace-sample", options.trace_sample, "print the command that traces reach K, and stop")
       .whole(0, 1000000000000);
   multireach::CommandLine merging = cli.subcommand("merge", "merge the results of all shards of a study");
   merging.option("files", options.merge, "JSON files of the shards").required();
   merging.option("--json", options.json, "where to write the results; - for standard output");
-  merging.option("--csv", options.csv, "where to write them as a table");
+  merging.option("--csv", options.csv, "CSV file of the results");
   multireach::CommandLine asking = cli.subcommand(
       "status", "one line on all shards of a study, finished and running; exit code 1 until all are done");
-  asking.option("folder", options.folder, "where their --json files are").show_default();
+  asking.option("folder", options.folder, "folder of the shards' --json files").show_default();
   multireach::CommandLine straight = cli.subcommand(
       "straightness",
       "length of the hand's path: guarded, a damped-least-squares follower, and the shortest path inside the limits");
@@ -335,7 +335,7 @@ int main(int argc, char** argv) {
       "tracking",
       "how well the hand follows targets that keep moving: the controller, and a damped-least-squares follower");
   following.fallthrough();
-  following.option("--radius", options.radius_m, "of the paths, m; default: a tenth of the arm's reach")
+  following.option("--radius", options.radius_m, "radius of the paths, m; default: a tenth of the arm's reach")
       .finite(1e-4, 10.0);
   return program.run(argc, argv, [&] {
     if (options.json.empty() && options.csv.empty() && !straight.given() && !following.given()) options.json = "-";

@@ -1,14 +1,10 @@
 """What the tests of the pages share. Run by ctest, or: MULTIREACH_BIN=build/release/bin /usr/bin/python3 -m pytest tests/pages"""
 import os
 import pathlib
-import sys
 
 import pytest
 
 from page_text import ROOT
-
-sys.path.insert(0, str(ROOT / "tools"))
-sys.path.insert(0, str(ROOT / "tests/python"))
 
 
 @pytest.fixture(scope="session")

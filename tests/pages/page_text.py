@@ -3,10 +3,15 @@ import pathlib
 import re
 import shlex
 import subprocess
+import sys
 import xml.etree.ElementTree
 from dataclasses import dataclass
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path += [str(ROOT / "tools"), str(ROOT / "tests/python")]  # the modules that are tested, and what tests share
+
+from doc_site import project_files  # noqa: E402
+
 NAMESPACE = "{http://commonmark.org/xml/1.0}"
 GENERATED = re.compile(r"docs/(programs/.*|messages|configuration)\.md")
 
@@ -20,13 +25,12 @@ class Code:
     text: str
 
 
-def page_names(root=ROOT):
-    done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.md"], cwd=root, capture_output=True, text=True, check=True)
-    return sorted(name for name in set(done.stdout.splitlines()) if (root / name).is_file())
+def page_names():
+    return [name for name in project_files(ROOT) if name.endswith(".md")]
 
 
-def code_of(page, root=ROOT):
-    done = subprocess.run(["cmark-gfm", "-e", "table", "-t", "xml", "--sourcepos", root / page], capture_output=True, text=True, check=True)
+def code_of(page):
+    done = subprocess.run(["cmark-gfm", "-e", "table", "-t", "xml", "--sourcepos", ROOT / page], capture_output=True, text=True, check=True)
     line, found = 0, []
     for element in xml.etree.ElementTree.fromstring(done.stdout).iter():
         line = int(element.get("sourcepos", f"{line}:").split(":")[0])

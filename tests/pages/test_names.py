@@ -1,10 +1,9 @@
 """What the pages name exists: tests, files, channels, keys, classes and functions."""
 import re
-import subprocess
 
 import pytest
 
-from page_text import GENERATED, ROOT, code_of, page_names
+from page_text import GENERATED, ROOT, code_of, page_names, project_files
 
 CODE = {".cpp", ".hpp", ".py", ".pyi", ".sh", ".ts", ".js", ".lcm", ".yaml", ".cmake", ".txt", ".urdf", ".json", ".html", ".css", ".in", ""}
 # Names of others, and of files that the reader makes.
@@ -15,14 +14,9 @@ FOREIGN = {
 }
 
 
-def all_files():
-    done = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [name for name in sorted(set(done.stdout.splitlines())) if (ROOT / name).is_file()]
-
-
 @pytest.fixture(scope="module")
 def project():
-    files = all_files()
+    files = project_files(ROOT)
     words, tests = set(), set()
     for name in files:
         path = ROOT / name

@@ -12,6 +12,7 @@ Options:
   -h,--help                       Print this help message and exit
   --law TEXT:{paper,guarded}=guarded
                                   control law
+  --port INT:INT in [0 - 65535]=0 0: any
   --config TEXT REQUIRED          a file
                                   .with a dot at the start of a line
 
@@ -46,7 +47,7 @@ def completed(pages, *words):
 
 
 def test_completion(pages):
-    assert completed(pages, "--") == ["--help", "--law", "--config"]
+    assert completed(pages, "--") == ["--help", "--law", "--port", "--config"]
     assert completed(pages, "pu") == ["push"]
     assert completed(pages, "--law", "") == ["paper", "guarded"]
     assert completed(pages, "--law", "g") == ["guarded"]
@@ -62,6 +63,7 @@ def test_completion(pages):
 def test_man_page(pages):
     text = gzip.decompress((pages / "man/multireach-mover.1.gz").read_bytes()).decode()
     assert text.startswith(".TH MULTIREACH-MOVER 1") and "multireach-mover \\- Moves things\n" in text
+    assert ".B \\-\\-port INT:INT in [0 \\- 65535]=0\n0: any\n" in text  # one space between name and text
     for option in ("\\-\\-law TEXT:{paper,guarded}=guarded", "\\-\\-force FLOAT", ".SS push"):
         assert option in text
     # No word of a help text is an instruction to roff.

@@ -49,7 +49,7 @@ int print_tag(const TagPrint& options) {
 Command tag_command(CommandLine& cli) {
   const auto options = std::make_shared<TagPrint>();
   CommandLine app = cli.subcommand("tag", "an AprilTag of the family 36h11 to print, as SVG in its true size");
-  app.option("--id", options->id, "its number, 0 to 586").required().whole(0, vision::kTagIds - 1);
+  app.option("--id", options->id, "number of the tag, 0 to 586").required().whole(0, vision::kTagIds - 1);
   app.option("--size", options->size_m, "side of the black square, metres").required().finite(1e-3, 10);
   app.option("-o", options->output, "the SVG file; - for standard output").required();
   return {app, [options] { return print_tag(*options); }};

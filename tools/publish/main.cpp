@@ -132,14 +132,17 @@ int main(int argc, char** argv) {
   add_bus_options(cli, arguments.bus);
   cli.require_subcommand();
   const CommandOption once = cli.flag("--once", arguments.once, "send one message (default, but for targets)");
-  cli.option("--hz", arguments.hz, "send so often, until Ctrl-C (default for targets: 30)")
+  cli.option("--hz", arguments.hz, "messages per second, until Ctrl-C (default for targets: 30)")
       .finite(0.01, 1000)
       .excludes(once);
   constexpr double kLargest = 1e6;
 
   CommandLine target = cli.subcommand("target", "a target at rest, for the controller");
-  target.option("POSITION", arguments.position, "X Y Z, m").required().values(3, "X Y Z").finite(-kLargest, kLargest);
-  target.option("--orientation", arguments.target_orientation, "quaternion, from the target's frame to W")
+  target.option("POSITION", arguments.position, "position of the target, m, in W")
+      .required()
+      .values(3, "X Y Z")
+      .finite(-kLargest, kLargest);
+  target.option("--orientation", arguments.target_orientation, "rotation from the target's frame to W, unit quaternion")
       .values(4, "W X Y Z")
       .finite(-kLargest, kLargest);
   target.option("--name", arguments.name, "name of the target (default: that of --robot, else 'target')");
@@ -147,18 +150,21 @@ int main(int argc, char** argv) {
 
   CommandLine obstacle = cli.subcommand("obstacle", "one obstacle, which replaces all before; 'none' removes them");
   obstacle.option("SHAPE", arguments.shape, "sphere, capsule, box or none").required();
-  obstacle.option("POSITION", arguments.position, "of its centre, m").values(3, "X Y Z").finite(-kLargest, kLargest);
-  obstacle.option("--size", arguments.size, "m: radius; radius and length; or three lengths")
+  obstacle.option("POSITION", arguments.position, "centre of the obstacle, m, in W")
+      .values(3, "X Y Z")
+      .finite(-kLargest, kLargest);
+  obstacle
+      .option("--size", arguments.size, "m: radius of a sphere; radius and length of a capsule; three lengths of a box")
       .values(1, 3, "LENGTH")
       .finite(-kLargest, kLargest);
-  obstacle.option("--orientation", arguments.orientation, "quaternion")
+  obstacle.option("--orientation", arguments.orientation, "orientation of the obstacle in W, unit quaternion")
       .values(4, "W X Y Z")
       .finite(-kLargest, kLargest);
 
   CommandLine push = cli.subcommand("perturbation", "a push on a simulated robot");
   push.option("LINK", arguments.link, "the link that is pushed").required();
-  push.option("FORCE", arguments.force, "N, in W").required().values(3, "X Y Z").finite(-kLargest, kLargest);
-  push.option("--duration", arguments.duration_s, "s").finite(0, kLargest).show_default();
+  push.option("FORCE", arguments.force, "force, N, in W").required().values(3, "X Y Z").finite(-kLargest, kLargest);
+  push.option("--duration", arguments.duration_s, "how long the push lasts, s").finite(0, kLargest).show_default();
 
   CommandLine session = cli.subcommand("session", "the images of a recorded session (STEREO_IMAGES, TARGET_TRUTH)");
   session.option("LOG", arguments.session, "the session").required();

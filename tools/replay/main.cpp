@@ -215,9 +215,9 @@ int main(int argc, char** argv) {
       "find the first message and field in which two logs of one session differ, and the stage that sent it; exit "
       "code 1 if they differ");
   bisect_command.option("OLD", old_log, "log written by run, or recorded").required();
-  bisect_command.option("NEW", new_log, "another of the same session").required();
+  bisect_command.option("NEW", new_log, "another log of the same session").required();
   bisect_command.flag("--common", common, "ignore messages that only one log contains");
-  bisect_command.option("--json", bisect_json, "where to write it; - for standard output");
+  bisect_command.option("--json", bisect_json, "JSON file of the first difference; - for standard output");
 
   SweepCommand sweeping(cli);
 

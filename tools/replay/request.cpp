@@ -80,7 +80,8 @@ void RunRequest::add_to(CommandLine& app, bool session_required) {
 }
 
 void RunRequest::add_threads_to(CommandLine& app) {
-  app.option("--threads", threads, "number of threads; does not affect the result").whole(1, 1024);
+  app.option("--threads", threads, "threads (default: all processors); the results are the same with any number")
+      .whole(1, 1024);
 }
 
 ReplayFrom RunRequest::source() const {

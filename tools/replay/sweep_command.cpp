@@ -24,14 +24,12 @@ SweepCommand::SweepCommand(CommandLine& program)
   command_.option("--jobs", jobs_, "replays at the same time; does not affect the result (default: all processors)")
       .whole(1, 1024);
   command_.option("--shard", shard_, "i/n: run only part i of n; i from 0 to n - 1").show_default();
-  command_.option("-o,--output", table_,
-                  "where to write the table, as CSV; - for standard output, also without --json");
-  command_.option("--json", json_, "where to write it as JSON, which merge reads; - for standard output");
+  command_.option("-o,--output", table_, "CSV file of the table; - for standard output, the default without --json");
+  command_.option("--json", json_, "JSON file of the table, which merge reads; - for standard output");
   merging_ = command_.subcommand("merge", "merge the results of all shards of a sweep");
   merging_->option("files", parts_, "JSON files of the shards").required();
-  merging_->option("-o,--output", table_,
-                   "where to write the table, as CSV; - for standard output, also without --json");
-  merging_->option("--json", json_, "where to write it as JSON; - for standard output");
+  merging_->option("-o,--output", table_, "CSV file of the table; - for standard output, the default without --json");
+  merging_->option("--json", json_, "JSON file of the table; - for standard output");
 }
 
 int SweepCommand::run() {

@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
     kinds.emplace_back(program.cli().subcommand(word.word, word.help), word.kind);
   double percent = 100;
   kinds.emplace_back(program.cli().subcommand("speed", "set the speed override"), bridge_request_t::SPEED);
-  kinds.back().first.option("PERCENT", percent, "0 to 100; 0 pauses").required().finite(0, 100);
+  kinds.back().first.option("PERCENT", percent, "speed override, per cent; 0 pauses").required().finite(0, 100);
   for (auto& [command, kind] : kinds) command.fallthrough();
   return program.run(argc, argv, [&] {
     bridge_request_t request{};
