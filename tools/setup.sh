@@ -4,7 +4,7 @@
 # --dry-run: only says what would be downloaded and built.
 # Parts:
 #   loop       the processes of the loop with the simulated robot, and the programs that launch.sh uses
-#   camera     multireach-camera: real cameras, image files, rendered scenes
+#   camera     multireach-camera: real cameras, image files, rendered scenes; multireach-videos: import of two videos
 #   calibrate  multireach-calibrate
 #   replay     multireach-replay
 #   page       multireach-page, and the page that it serves (built with npm)
@@ -34,7 +34,7 @@ declare -A packages=(
 declare -A targets=(
   [core]="multireach_vision multireach_controller_batch multireach_robot_bridge"
   [loop]="multireach-datagram-guard multireach-vision multireach-controller multireach-bridge multireach-robot-sim multireach-robot-driver multireach-robot-emulator multireach-view multireach-log multireach-robot multireach-publish multireach-key"
-  [camera]=multireach-camera [calibrate]=multireach-calibrate [replay]=multireach-replay [page]=multireach-page
+  [camera]="multireach-camera multireach-videos" [calibrate]=multireach-calibrate [replay]=multireach-replay [page]=multireach-page
   [studies]="multireach-trace multireach-study multireach-figures"
   [spy]=multireach_types_jar [docs]="" [python]=multireach_python [package]="multireach_pages multireach_vision multireach_controller_batch multireach_robot_bridge" [tests]=all
 )

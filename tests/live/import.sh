@@ -39,6 +39,14 @@ assert all(message.format == "jpeg" and bytes(message.data) in recorded for _, m
 times = [message.header.stamp.to_nsec() for topic, message in images if "left" in topic]
 assert times == sorted(times) and times[0] > 10**18 and 32e6 < times[1] - times[0] < 35e6, times[:2]
 PYTHON
+# Two videos, of 12 and 10 images: ten pairs, each of images of the same number.
+"$bin/multireach-test-video" avi "$work/left.avi" 12 64 48 && "$bin/multireach-test-video" avi "$work/right.avi" 10 64 48 || fail "no videos"
+"$bin/multireach-log" import "$work/left.avi" "$work/right.avi" -o "$work/videos.lcm" >"$work/said" || fail "import of videos"
+grep -q '^10 pairs of 64 x 48 pixels in 0.30 s, 33.3 ms apart; 2 images without a partner$' "$work/said" || fail "videos: $(cat "$work/said")"
+"$bin/multireach-log" images "$work/videos.lcm" -o "$work/of_videos" >/dev/null
+told=$("$bin/multireach-test-video" tell "$work"/of_videos/*_left.png "$work"/of_videos/*_right.png | tr '\n' ' ')
+[ "$told" = "0 1 2 3 4 5 6 7 8 9 0 1 2 3 4 5 6 7 8 9 " ] || fail "the images of the videos are $told"
+refuses "is not a video that can be opened" "$bin/multireach-log" import "$work/left.avi" "$work/png" -o "$work/refused.lcm"
 refuses "--left is missing; expected a topic; its topics with images are /left, /right" "$bin/multireach-log" import "$work/lz4.bag" -o "$work/refused.lcm"
 [ ! -e "$work/refused.lcm" ] || fail "a refused import leaves a log"
 exit $failed

@@ -1,4 +1,9 @@
 // multireach-log: inspects, checks, edits and exports logs.
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -102,6 +107,21 @@ int images(const std::string& log, const std::string& folder, const ChannelPatte
   return count > 0 && warnings.empty() ? 0 : 1;
 }
 
+/// Two videos are read by a program of its own: those who import nothing need not install OpenCV's videos.
+int import_videos(const std::vector<std::string>& inputs, const ImportOptions& options, const std::string& output) {
+  if (!options.left.empty() || !options.right.empty() || options.max_skew_s)
+    throw InputError("--left, --right, --max-skew: are not for two videos; expected LEFT RIGHT -o LOG");
+  std::error_code error;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::string program = (own.parent_path() / "multireach-videos").string();
+  const std::string quality = std::to_string(options.jpeg_quality);
+  const std::array<const char*, 8> words{program.c_str(), inputs[0].c_str(), inputs[1].c_str(), "-o",
+                                         output.c_str(),  "--jpeg-quality",  quality.c_str(),   nullptr};
+  execv(program.c_str(), const_cast<char* const*>(words.data()));
+  throw InputError(program + ": " + std::strerror(errno) +
+                   "; two videos need this program, of the Debian package multireach-camera");
+}
+
 int import_recording(const ImportOptions& options, const std::string& output) {
   std::error_code error;
   if (std::filesystem::equivalent(options.input, output, error))
@@ -129,7 +149,7 @@ int main(int argc, char** argv) {
 
   CommandLine informing = cli.subcommand("info", "channels, types, rates, gaps and losses");
   informing.option("LOG", log, "log to read").required();
-  informing.option("--json", json, "where to write them; - for standard output, instead of the table");
+  informing.option("--json", json, "JSON file to write; - for standard output, instead of the table");
 
   CommandLine checking =
       cli.subcommand("check", "list damaged, truncated, malformed or lost data; exit code 1 if there is any");
@@ -145,7 +165,7 @@ int main(int argc, char** argv) {
   filtering.option("LOG", log, "log to read").required();
   filtering.option("-o,--output", output, "log to write").required();
   filtering.option("--channel", patterns, "channels to keep; patterns as 'JOINT_*'").required();
-  filtering.flag("--without", without, "leave these out and keep the others");
+  filtering.flag("--without", without, "leave out the channels of --channel and keep the others");
 
   CommandLine merging = cli.subcommand("merge", "several logs into one, in the order of time");
   merging.option("LOG", inputs, "logs to merge").required();
@@ -160,7 +180,7 @@ int main(int argc, char** argv) {
   CommandLine timing =
       cli.subcommand("latency", "delays from a stereo pair to the first command that follows from it, stage by stage");
   timing.option("LOG", log, "log of a run, all channels").required();
-  timing.option("--json", json, "where to write them; - for standard output, instead of the table");
+  timing.option("--json", json, "JSON file to write; - for standard output, instead of the table");
 
   std::string format;
   CommandLine exporting = cli.subcommand("export", "a log in the formats of other tools");
@@ -183,8 +203,12 @@ int main(int argc, char** argv) {
   ImportOptions recording;
   CommandLine importing = cli.subcommand(
       "import",
-      "a session of STEREO_IMAGES from image files, a bag of ROS 1, or an MCAP file of ROS 2: docs/import.md");
-  importing.option("INPUT", recording.input, "folder with pairs.csv or of EuRoC, .bag or .mcap file").required();
+      "a session of STEREO_IMAGES from image files, two videos, a bag of ROS 1, or an MCAP file of ROS 2: "
+      "docs/import.md");
+  importing
+      .option("INPUT", inputs, "folder with pairs.csv or of EuRoC, .bag or .mcap file; or two videos, left and right")
+      .values(1, 2, "FILE")
+      .required();
   importing.option("-o,--output", output, "log to write").required();
   importing.option("--left", recording.left, "topic of the left images; of EuRoC, the camera [cam0]");
   importing.option("--right", recording.right, "topic of the right images; of EuRoC, the camera [cam1]");
@@ -198,7 +222,11 @@ int main(int argc, char** argv) {
       .show_default();
 
   return program.run(argc, argv, [&] {
-    if (importing.given()) return import_recording(recording, output);
+    if (importing.given()) {
+      if (inputs.size() == 2) return import_videos(inputs, recording, output);
+      recording.input = inputs[0];
+      return import_recording(recording, output);
+    }
     if (exporting.given()) return export_as(format, log, output, patterns);
     if (picturing.given()) return images(log, output, patterns);
     if (informing.given()) return info(log, json);

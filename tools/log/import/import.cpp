@@ -106,8 +106,12 @@ std::string ImportSummary::text() const {
 
 ImportSummary import_images(const ImportOptions& options, const std::string& output,
                             const ImageSource::Progress& progress) {
-  const std::unique_ptr<ImageSource> source = open_image_source(options);
-  const std::vector<ListedImage> images = listed(*source, options, [&](double part) { progress(kListing * part); });
+  return import_images(*open_image_source(options), options, output, progress);
+}
+
+ImportSummary import_images(ImageSource& source, const ImportOptions& options, const std::string& output,
+                            const ImageSource::Progress& progress) {
+  const std::vector<ListedImage> images = listed(source, options, [&](double part) { progress(kListing * part); });
   ImportSummary summary;
   summary.period_us = period_of(images);
   const int64_t max_skew_us =
@@ -121,7 +125,7 @@ ImportSummary import_images(const ImportOptions& options, const std::string& out
   LogWriter log(output);
   std::vector<int64_t> skews;
   for (const auto& [left, right] : pairs) {
-    Frame left_frame = source->read(left), right_frame = source->read(right);
+    Frame left_frame = source.read(left), right_frame = source.read(right);
     if (summary.pairs == 0) {
       summary.width = left_frame.width;
       summary.height = left_frame.height;
@@ -137,7 +141,7 @@ ImportSummary import_images(const ImportOptions& options, const std::string& out
   log.close();
   summary.median_skew_us = median(skews);
   summary.span_s = 1e-6 * static_cast<double>(pairs.back().first.utime - pairs.front().first.utime);
-  summary.warning = source->warning();
+  summary.warning = source.warning();
   return summary;
 }
 

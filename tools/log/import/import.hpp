@@ -22,5 +22,8 @@ struct ImportSummary {
 /// recording cannot be read or no two images are close enough in time, OutputError when the log cannot be written.
 ImportSummary import_images(const ImportOptions& options, const std::string& output,
                             const ImageSource::Progress& progress);
+/// The same of a source that is open; `options.input` names it in errors.
+ImportSummary import_images(ImageSource& source, const ImportOptions& options, const std::string& output,
+                            const ImageSource::Progress& progress);
 
 }  // namespace multireach
