@@ -37,10 +37,17 @@ bool Access::allows_host(std::string_view header) const {
 }
 
 bool Access::allows_messages(std::string_view host_header, std::string_view origin, std::string_view query) const {
-  constexpr std::string_view kScheme = "http://", kToken = "token=";
-  if (!allows_host(host_header) || !origin.starts_with(kScheme)) return false;
+  constexpr std::string_view kScheme = "http://";
+  if (!origin.starts_with(kScheme)) return false;
   if (lower_case(origin.substr(kScheme.size())) != lower_case(host_header)) return false;
-  return !token.empty() && query.starts_with(kToken) && same_secret(query.substr(kToken.size()), token);
+  return allows_reading(host_header, query);
+}
+
+bool Access::allows_reading(std::string_view host_header, std::string_view query) const {
+  constexpr std::string_view kToken = "token=";
+  if (!allows_host(host_header) || token.empty() || !query.starts_with(kToken)) return false;
+  query.remove_prefix(kToken.size());
+  return same_secret(query.substr(0, query.find('&')), token);
 }
 
 std::string random_token() {

@@ -18,6 +18,9 @@ struct Access {
   /// Whether a connection for messages is accepted: its page came from this server, and it knows the token. `query`:
   /// of the address, as "token=...". Headers are empty where they are missing.
   bool allows_messages(std::string_view host_header, std::string_view origin, std::string_view query) const;
+  /// Whether a request that only reads is answered: it knows the token. Browsers send no `Origin` with it from the page
+  /// itself, and let no other page read the answer.
+  bool allows_reading(std::string_view host_header, std::string_view query) const;
 };
 
 /// 32 random hexadecimal digits.

@@ -1,17 +1,22 @@
-// multireach-page: serves a page on which a browser shows the robot, the cameras and all nodes, live.
+// multireach-page: serves a page on which a browser shows the robot, the cameras and all nodes, live or of a log.
 #include <charconv>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <thread>
 
 #include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
 #include "runtime/rig_config.hpp"
 #include "tools/page/listening_socket.hpp"
+#include "tools/page/log_answers.hpp"
+#include "tools/page/log_page.hpp"
 #include "tools/page/page_node.hpp"
 #include "tools/page/page_server.hpp"
 #include "tools/page/setup_text.hpp"
+#include "tools/replay/request.hpp"
 
 namespace multireach {
 namespace {
@@ -22,8 +27,9 @@ constexpr const char* kSocketVariable = "MULTIREACH_PAGE_SOCKET";
 constexpr const char* kTokenVariable = "MULTIREACH_PAGE_TOKEN";
 
 struct Arguments {
-  std::string robot, vision, folder, address = "127.0.0.1", name;
+  std::string robot, vision, folder, address = "127.0.0.1", name, log;
   int port = 0;
+  std::vector<std::string> compared;
   std::vector<std::string> command;
 };
 
@@ -75,24 +81,68 @@ int socket_of_environment() {
   return socket;
 }
 
-int serve(const Arguments& arguments, LiveOptions live) {
+/// A server of the page, with all options that do not depend on what it shows.
+PageServer::Options server_options(const Arguments& arguments) {
+  return {.folder = page_folder(arguments.folder),
+          .address = arguments.address,
+          .port = arguments.port,
+          .socket = socket_of_environment(),
+          .access = {.token = token(), .host = arguments.name}};
+}
+
+void print_address(const Arguments& arguments, const PageServer& server, const PageServer::Options& options) {
+  if (options.socket < 0) print_address(arguments, server.port(), options.access.token);
+}
+
+int serve_live(const Arguments& arguments, LiveOptions live) {
   const RobotConfig robot = RobotConfig::load(arguments.robot);
   std::optional<RigConfig> rig;
   if (!arguments.vision.empty()) rig = load_rig(Config::load(arguments.vision).section("cameras"));
-  const int socket = socket_of_environment();
-  const std::string secret = token();
-  PageServer server({.folder = page_folder(arguments.folder),
-                     .address = arguments.address,
-                     .port = arguments.port,
-                     .socket = socket,
-                     .access = {.token = secret, .host = arguments.name},
-                     .greeting = setup_text(robot, rig ? &rig->rig : nullptr)});
-  if (socket < 0) print_address(arguments, server.port(), secret);
+  PageServer::Options options = server_options(arguments);
+  options.greeting = setup_text(robot, rig ? &rig->rig : nullptr);
+  PageServer server(options);
+  print_address(arguments, server, options);
   std::random_device random;
   PageNode node(server, {.utime = wall_us(), .first_request = static_cast<int64_t>(random()) + 1});
   live.speed = 1;  // its ticks are those of the wall clock
   live.drain_period_us = PageNode::kTickUs;
   return run_live(node, live);
+}
+
+/// Cameras of a log whose vision.yaml is missing or broken are not drawn.
+std::optional<RigConfig> rig_for_log(const std::string& vision, bool required) {
+  try {
+    return load_rig(Config::load(vision).section("cameras"));
+  } catch (const InputError&) {
+    if (required) throw;
+    return std::nullopt;
+  }
+}
+
+int serve_log(const Arguments& arguments) {
+  constexpr auto kStep = std::chrono::milliseconds(40);
+  Setup files;
+  files.config = arguments.robot;
+  files.vision = arguments.vision;
+  const RobotConfig robot = RobotConfig::load(files.robot_file());
+  const auto rig = rig_for_log(files.vision_file(arguments.log), !arguments.vision.empty());
+  ShownRuns runs({.log = arguments.log, .robot = arguments.robot, .vision = arguments.vision});
+  for (const std::string& path : arguments.compared) runs.add_log(path);
+  const LogAnswers answers(runs);
+  PageServer::Options options = server_options(arguments);
+  auto greeting = nlohmann::ordered_json::parse(setup_text(robot, rig ? &rig->rig : nullptr));
+  greeting["setup"]["log"] = std::filesystem::path(arguments.log).filename().string();
+  options.greeting = greeting.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  options.answer = [&](std::string_view path, std::string_view query) { return answers.answer(path, query); };
+  PageServer server(options);
+  print_address(arguments, server, options);
+  LogPage page(server, runs);
+  catch_signals();
+  while (!interrupted()) {
+    page.step();
+    std::this_thread::sleep_for(kStep);
+  }
+  return 0;
 }
 
 }  // namespace
@@ -102,11 +152,17 @@ int main(int argc, char** argv) {
   using namespace multireach;
   Program program(
       "multireach-page",
-      "Serves a page on which a browser shows the robot, the cameras and all nodes, and prints its address.");
+      "Serves a page on which a browser shows the robot, the cameras and all nodes, live or of a recorded log, and "
+      "prints its address.");
   Arguments arguments;
   CommandLine& cli = program.cli();
   cli.option("--robot", arguments.robot, "robot.yaml or its folder, as robots/hoap2");
   cli.option("--vision", arguments.vision, "vision.yaml, for the cameras' poses");
+  cli.option("--log", arguments.log,
+             "recorded log to show instead of a running system; then --robot and --vision default as in "
+             "multireach-replay run");
+  cli.option("--compare", arguments.compared, "with --log: another log of the same session; may be repeated")
+      .repeated();
   cli.option("--page", arguments.folder, "folder of the built page (default: build/web)");
   cli.option("--host", arguments.address, "IPv4 address to listen at; 0.0.0.0 lets other computers in").show_default();
   cli.option("--host-name", arguments.name, "a name of this computer that browsers may use besides its addresses");
@@ -117,7 +173,9 @@ int main(int argc, char** argv) {
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
     if (!arguments.command.empty()) return run_with_socket(arguments);
+    if (!arguments.log.empty()) return serve_log(arguments);
+    if (!arguments.compared.empty()) throw InputError("--compare: is only allowed with --log");
     if (arguments.robot.empty()) throw InputError("--robot is required");
-    return serve(arguments, live);
+    return serve_live(arguments, live);
   });
 }

@@ -8,11 +8,10 @@
 #include <multireach/node_status_t.hpp>
 #include <multireach/target_t.hpp>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "runtime/channels.hpp"
-#include "runtime/image_message.hpp"
 #include "runtime/message_schema.hpp"
+#include "tools/page/jpeg_image.hpp"
 #include "tools/robot/bridge_words.hpp"
 
 namespace multireach {
@@ -20,32 +19,14 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr int kQuality = 75;
 constexpr int kLargestWidth = 640;  // pixels; a raw image is sent no wider than this
 
 std::string text_of(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-bool is_jpeg(const image_t& image) {
-  return image.pixelformat == image_t::PIXEL_FORMAT_MJPEG && image.size > 3 && image.data[0] == 0xff &&
-         image.data[1] == 0xd8;
-}
-
 std::string as_string(const std::vector<uint8_t>& bytes) {
   return {bytes.begin(), bytes.end()};
-}
-
-/// The image as a JPEG: as it came, or encoded and, where it is large, made smaller. Empty when it cannot be decoded.
-std::string jpeg_of(const image_t& image, ImageCodec& codec) {
-  if (is_jpeg(image)) return as_string(image.data);
-  cv::Mat bgr;
-  if (!codec.decode(encoded(image), bgr)) return {};
-  if (bgr.cols > kLargestWidth) {
-    const double scale = static_cast<double>(kLargestWidth) / bgr.cols;
-    cv::resize(bgr, bgr, {}, scale, scale, cv::INTER_AREA);
-  }
-  return as_string(codec.encode_jpeg(bgr, kQuality));
 }
 
 }  // namespace
@@ -108,7 +89,7 @@ void PageNode::receive_stereo(std::span<const uint8_t> bytes) {
   picture_us_ = next_tick_us_;
   for (size_t i = 0; i < images->images.size(); ++i) {
     const bool right = images->image_types[i] == images_t::RIGHT;
-    std::string jpeg = jpeg_of(images->images[i], codec_);
+    std::string jpeg = jpeg_of(images->images[i], codec_, kLargestWidth, false);
     if (!jpeg.empty())
       browsers_.send(right ? Outgoing::Kind::kRightPicture : Outgoing::Kind::kLeftPicture, std::move(jpeg));
   }

@@ -15,6 +15,7 @@ namespace multireach {
 namespace {
 
 constexpr const char* kMessages = "/messages";
+constexpr std::string_view kQuestions = "/log/";
 constexpr const char* kWriteTimeout = "1500";  // ms: a browser that takes nothing for so long is disconnected
 // Everything comes from this server, and no other page may show this one inside itself.
 constexpr const char* kHeaders =
@@ -31,6 +32,17 @@ int refuse_host(mg_connection* connection) {
   mg_send_http_error(connection, 403, "%s",
                      "This name of the computer is not accepted: use its address, localhost, or --host NAME.");
   return 403;
+}
+
+int write_answer(mg_connection* connection, const PageAnswer& answer) {
+  const char* phrase = answer.status == 200 ? "OK" : answer.status == 204 ? "No Content" : "Bad Request";
+  mg_printf(connection, "HTTP/1.1 %d %s\r\n%s\r\nCache-Control: no-store\r\nConnection: close\r\n", answer.status,
+            phrase, kHeaders);
+  if (answer.status != 204)
+    mg_printf(connection, "Content-Type: %s\r\nContent-Length: %zu\r\n", answer.type.c_str(), answer.body.size());
+  mg_printf(connection, "\r\n");
+  if (answer.status != 204) mg_write(connection, answer.body.data(), answer.body.size());
+  return answer.status;
 }
 
 int opcode_of(Outgoing::Kind kind) {
@@ -71,7 +83,16 @@ struct PageServer::State {
 
 int PageServer::State::begin_request(mg_connection* connection) {
   const State& state = of(mg_get_user_data(mg_get_context(connection)));
-  return state.options.access.allows_host(header(connection, "Host")) ? 0 : refuse_host(connection);
+  if (!state.options.access.allows_host(header(connection, "Host"))) return refuse_host(connection);
+  const mg_request_info* request = mg_get_request_info(connection);
+  const std::string_view path = request->local_uri ? request->local_uri : "";
+  if (!state.options.answer || !path.starts_with(kQuestions)) return 0;
+  const std::string_view query = request->query_string ? request->query_string : "";
+  if (!state.options.access.allows_reading(header(connection, "Host"), query)) {
+    mg_send_http_error(connection, 403, "%s", "The token of the page's address is missing or wrong.");
+    return 403;
+  }
+  return write_answer(connection, state.options.answer(path, query));
 }
 
 int PageServer::State::connect(const mg_connection* connection, void* data) {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "tools/page/access.hpp"
 #include "tools/page/browsers.hpp"
+#include "tools/page/page_answer.hpp"
 
 namespace multireach {
 
@@ -21,6 +23,8 @@ class PageServer : public Browsers {
     int socket = -1;                    ///< listen at this socket, which another program has opened
     Access access{};
     std::string greeting{};  ///< the first text that a browser gets
+    /// Answers questions at /log/, several at a time. Only who knows the token may ask.
+    std::function<PageAnswer(std::string_view path, std::string_view query)> answer{};
   };
   static constexpr size_t kMaxBrowsers = 8;
   static constexpr size_t kMaxRequests = 64;       ///< that wait for the node

@@ -32,30 +32,6 @@ void add_median_and_max(Json& figures, const nlohmann::json& reaches, const std:
   figures[key + "_max"] = number_or_null(quantile(values, 1));
 }
 
-Json figures_of(const RunReport& run, const ReplayResult& result) {
-  const nlohmann::json& report = run.json;
-  Json figures;
-  figures["succeeded"] = run.succeeded;
-  figures["reaches"] = report.at("reaches").size();
-  figures["reached"] = report.at("reached");
-  figures["unreachable"] = report.at("unreachable").size();
-  add_median_and_max(figures, report.at("reaches"), "hand_error_mm");
-  add_median_and_max(figures, report.at("reaches"), "settle_s");
-  const nlohmann::json& vision = report.at("vision_error_mm");
-  for (const char* key : {"median", "p95", "max"})
-    figures[std::string("vision_error_mm_") + key] = vision.is_object() ? Json(vision.at(key)) : Json();
-  int64_t frames = 0;
-  for (const nlohmann::json& interval : report.at("lost_intervals")) frames += interval.at("frames").get<int64_t>();
-  figures["lost_intervals"] = report.at("lost_intervals").size();
-  figures["lost_frames"] = frames;
-  for (const char* key : {"images", "targets", "setpoints", "commands", "robot_states", "max_limit_violation_rad",
-                          "max_measured_limit_violation_rad", "max_velocity_violation_rad_s", "max_command_speed_share",
-                          "max_measured_speed_share", "max_command_acceleration_share", "max_command_jerk_share"})
-    figures[key] = Json(report.at(key));
-  figures["digest"] = fmt::format("{:016x}", static_cast<uint64_t>(result.digest));
-  return figures;
-}
-
 /// Progress of replays that run at the same time.
 class SharedProgress {
  public:
@@ -129,7 +105,8 @@ class Sweeper {
         },
         [&](double part) { progress_.show(k, part); });
     progress_.show(k, 1);
-    Json row{{"index", index}, {"set", Json::object()}, {"figures", figures_of(reporter.report(), result)}};
+    Json row{{"index", index}, {"set", Json::object()}, {"figures", figures_of(reporter.report())}};
+    row["figures"]["digest"] = fmt::format("{:016x}", static_cast<uint64_t>(result.digest));
     for (const ConfigOverride& given : overrides) row["set"][given.key] = given.value;
     return row;
   }
@@ -144,6 +121,29 @@ class Sweeper {
 };
 
 }  // namespace
+
+Json figures_of(const RunReport& run) {
+  const nlohmann::json& report = run.json;
+  Json figures;
+  figures["succeeded"] = run.succeeded;
+  figures["reaches"] = report.at("reaches").size();
+  figures["reached"] = report.at("reached");
+  figures["unreachable"] = report.at("unreachable").size();
+  add_median_and_max(figures, report.at("reaches"), "hand_error_mm");
+  add_median_and_max(figures, report.at("reaches"), "settle_s");
+  const nlohmann::json& vision = report.at("vision_error_mm");
+  for (const char* key : {"median", "p95", "max"})
+    figures[std::string("vision_error_mm_") + key] = vision.is_object() ? Json(vision.at(key)) : Json();
+  int64_t frames = 0;
+  for (const nlohmann::json& interval : report.at("lost_intervals")) frames += interval.at("frames").get<int64_t>();
+  figures["lost_intervals"] = report.at("lost_intervals").size();
+  figures["lost_frames"] = frames;
+  for (const char* key : {"images", "targets", "setpoints", "commands", "robot_states", "max_limit_violation_rad",
+                          "max_measured_limit_violation_rad", "max_velocity_violation_rad_s", "max_command_speed_share",
+                          "max_measured_speed_share", "max_command_acceleration_share", "max_command_jerk_share"})
+    figures[key] = Json(report.at(key));
+  return figures;
+}
 
 SweptKey swept_key_from(const std::string& text) {
   const ConfigOverride given = config_override_from("--set", text);

@@ -7,6 +7,7 @@
 
 #include "runtime/config.hpp"
 #include "runtime/shard.hpp"
+#include "tools/log/run_report.hpp"
 #include "tools/replay/run.hpp"
 
 namespace multireach {
@@ -51,6 +52,9 @@ void check_sweep(const SweepJob& job);
 /// keys' values), `figures` (of the report on the run, and the digest of all computed messages). The rows do not depend
 /// on `jobs`. Throws InputError when the session cannot be read.
 nlohmann::ordered_json sweep_rows(const SweepJob& job, const ReplayProgress& progress);
+
+/// The figures of the report on one run, as in the columns of a sweep's table, without the digest.
+nlohmann::ordered_json figures_of(const RunReport& run);
 
 /// A sweep as a table: a row for each combination, a column for its number, for each key and for each figure. Throws
 /// nlohmann::json::exception where `sweep`, an object with `rows`, has another form.

@@ -11,8 +11,8 @@ export class Arm {
   private readonly tip: THREE.Object3D;
   private readonly base: THREE.Object3D;
 
-  /** `ghost`: draws the moving links only, see-through. */
-  constructor(setup: Setup, private readonly ghost: boolean) {
+  /** `ghost`: draws the moving links only, see-through, in this colour; `grid`: as a grid of lines. */
+  constructor(setup: Setup, private readonly ghost: boolean, private readonly colour = 0x0072b2, private readonly grid = false) {
     const loader = new URDFLoader();
     loader.parseCollision = false;
     loader.loadMeshCb = (_path, _manager, _material, done) => done(new THREE.Group());  // meshes are not served
@@ -79,7 +79,7 @@ export class Arm {
     const moving = new Set<THREE.Object3D>();
     for (let at: THREE.Object3D | null = this.tip; at && at !== this.base; at = at.parent) if ('isURDFLink' in at) moving.add(at);
     // Slightly further away than it is, so that it is seen only where it differs from the measured arm.
-    const ghost = new THREE.MeshLambertMaterial({color: 0x0072b2, transparent: true, opacity: 0.45, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2});
+    const ghost = new THREE.MeshLambertMaterial({color: this.colour, wireframe: this.grid, transparent: true, opacity: this.grid ? 0.8 : 0.45, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2});
     this.robot.traverse(object => {
       if (!(object instanceof THREE.Mesh)) return;
       if (this.ghost) {

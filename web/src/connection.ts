@@ -1,11 +1,12 @@
 // The WebSocket to multireach-page, opened again when it closes.
-import type {Answer, Frame, Picture, Setup} from './messages';
+import type {Answer, Frame, Picture, Run, Setup} from './messages';
 
 export interface Receiver {
   setup(setup: Setup): void;
   frame(frame: Frame): void;
   answer(answer: Answer): void;
   picture(picture: Picture): void;
+  runs(runs: Run[]): void;
   /** `problem`: why there is no connection, in words; nothing while there is one. */
   connected(problem?: string): void;
 }
@@ -13,10 +14,15 @@ export interface Receiver {
 const kRetry = 1000;  // ms
 const kSides: Record<number, Picture['side']> = {2: 'left', 3: 'right', 4: 'pair'};  // Outgoing::Kind
 
+/** What the page's address says besides the token: a view of a log. */
+export let addressedView = new URLSearchParams();
+
 /** The token of the page's address, kept for this tab so that the address can be cleaned. */
 function token(): string {
   if (location.hash.length > 1) {
-    sessionStorage.setItem('token', location.hash.slice(1));
+    const [secret, ...view] = location.hash.slice(1).split('&');
+    sessionStorage.setItem('token', secret);
+    addressedView = new URLSearchParams(view.join('&'));
     history.replaceState(null, '', location.pathname);
   }
   return sessionStorage.getItem('token') ?? '';
@@ -24,7 +30,7 @@ function token(): string {
 
 export class Connection {
   private socket?: WebSocket;
-  private readonly token = token();
+  readonly token = token();
 
   private decoding = 0;  // ms
 
@@ -71,6 +77,7 @@ export class Connection {
     this.decoding += performance.now() - begin;
     if (message.setup) this.receiver.setup(message.setup);
     else if (message.answer) this.receiver.answer(message);
+    else if (message.runs) this.receiver.runs(message.runs);
     else if (message.messages) this.receiver.frame(message);
   }
 }

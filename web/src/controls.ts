@@ -9,6 +9,9 @@ const kUntouched = 1500;  // ms: so long after the user moved the slider the bri
 
 export const element = <Type extends HTMLElement>(id: string) => document.getElementById(id) as Type;
 
+/** Whether the page shows a log: then there is no robot to command. */
+export const showsLog = () => document.body.dataset.mode === 'log';
+
 export class Controls {
   private readonly slider = element<HTMLInputElement>('speed');
   private touched = -kUntouched;
@@ -28,14 +31,14 @@ export class Controls {
   }
 
   private space(event: KeyboardEvent) {
-    if (event.code !== 'Space') return;
+    if (event.code !== 'Space' || showsLog()) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     if (event.type === 'keydown' && !event.repeat) this.ask({request: 'stop'});
   }
 
   private key(event: KeyboardEvent) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target instanceof HTMLSelectElement) return;
+    if (showsLog() || event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target instanceof HTMLSelectElement) return;
     const request = kKeys[event.key.toLowerCase()];
     if (request) this.ask({request});
   }

@@ -1,10 +1,12 @@
+import type {Vector3} from 'three';
 import './style.css';
 import {Connection} from './connection';
 import {Controls, element} from './controls';
 import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target} from './messages';
 import {Nodes} from './nodes';
 import {Pictures} from './pictures';
-import {Plot, jointLegend} from './plots';
+import {LogMode} from './log_mode';
+import {PlotPanel} from './plot_panel';
 import {Scene, type PointOfView} from './scene';
 import {word} from './words';
 
@@ -18,42 +20,19 @@ const controls = new Controls(request => connection.send(request));
 const ghost = element<HTMLSelectElement>('ghost');
 const contours = element<HTMLInputElement>('contours');
 
-let joints: Setup['joints'] = [];
-let plots: {positions: Plot; velocities: Plot; speed: Plot; gamma: Plot} | undefined;
-let hand: {x: number; y: number; z: number; utime: number} | undefined;
+const plots = new PlotPanel(element('plots'), element('plot-choice'));
+
+let log: LogMode | undefined;  // when the page shows a log
+let hand: Vector3 | undefined;
 let newestTarget: Target | undefined, controller: ControllerState | undefined;
 
 function setup(description: Setup) {
   element('robot-name').textContent = `· ${description.robot}`;
-  joints = description.joints;
-  jointLegend(element('joints'), joints);
-  const parent = element('plots');
-  parent.replaceChildren();
-  const limits = joints.flatMap(joint => [joint.lower, joint.upper]).filter((limit): limit is number => limit !== null);
-  const unit = joints.some(joint => joint.type === 'prismatic') ? 'rad or m' : 'rad';
-  plots = {
-    positions: new Plot(parent, `joint position (${unit}); dashed: limits`, joints.length, limits),
-    velocities: new Plot(parent, 'joint velocity (% of limit); dashed: ±100', joints.length, [-100, 100], [-100, 100]),
-    speed: new Plot(parent, 'hand speed (m/s)', 1, [], [0, 0.1]),
-    gamma: new Plot(parent, 'γ (rad²/m²)', 1, [], [0, 1]),
-  };
+  plots.setup(description.joints, element('joints'));
   scene.setup(description);
   hand = undefined;
   applyTheme();
-}
-
-function robotState(state: RobotState) {
-  const positions = byName(state), velocities = byName(state, state.joint_velocity);
-  const point = scene.setMeasured(positions);
-  const time = state.utime * 1e-6;
-  plots?.positions.add(time, joints.map(joint => positions[joint.name] ?? null));
-  plots?.velocities.add(time, joints.map(joint => joint.velocity ? 100 * velocities[joint.name] / joint.velocity : null));
-  if (!point) return;
-  if (hand && state.utime > hand.utime) {
-    const speed = Math.hypot(point.x - hand.x, point.y - hand.y, point.z - hand.z) / ((state.utime - hand.utime) * 1e-6);
-    plots?.speed.add(time, [speed]);
-  }
-  hand = {x: point.x, y: point.y, z: point.z, utime: state.utime};
+  if (description.log !== undefined && !log) log = new LogMode(description.log, {connection, scene, pictures, plots, contours, show: frame => waiting.push(frame)});
 }
 
 function showReach() {
@@ -83,20 +62,36 @@ function showGhost({channel, message}: Message) {
   scene.setGhost(byName(fields, channel === 'CONTROLLER_STATE' ? fields.target_joint_position : fields.joint_position));
 }
 
-const handlers: Record<string, (message: never) => void> = {
-  ROBOT_STATE: robotState,
+const handlers: Record<string, (message: never, at?: number) => void> = {
   TARGET: (target: Target) => {
     newestTarget = target;
     scene.setTarget(target, target.status !== 0, target.status === 1);
   },
-  CONTROLLER_STATE: (state: ControllerState) => {
-    controller = state;
-    plots?.gamma.add(state.utime * 1e-6, [state.gamma_rad2_m2]);
-  },
+  CONTROLLER_STATE: (state: ControllerState) => { controller = state; },
   OBSTACLES: ({obstacles}: {obstacles: Obstacle[]}) => scene.setObstacles(obstacles),
   BRIDGE_STATE: (state: BridgeState) => controls.show(state),
-  NODE_STATUS: (status: NodeStatus) => nodes.show(status),
+  NODE_STATUS: (status: NodeStatus, at?: number) => nodes.show(status, at === undefined ? undefined : 1e-3 * at),
 };
+
+function showFrame({messages, compared, history, begins}: Frame) {
+  if (begins) {
+    plots.clear();
+    scene.clearTrails();
+  }
+  for (const each of messages) {
+    const time = 1e-6 * (each.at ?? (each.message as {utime: number}).utime);
+    let point: Vector3 | undefined;
+    if (each.channel === 'ROBOT_STATE') {
+      const positions = byName(each.message as RobotState), trailed = history !== 'none';
+      if (compared) point = scene.setCompared(positions, trailed);
+      else hand = point = scene.setMeasured(positions, trailed);
+    }
+    if (history !== 'none') plots.add(each, time, compared ? 1 : 0, point);
+    if (history === 'only' || compared) continue;
+    handlers[each.channel]?.(each.message as never, each.at);
+    showGhost(each);
+  }
+}
 
 /** The newest frames, drawn at the next animation frame of the browser. */
 const waiting: Frame[] = [];
@@ -108,18 +103,13 @@ const spent = {frames: 0, script: 0, since: performance.now()};
 function draw(now: number) {
   requestAnimationFrame(draw);
   const begin = performance.now();
-  for (const frame of waiting.splice(0)) {
-    for (const each of frame.messages) {
-      handlers[each.channel]?.(each.message as never);
-      showGhost(each);
-    }
-  }
+  for (const frame of waiting.splice(0)) showFrame(frame);
   const drawn = scene.render();
   if (now - lastPlots > kPlotPeriod) {
     lastPlots = now;
-    nodes.refresh();
+    nodes.refresh(log?.nowMs);
     showReach();
-    for (const plot of Object.values(plots ?? {})) plot.draw();
+    plots.draw();
   }
   if (!drawn) return;
   ++spent.frames;
@@ -146,12 +136,16 @@ function showRates(rates: Record<string, number>) {
 const connection = new Connection({
   setup,
   frame: frame => {
-    showRates(frame.rates);
+    showRates(frame.rates ?? {});
     waiting.push(frame);
     if (waiting.length > kMostWaiting) waiting.shift();
   },
-  answer: answer => controls.answer(answer),
+  answer: answer => {
+    controls.answer(answer);
+    log?.answer(answer);
+  },
   picture: picture => void pictures.show(picture),
+  runs: runs => log?.showRuns(runs),
   connected: problem => {
     if (problem) {
       controls.badge('gone', problem);
@@ -168,7 +162,8 @@ function applyTheme() {
   const style = getComputedStyle(root);
   const of = (name: string) => style.getPropertyValue(name).trim();
   scene.setTheme(of('--panel'));
-  for (const plot of Object.values(plots ?? {})) plot.setTheme({text: of('--quiet'), line: of('--line')});
+  plots.setTheme({text: of('--quiet'), line: of('--line')});
+  log?.draw();
 }
 
 function changeTheme() {

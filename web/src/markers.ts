@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import type {Camera, Obstacle, Target} from './messages';
 
-export const colours = {target: 0xcc79a7, coasting: 0xe69f00, trail: 0xd55e00, obstacle: 0x7f6a00, camera: 0x009e73};
+export const colours = {target: 0xcc79a7, coasting: 0xe69f00, trail: 0xd55e00, compared: 0xe69f00, obstacle: 0x7f6a00, camera: 0x009e73};
 
 /** Eigenvalues and eigenvectors of a symmetric 3 x 3 matrix, by Jacobi's rotations. */
 export function eigenvectors(matrix: number[][]): {values: number[]; vectors: THREE.Vector3[]} {
@@ -61,13 +61,18 @@ export class Trail {
   private count = 0;
   private next = 0;
 
-  constructor(private readonly most: number, size: number) {
+  constructor(private readonly most: number, size: number, colour = colours.trail) {
     this.positions = new Float32Array(3 * most);
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(this.positions, 3));
     geometry.setDrawRange(0, 0);
-    this.line = new THREE.Points(geometry, new THREE.PointsMaterial({color: colours.trail, size}));
+    this.line = new THREE.Points(geometry, new THREE.PointsMaterial({color: colour, size}));
     this.line.frustumCulled = false;
+  }
+
+  clear() {
+    this.count = this.next = 0;
+    this.line.geometry.setDrawRange(0, 0);
   }
 
   add(point: THREE.Vector3) {

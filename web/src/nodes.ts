@@ -11,18 +11,19 @@ export class Nodes {
 
   constructor(private readonly body: HTMLElement) {}
 
-  show(status: NodeStatus) {
+  /** `now`: of the clock that `refresh` gets, milliseconds. */
+  show(status: NodeStatus, now = performance.now()) {
     const known = this.rows.get(status.node) ?? this.addRow(status);
     known.status = status;
-    known.heard = performance.now();
+    known.heard = now;
     kColumns.forEach((column, i) => { known.cells[i + 1].textContent = status[column].toLocaleString('en'); });
     for (const column of ['dropped', 'refused'] as const) known.cells[kColumns.indexOf(column) + 1].dataset.problem = String(status[column] > 0);
   }
 
   /** Says which nodes are silent; to be called now and then. */
-  refresh() {
+  refresh(now = performance.now()) {
     for (const {cells, heard, status} of this.rows.values()) {
-      const silence = performance.now() - heard;
+      const silence = now - heard;
       const silent = silence > kSilence;
       const text = silent ? `⚠ silent for ${Math.round(silence / 1000)} s (was: ${status.state})` : status.state;
       if (cells[0].textContent !== text) cells[0].textContent = text;

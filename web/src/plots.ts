@@ -7,6 +7,7 @@ const kColours = ['#0072b2', '#d55e00', '#009e73', '#b0408a', '#56b4e9', '#b8860
 const kDashes = [[], [8, 3], [2, 3], [8, 3, 2, 3]];
 const kSpan = 20;  // s
 const kMostPoints = 25 * kSpan;
+export const kPlotSpan = kSpan;
 
 export const colourOf = (i: number) => kColours[i % kColours.length];
 export const dashOf = (i: number) => kDashes[i % kDashes.length];
@@ -16,37 +17,49 @@ interface Theme { text: string; line: string }
 export class Plot {
   private plot?: uPlot;
   private readonly data: (number | null)[][];
+  private readonly compared: (number | null)[][];  // of another run, drawn over it
+  readonly figure: HTMLElement;
   private readonly holder: HTMLDivElement;
   dirty = true;
 
   /** `levels`: values that are marked by lines, as limits. */
   constructor(parent: HTMLElement, title: string, series: number, private readonly levels: number[], private readonly floor?: [number, number]) {
     this.data = Array.from({length: series + 1}, () => []);
+    this.compared = Array.from({length: series + 1}, () => []);
     const figure = document.createElement('figure');
     const caption = document.createElement('figcaption');
     caption.textContent = title;
     this.holder = document.createElement('div');
     figure.append(caption, this.holder);
     parent.append(figure);
+    this.figure = figure;
     new ResizeObserver(() => {
       const {clientWidth: width, clientHeight: height} = this.holder;
       if (width && height) this.plot?.setSize({width, height});
     }).observe(this.holder);
   }
 
-  add(time: number, values: (number | null)[]) {
-    const times = this.data[0] as number[];
+  add(time: number, values: (number | null)[]) { this.addTo(this.data, time, values); }
+  addCompared(time: number, values: (number | null)[]) { this.addTo(this.compared, time, values); }
+
+  clear() {
+    for (const column of [...this.data, ...this.compared]) column.length = 0;
+    this.dirty = true;
+  }
+
+  private addTo(columns: (number | null)[][], time: number, values: (number | null)[]) {
+    const times = columns[0] as number[];
     if (times.length && time <= times[times.length - 1]) {
       if (time > times[times.length - 1] - 1) return;
-      for (const column of this.data) column.length = 0;  // the clock of another run
+      for (const column of columns) column.length = 0;  // the clock of another run
     }
-    [time, ...values].forEach((value, i) => this.data[i]?.push(value));
-    while (times.length > kMostPoints || times[0] < time - kSpan) for (const column of this.data) column.shift();
+    [time, ...values].forEach((value, i) => columns[i]?.push(value));
+    while (times.length > kMostPoints || times[0] < time - kSpan) for (const column of columns) column.shift();
     this.dirty = true;
   }
 
   draw() {
-    if (!this.dirty || !this.plot) return;
+    if (!this.dirty || !this.plot || this.figure.hidden) return;
     this.dirty = false;
     this.plot.setData(this.data as uPlot.AlignedData);
   }
@@ -77,13 +90,14 @@ export class Plot {
         {...axis, size: 44, gap: 3},
       ],
       series: [{}, ...this.data.slice(1).map((_, i) => ({stroke: colourOf(i), dash: dashOf(i), width: 1.5, points: {show: false}}))],
-      hooks: {draw: [self => this.drawLevels(self, theme)]},
+      hooks: {draw: [self => this.drawLevels(self, theme), self => this.drawCompared(self, theme)]},
     };
   }
 
   private range(min: number, max: number): [number, number] {
     const [least, most] = this.floor ?? [min, max];
-    const low = Math.min(min, least), high = Math.max(max, most);
+    const others = this.compared.slice(1).flat().filter((value): value is number => value !== null);
+    const low = Math.min(min, least, ...others), high = Math.max(max, most, ...others);
     const margin = 0.06 * (high - low || 1);
     return [low - margin, high + margin];
   }
@@ -101,6 +115,33 @@ export class Plot {
       ctx.lineTo(bbox.left + bbox.width, y);
       ctx.stroke();
     }
+    ctx.restore();
+  }
+
+  /** Thin and dotted, in the colour of the text. */
+  private drawCompared(self: uPlot, theme: Theme) {
+    const {ctx, bbox} = self;
+    const times = this.compared[0] as number[];
+    if (!times.length) return;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.strokeStyle = theme.text;
+    ctx.lineWidth = 1;
+    ctx.setLineDash([2, 2]);
+    ctx.beginPath();
+    for (const column of this.compared.slice(1)) {
+      let begun = false;
+      column.forEach((value, i) => {
+        if (value === null) { begun = false; return; }
+        const x = self.valToPos(times[i], 'x', true), y = self.valToPos(value, 'y', true);
+        if (begun) ctx.lineTo(x, y);
+        else ctx.moveTo(x, y);
+        begun = true;
+      });
+    }
+    ctx.stroke();
     ctx.restore();
   }
 }

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Arm} from './arm';
-import {TargetMarker, Trail, frustum, obstacleMesh} from './markers';
+import {TargetMarker, Trail, colours, frustum, obstacleMesh} from './markers';
 import type {Obstacle, Setup, Target} from './messages';
 
 export type PointOfView = 'perspective' | 'front' | 'side' | 'top';
@@ -34,6 +34,7 @@ export class Scene {
   private measured?: Arm;
   private ghost?: Arm;
   private trail?: Trail;
+  private compared?: {arm: Arm; trail: Trail};  // of another run
   private readonly targets = new Map<string, TargetMarker>();
   private readonly obstacles = new THREE.Group();
   private readonly cameras = new THREE.Group();
@@ -65,7 +66,9 @@ export class Scene {
     this.ghost = new Arm(setup, true);
     this.ghost.root.visible = false;
     this.trail = new Trail(kTrailPoints, 0.012 * this.reach);
-    this.contents.add(this.measured.root, this.ghost.root, this.trail.line, new THREE.AxesHelper(0.2 * this.reach));
+    this.compared = {arm: new Arm(setup, true, colours.compared, true), trail: new Trail(kTrailPoints, 0.012 * this.reach, colours.compared)};
+    this.compared.arm.root.visible = false;
+    this.contents.add(this.compared.arm.root, this.compared.trail.line, this.measured.root, this.ghost.root, this.trail.line, new THREE.AxesHelper(0.2 * this.reach));
     this.cameras.clear();
     for (const camera of setup.cameras) this.cameras.add(frustum(camera, 0.3 * this.reach));
     const bounds = this.measured.bounds();
@@ -114,13 +117,45 @@ export class Scene {
   }
 
   /** Returns the position of the hand in W. */
-  setMeasured(positions: Record<string, number>): THREE.Vector3 | undefined {
+  setMeasured(positions: Record<string, number>, trailed = true): THREE.Vector3 | undefined {
     if (!this.measured) return undefined;
     this.measured.set(positions);
     const hand = this.measured.handPosition();
-    this.trail?.add(hand);
+    if (trailed) this.trail?.add(hand);
     this.dirty = true;
     return hand;
+  }
+
+  /** The arm of another run; nothing hides it. Returns the position of its hand in W. */
+  setCompared(positions?: Record<string, number>, trailed = true): THREE.Vector3 | undefined {
+    if (!this.compared) return undefined;
+    const {arm, trail} = this.compared;
+    this.dirty = true;
+    arm.root.visible = positions !== undefined;
+    if (!positions) {
+      trail.clear();
+      return undefined;
+    }
+    arm.set(positions);
+    const hand = arm.handPosition();
+    if (trailed) trail.add(hand);
+    return hand;
+  }
+
+  clearTrails() {
+    this.trail?.clear();
+    this.compared?.trail.clear();
+    this.dirty = true;
+  }
+
+  /** Where the view's camera is and what it looks at: six numbers, metres in W. */
+  get pose(): number[] { return [...this.camera.position.toArray(), ...this.controls.target.toArray()]; }
+  set pose(numbers: number[]) {
+    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
+    this.camera.position.fromArray(numbers);
+    this.controls.target.fromArray(numbers, 3);
+    this.controls.update();
+    this.dirty = true;
   }
 
   setGhost(positions?: Record<string, number>) {
