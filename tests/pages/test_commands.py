@@ -29,7 +29,9 @@ RUN = [
     "multireach-log export mcap run.lcm -o run.mcap",
     "multireach-log images part.lcm -o images",
     "tools/multireach log export csv run.lcm -o tables",
+    "multireach-log import MH_01_easy -o session.lcm",
     "multireach-log import pictures -o session.lcm",
+    "multireach-log export pairs session.lcm -o pictures",
     "multireach-log export euroc session.lcm -o recording",
     "multireach-log export bag session.lcm -o session.bag",
     "multireach-log check logs/damaged.lcm",
@@ -242,6 +244,7 @@ def inputs(bin_folder, tmp_path):
 
     call("multireach-log", "cut", "logs/reach.lcm", "-o", "second.lcm", "--until", "1")
     call("multireach-log", "images", "second.lcm", "-o", "pictures", "--channel", "STEREO_IMAGES")
+    call("multireach-log", "export", "euroc", "second.lcm", "-o", "MH_01_easy")
     pairs = sorted(path.name for path in (tmp_path / "pictures").glob("*_left.png"))
     (tmp_path / "pictures/pairs.csv").write_text("time_s,left,right\n" + "".join(
         f"{1000 + k / 30:.6f},{name},{name.replace('left', 'right')}\n" for k, name in enumerate(pairs)))
@@ -260,5 +263,5 @@ def test_commands_run_as_written(bin_folder, inputs):
         text = command.split(" && ")[0] if command in ONLY_THE_FIRST else command
         lines.append(f"{{ {text}; }} </dev/null >said 2>&1; [ $? -eq {EXPECTED.get(command, 0)} ] || {{ echo FAILED: {shlex.quote(text)}; cat said; }}")
     path = f"{bin_folder}{os.pathsep}{os.environ['PATH']}"
-    done = run_isolated(f'cd "$1"; PATH="$2"; export PATH\n' + "\n".join(lines), inputs, path)
+    done = run_isolated(f'cd "$1"; PATH="$2"; export PATH\n' + "\n".join(lines), inputs, path, timeout=500)
     assert done.returncode == 0 and "FAILED" not in done.stdout, done.stdout + done.stderr
