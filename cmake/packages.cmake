@@ -64,7 +64,7 @@ multireach_package(programs multireach science "iproute2, liblcm-bin"
   "Separate processes see a coloured ball or an AprilTag with two cameras,
 compute the motion of an arm by multi-referential dynamical systems (Hersch
 and Billard, 2008), and command the robot, or a simulated one, at 1 kHz. With
-programs that record, inspect, replay and show runs, and six arms.")
+programs that record, inspect, replay and show runs, and seven arms.")
 
 # A package of its own: OpenCV's highgui and videoio bring Qt and all of FFmpeg, 120 MB.
 if(TARGET multireach-camera OR TARGET multireach-calibrate)
@@ -73,7 +73,7 @@ if(TARGET multireach-camera OR TARGET multireach-calibrate)
     "cameras of multireach: capture, rendered scenes, calibration"
     "multireach-camera reads two cameras, videos or image files, or renders scenes;
 multireach-calibrate finds the cameras' parameters, their poses relative to
-the robot, and the colours of targets.")
+the robot, and the colours of targets; multireach-videos imports two videos.")
 endif()
 
 # CMake and pkg-config files name all libraries: they are static.
