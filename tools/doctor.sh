@@ -32,12 +32,12 @@ finding() {
     if [ -z "${3:-}" ] || $3; then printf '         fixed: %s\n' "$2"; return; fi
   fi
   findings=$((findings + 1))
-  printf '         cure:  %s\n' "$2"
+  printf '         fix:   %s\n' "$2"
 }
 # advice SENTENCE FIX: a fix that is no shell command, which --fix cannot apply.
 advice() {
   findings=$((findings + 1))
-  printf 'FINDING  %s\n         cure:  %s\n' "$1" "$2"
+  printf 'FINDING  %s\n         fix:   %s\n' "$1" "$2"
 }
 # has_capability BIT
 has_capability() { [ $(((0x$(sed -n 's/^CapEff:\t//p' /proc/self/status) >> $1) & 1)) -eq 1 ]; }
@@ -159,12 +159,12 @@ check_lost() {
   sleep "$seconds"
   count_lost
   for name in RcvbufErrors ReasmFails; do
-    local more=$((${lost[$name]} - ${before[$name]})) what cure
+    local more=$((${lost[$name]} - ${before[$name]})) what advised
     case $name in
-      RcvbufErrors) what="packets lost because a program did not read them in time" cure="the computer is too busy, or a program does not read: stop other work, close idle LCM tools" ;;
-      ReasmFails) what="packets lost because a fragment of them was lost on the network" cure="use a cable and a switch of their own; send JPEG instead of raw images" ;;
+      RcvbufErrors) what="packets lost because a program did not read them in time" advised="the computer is too busy, or a program does not read: stop other work, close idle LCM tools" ;;
+      ReasmFails) what="packets lost because a fragment of them was lost on the network" advised="use a cable and a switch of their own; send JPEG instead of raw images" ;;
     esac
-    if [ $more -gt 0 ]; then advice "$more $what, in $seconds s" "$cure"
+    if [ $more -gt 0 ]; then advice "$more $what, in $seconds s" "$advised"
     else well "no $what, in $seconds s$([ "${lost[$name]}" -eq 0 ] || echo " (since the start: ${lost[$name]})")"; fi
   done
 }
