@@ -140,6 +140,13 @@ class ReachController {
   /// Restarts the ticks with tick 0 at `utime`: for the first target, and after a jump of the target's clock. Returns
   /// false, and changes nothing, when `utime` is further than kMaxTime from 0.
   bool restart_grid(int64_t utime);
+  /// The next observations are of another target: that they are elsewhere is no flicker.
+  void expect_other_target() {
+    jumps_.fill(std::nullopt);
+    flickers_ = false;
+  }
+  /// Ends the ticks until restart_grid(). start() may then be called again.
+  void stop_ticks() { grid_origin_.reset(); }
   /// The time of the next tick, a whole number of integration steps after the first; nullopt before restart_grid().
   std::optional<int64_t> next_tick() const;
   /// Whether a target of the next tick's time, or a newer one, is there: nothing is gained by waiting for another.

@@ -10,6 +10,7 @@ inline constexpr std::string_view kStereoImages = "STEREO_IMAGES";
 inline constexpr std::string_view kTargetTruth = "TARGET_TRUTH";
 inline constexpr std::string_view kTarget = "TARGET";
 inline constexpr std::string_view kObstacles = "OBSTACLES";
+inline constexpr std::string_view kTargetChoice = "TARGET_CHOICE";
 inline constexpr std::string_view kJointSetpoint = "JOINT_SETPOINT";
 inline constexpr std::string_view kControllerState = "CONTROLLER_STATE";
 inline constexpr std::string_view kJointCommand = "JOINT_COMMAND";
@@ -19,6 +20,7 @@ inline constexpr std::string_view kRobotState = "ROBOT_STATE";
 inline constexpr std::string_view kSimStep = "SIM_STEP";
 inline constexpr std::string_view kTrackerState = "TRACKER_STATE";
 inline constexpr std::string_view kPerturbation = "PERTURBATION";
+inline constexpr std::string_view kPracticeScene = "PRACTICE_SCENE";
 inline constexpr std::string_view kNodeInputs = "NODE_INPUTS";
 inline constexpr std::string_view kReplayStep = "REPLAY_STEP";
 inline constexpr std::string_view kReplayDone = "REPLAY_DONE";
@@ -27,10 +29,10 @@ inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
 inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
 
 /// All of the above.
-inline constexpr std::array kAll{kStereoImages,    kTargetTruth,  kTarget,       kObstacles,         kJointSetpoint,
-                                 kControllerState, kJointCommand, kBridgeState,  kBridgeRequest,     kRobotState,
-                                 kSimStep,         kTrackerState, kPerturbation, kNodeInputs,        kReplayStep,
-                                 kReplayDone,      kNodeStatus,   kVisionDebug,  kVisionDebugRequest};
+inline constexpr std::array kAll{
+    kStereoImages,  kTargetTruth, kTarget,        kObstacles,  kTargetChoice, kJointSetpoint, kControllerState,
+    kJointCommand,  kBridgeState, kBridgeRequest, kRobotState, kSimStep,      kTrackerState,  kPerturbation,
+    kPracticeScene, kNodeInputs,  kReplayStep,    kReplayDone, kNodeStatus,   kVisionDebug,   kVisionDebugRequest};
 
 /// A process of the loop and the channels that it publishes, whose messages a replay computes again and compares. The
 /// first channel counts the messages; the others carry the sequence numbers of the first.

@@ -157,7 +157,10 @@ ConfigKeys<CamerasSection> cameras_keys() {
   const auto read_elsewhere = [](const char* key) { return [=](const Config& config, Section&) { config.has(key); }; };
   return ConfigKeys<Section>("vision.yaml, section cameras",
                              "The two cameras: `left`, `right` and `left_to_right`, or the files of a calibration.")
-      .other("left_to_robot", "section", "", "required unless `file` is a vision.yaml that has it", "X_WL.",
+      .other("left_to_robot", "section", "", "none",
+             "X_WL. Without it (and unless `file` is a vision.yaml that has it), targets are in the left camera's "
+             "frame and "
+             "of status UNCALIBRATED, for `multireach-calibrate hand-eye`.",
              read_elsewhere("left_to_robot"))
       .other("file", "text", "", "none",
              "A calibration in a third-party format: OpenCV, Kalibr, or another vision.yaml.",
@@ -199,7 +202,6 @@ std::string rig_config_reference() {
 RigConfig load_rig(const Config& cameras) {
   RigConfig config;
   StereoRig& rig = config.rig;
-  bool has_robot_pose = false;
   CamerasSection section;
   cameras_keys().read(cameras, section);
   if (section.paths.empty()) {
@@ -213,10 +215,12 @@ RigConfig load_rig(const Config& cameras) {
     }
     const CameraFiles found = read_camera_files(section.paths, section.hints);
     rig = found.rig;
-    has_robot_pose = found.has_robot_pose;
+    config.has_robot_pose = found.has_robot_pose;
   }
-  if (!has_robot_pose || cameras.has("left_to_robot"))
+  if (cameras.has("left_to_robot")) {
     rig.X_WL = left_to_robot_from(cameras.section("left_to_robot"), config.files);
+    config.has_robot_pose = true;
+  }
   check_rig(rig, cameras.file());
   return config;
 }

@@ -19,13 +19,14 @@ StereoRig inline_rig(const Config& cameras);
 /// The cameras of a vision file.
 struct RigConfig {
   StereoRig rig;
-  std::string files;  ///< content of all files that the section refers to, for the configuration digest
+  bool has_robot_pose = false;  ///< whether X_WL is known; without it, X_WL is the identity
+  std::string files;            ///< content of all files that the section refers to, for the configuration digest
 };
 
 /// Reads the section `cameras` of a vision file. It has either left, right and left_to_right, or the calibration's
-/// `file` (`files` for the two files of ROS) with width_px, height_px and unit where the file lacks them; and
-/// left_to_robot, which may be {file: F} with F as `multireach-calibrate hand-eye` writes it. Paths are relative to the
-/// vision file. Throws InputError.
+/// `file` (`files` for the two files of ROS) with width_px, height_px and unit where the file lacks them; and, once it
+/// is known, left_to_robot, which may be {file: F} with F as `multireach-calibrate hand-eye` writes it. Paths are
+/// relative to the vision file. Throws InputError.
 RigConfig load_rig(const Config& cameras);
 
 /// The sections on cameras of the reference page.

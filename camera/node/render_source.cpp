@@ -97,7 +97,10 @@ RenderSource::RenderSource(const Config& file) : RenderSource(file, scene_from(f
 RenderSource::Scene RenderSource::scene_from(const Config& file) {
   Scene scene;
   scene_keys().read(file, scene);
-  scene.rig = load_rig(Config::load(resolve_relative(file.file(), scene.vision)).section("cameras")).rig;
+  const RigConfig cameras = load_rig(Config::load(resolve_relative(file.file(), scene.vision)).section("cameras"));
+  if (!cameras.has_robot_pose)
+    file.fail("vision", "a vision.yaml with cameras.left_to_robot, so that they can be rendered");
+  scene.rig = cameras.rig;
   return scene;
 }
 

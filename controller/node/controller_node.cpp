@@ -9,6 +9,7 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/obstacles_t.hpp>
 #include <multireach/robot_state_t.hpp>
+#include <multireach/target_choice_t.hpp>
 #include <multireach/target_t.hpp>
 #include <stdexcept>
 #include <utility>
@@ -62,12 +63,13 @@ ControllerNode::ControllerNode(const RobotConfig& robot)
       config_digest_(robot.digest) {}
 
 std::vector<std::string_view> ControllerNode::inputs() const {
-  return {channel::kTarget, channel::kObstacles, channel::kRobotState, channel::kBridgeState};
+  return {channel::kTarget, channel::kObstacles, channel::kTargetChoice, channel::kRobotState, channel::kBridgeState};
 }
 
 Receipt ControllerNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
   if (channel == channel::kTarget) return receive_target(bytes);
   if (channel == channel::kObstacles) return receive_obstacles(bytes);
+  if (channel == channel::kTargetChoice) return receive_choice(bytes);
   if (channel == channel::kRobotState) return receive_robot_state(bytes);
   if (channel == channel::kBridgeState) return receive_bridge_state(bytes);
   throw unknown_input(channel);
@@ -82,7 +84,14 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
   const bool seen = message->status != target_t::STATUS_LOST;
-  if (target_name_ && message->name != *target_name_) return {};
+  if (choice_.kind == target_choice_t::NONE) return {};
+  const bool named = choice_.kind == target_choice_t::NAMED;
+  if (named ? message->name != choice_.name : target_name_ && message->name != *target_name_) return {};
+  uncalibrated_ = message->status == target_t::STATUS_UNCALIBRATED;
+  if (message->status < target_t::STATUS_LOST || message->status > target_t::STATUS_COASTING) {
+    ++counters_.refused;
+    return {};
+  }
   if (!plausible_utime(message->utime) || (seen && !(position.allFinite() && velocity.allFinite()))) {
     ++counters_.refused;
     return {};
@@ -98,7 +107,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
     targets_.missing_before(message->sequence);
   }
   if (!next && !seen) return {};  // the first target that is seen starts the ticks
-  if (!target_name_) target_name_ = message->name;
+  if (!named && !target_name_) target_name_ = message->name;
   if (!next || on_another_time_line(message->utime, *next)) controller_.restart_grid(message->utime);
   const bool taken =
       controller_.observe({.utime = message->utime,
@@ -139,6 +148,25 @@ Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
   new_obstacles_ = std::move(obstacles);
   obstacles_sequence_ = message->sequence;
   return {Receipt::Effect::kReplaces, std::nullopt, message->sequence};
+}
+
+Receipt ControllerNode::receive_choice(std::span<const uint8_t> bytes) {
+  const auto message = decode_and_count<target_choice_t>(bytes);
+  if (!message) return {};
+  const bool known = message->kind >= target_choice_t::CONFIGURED && message->kind <= target_choice_t::NONE;
+  if (!known || !choice_run_.accepts(message->run, controller_.next_tick())) {
+    ++counters_.refused;
+    return {};
+  }
+  if (message->kind != choice_.kind || message->name != choice_.name) {
+    target_run_ = FollowedRun();
+    controller_.expect_other_target();
+    uncalibrated_ = false;
+  }
+  choice_ = *message;
+  if (message->kind == target_choice_t::CONFIGURED) choice_run_ = FollowedRun(kChoiceSilence);
+  if (message->kind == target_choice_t::NONE) controller_.stop_ticks();
+  return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};
 }
 
 Receipt ControllerNode::receive_bridge_state(std::span<const uint8_t> bytes) {
@@ -217,9 +245,24 @@ void ControllerNode::tick(Outbox& out) {
   send(out, channel::kControllerState, state);
 }
 
+/// Which target is followed, where somebody has chosen it.
+std::string ControllerNode::choice_text() const {
+  if (choice_.kind == target_choice_t::CONFIGURED) return "";
+  const std::string by = choice_.chosen_by.empty() ? "" : " by " + choice_.chosen_by;
+  if (choice_.kind == target_choice_t::NONE) return ", without a target, as chosen" + by;
+  return ", target '" + choice_.name + "' chosen" + by;
+}
+
 std::string ControllerNode::state() const {
+  return reach_text() + choice_text();
+}
+
+std::string ControllerNode::reach_text() const {
   if (!controller_.started()) return "waiting for the robot";
-  if (!controller_.next_tick()) return "waiting for a target";
+  constexpr const char* kUncalibrated =
+      "targets are refused: the camera pose is unknown (multireach-calibrate hand-eye)";
+  if (!controller_.next_tick())
+    return uncalibrated_ ? std::string("waiting for a target; ") + kUncalibrated : "waiting for a target";
   std::string text;
   switch (last_.mode) {
     case controller::ReachMode::kWaiting:
@@ -239,6 +282,7 @@ std::string ControllerNode::state() const {
       break;
   }
   if (last_.target_lost) text += ", target lost";
+  if (uncalibrated_) text += std::string(", ") + kUncalibrated;
   if (last_.target_unreachable) text += ", target unreachable";
   if (last_.target_flickers) text += ", target flickers between two positions: waiting until it stays";
   if (const char* why = blocked_text(last_.blocked); *why)

@@ -8,6 +8,7 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/obstacles_t.hpp>
 #include <multireach/robot_state_t.hpp>
+#include <multireach/target_choice_t.hpp>
 
 #include "camera/node/camera_node.hpp"
 #include "camera/node/render_source.hpp"
@@ -125,6 +126,70 @@ TEST(ControllerNode, ReachesForTheTargetOfItsName) {
   const auto state = last_of<controller_state_t>(out, channel::kControllerState);
   EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(state.hand_target_m) - kFront).norm(), 1e-9);
   EXPECT_EQ(first.counters().dropped, 0);
+}
+
+std::vector<uint8_t> choice(int8_t kind, const std::string& name, int64_t run) {
+  target_choice_t message{};
+  message.kind = kind;
+  message.name = name;
+  message.run = run;
+  message.chosen_by = "the page";
+  return *encode(message);
+}
+
+TEST(ControllerNode, RefusesTargetsOfAnUnknownCameraPoseAndSaysWhy) {
+  ControllerNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(0), out);
+  EXPECT_EQ(node.receive(channel::kTarget, target(0, 1000, kFront, target_t::STATUS_UNCALIBRATED), out).effect,
+            Receipt::Effect::kNone);
+  EXPECT_FALSE(node.next_tick());
+  EXPECT_EQ(node.counters().refused, 1);
+  EXPECT_NE(node.state().find("the camera pose is unknown"), std::string::npos) << node.state();
+  EXPECT_EQ(node.receive(channel::kTarget, target(1, 2000, kFront), out).utime, 2000);
+  EXPECT_EQ(node.state().find("the camera pose is unknown"), std::string::npos) << node.state();
+  EXPECT_EQ(node.receive(channel::kTarget, target(2, 3000, kFront, 77), out).effect, Receipt::Effect::kNone);
+  EXPECT_EQ(node.counters().refused, 2) << "no status that it knows";
+}
+
+TEST(ControllerNode, FollowsTheTargetThatIsChosenUntilTheChoiceEnds) {
+  const Eigen::Vector3d elsewhere(0.12, -0.10, 0.05);
+  ControllerNode node(robot());
+  Outbox out;
+  const auto goal = [&](int64_t k) {
+    const int64_t utime = 2000 + 50000 * k;
+    for (const auto& [name, p] : {std::pair("ball", kFront), std::pair("page", elsewhere)})
+      node.receive(channel::kTarget, target(k, utime, p, target_t::STATUS_TRACKED, name), out);
+    if (!node.next_tick()) return Eigen::Vector3d(0, 0, 0);
+    node.tick(out);
+    const auto state = last_of<controller_state_t>(out, channel::kControllerState);
+    return Eigen::Vector3d(Eigen::Map<const Eigen::Vector3d>(state.hand_target_m));
+  };
+  node.receive(channel::kRobotState, robot_state(0), out);
+  EXPECT_LT((goal(0) - kFront).norm(), 1e-9);
+  EXPECT_EQ(node.receive(channel::kTargetChoice, choice(target_choice_t::NAMED, "page", 5), out).effect,
+            Receipt::Effect::kConsumed);
+  EXPECT_LT((goal(1) - elsewhere).norm(), 1e-9);
+  EXPECT_NE(node.state().find("target 'page' chosen by the page"), std::string::npos) << node.state();
+  EXPECT_EQ(node.receive(channel::kTargetChoice, choice(target_choice_t::NAMED, "ball", 6), out).effect,
+            Receipt::Effect::kNone)
+      << "another page, while the first is heard";
+  EXPECT_EQ(node.receive(channel::kTargetChoice, choice(9, "", 5), out).effect, Receipt::Effect::kNone);
+  EXPECT_LT((goal(2) - elsewhere).norm(), 1e-9);
+  node.receive(channel::kTargetChoice, choice(target_choice_t::CONFIGURED, "", 5), out);
+  EXPECT_LT((goal(3) - kFront).norm(), 1e-9);
+  EXPECT_EQ(node.receive(channel::kTargetChoice, choice(target_choice_t::NONE, "", 6), out).effect,
+            Receipt::Effect::kConsumed)
+      << "the first has ended its choice";
+  EXPECT_FALSE(node.next_tick()) << "no set-points";
+  EXPECT_EQ(goal(4), Eigen::Vector3d(0, 0, 0));
+  auto moved = *decode<robot_state_t>(robot_state(1));
+  moved.joint_position[0] = -0.7;  // another program moved the arm
+  node.receive(channel::kRobotState, *encode(moved), out);
+  node.receive(channel::kTargetChoice, choice(target_choice_t::CONFIGURED, "", 6), out);
+  EXPECT_LT((goal(5) - kFront).norm(), 1e-9);
+  EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).tick, 0);
+  EXPECT_EQ(last_of<joint_setpoint_t>(out, channel::kJointSetpoint).robot_state_sequence, 1);
 }
 
 TEST(ControllerNode, KeepsAwayFromObstaclesAndRefusesWhatIsNone) {
@@ -346,6 +411,39 @@ TEST(VisionNode, AnUnreadableImageGivesNoMatch) {
   vision.receive(channel::kStereoImages, *encode(next()), out);
   EXPECT_EQ(last_of<target_t>(out, channel::kTarget).status, target_t::STATUS_TRACKED) << "and goes on";
   EXPECT_EQ(last_of<target_t>(out, channel::kTarget).sequence, 16) << "one target for every message";
+}
+
+TEST(VisionNode, WithoutTheCameraPoseTargetsAreUncalibratedAndInTheCamerasFrame) {
+  const VisionConfig known = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
+  VisionConfig unknown = known;
+  unknown.calibrated = false;
+  unknown.rig.X_WL.setIdentity();
+  for (VisionConfig::Target& target : unknown.targets) target.options.rig = unknown.rig;
+  VisionNode with(known), without(unknown);
+  const std::string scene = ::testing::TempDir() + "uncalibrated_scene.yaml";
+  write_text_file(scene, "vision: " MULTIREACH_SOURCE_DIR
+                         "/robots/hoap2/vision.yaml\nend_s: 1\npath:\n"
+                         "  - {at_s: 0, position_m: [0.1, -0.12, 0.1]}\n  - {at_s: 0.5, hidden_for_s: 1}\n");
+  CameraNode camera(std::make_unique<RenderSource>(scene));
+  Outbox images, out, out_without;
+  int coasted = 0;
+  for (int k = 0; k < 20; ++k) {
+    camera.tick(images);
+    const std::vector<uint8_t>& bytes = images.back().bytes;
+    with.receive(channel::kStereoImages, bytes, out);
+    without.receive(channel::kStereoImages, bytes, out_without);
+    const auto in_W = last_of<target_t>(out, channel::kTarget), in_L = last_of<target_t>(out_without, channel::kTarget);
+    if (in_W.status != target_t::STATUS_TRACKED) {
+      EXPECT_EQ(in_L.status, target_t::STATUS_LOST) << "a position that is only expected is of no use";
+      coasted += in_W.status == target_t::STATUS_COASTING;
+      continue;
+    }
+    ASSERT_EQ(in_L.status, target_t::STATUS_UNCALIBRATED) << k;
+    const Eigen::Vector3d p_LT = Eigen::Map<const Eigen::Vector3d>(in_L.position_m);
+    EXPECT_LT((known.rig.X_WL * p_LT - Eigen::Map<const Eigen::Vector3d>(in_W.position_m)).norm(), 1e-9);
+  }
+  EXPECT_GT(coasted, 0);
+  EXPECT_NE(without.state().find("ball"), std::string::npos);
 }
 
 /// The whole loop in one thread, in the time of the messages: every node ticks when its next tick is due.

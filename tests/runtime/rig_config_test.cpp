@@ -15,6 +15,15 @@ Config cameras(const std::string& left_to_robot) {
                            "\nleft_to_right: {translation_m: [-0.06, 0, 0]}\nleft_to_robot: " + left_to_robot + "\n");
 }
 
+TEST(RigConfig, ThePoseMayBeUnknown) {
+  EXPECT_TRUE(load_rig(cameras("{translation_m: [0, 0, 1]}")).has_robot_pose);
+  const std::string camera = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}";
+  const RigConfig config = load_rig(Config::parse(
+      "vision.yaml", "left: " + camera + "\nright: " + camera + "\nleft_to_right: {translation_m: [-0.06, 0, 0]}\n"));
+  EXPECT_FALSE(config.has_robot_pose);
+  EXPECT_TRUE(config.rig.X_WL.isApprox(Eigen::Isometry3d::Identity()));
+}
+
 TEST(RigConfig, ACameraLooksAtAPoint) {
   const StereoRig rig = load_rig(cameras("{look_at: {from_m: [1, -2, 1.5], at_m: [0.2, 0.1, 0.3]}}")).rig;
   const Eigen::Vector3d at(0.2, 0.1, 0.3), eye(1, -2, 1.5);

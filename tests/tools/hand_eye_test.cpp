@@ -269,6 +269,31 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
   EXPECT_THROW(samples_from_log(path_, chain, believed, {.target = "cup"}), InputError);
 }
 
+TEST_F(HandEyeFiles, TargetsOfAnUnknownCameraPoseAreInTheCamerasFrame) {
+  const StereoRig truth = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
+  const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
+  const auto write = [&](int8_t status, const Eigen::Isometry3d& X_FW) {
+    SessionLog log(path_, chain);
+    int64_t utime = 1000000;
+    for (const JointVector& theta : postures_in_view(chain, truth, 8)) {
+      for (int frame = 0; frame < 20; ++frame, utime += 33333) {
+        log.state(theta, utime);
+        log.target(X_FW * chain.position(theta), 1e-6 * Eigen::Matrix3d::Identity(), status, utime + 1);
+      }
+    }
+    log.close();
+  };
+  write(target_t::STATUS_UNCALIBRATED, truth.X_WL.inverse());
+  // Whatever the vision file says: such targets are not in W.
+  for (const std::optional<Eigen::Isometry3d>& believed :
+       {std::optional<Eigen::Isometry3d>(), std::optional(Eigen::Isometry3d(Eigen::Translation3d(1, 2, 3)))}) {
+    const HandEye result = solve_hand_eye(samples_from_log(path_, chain, believed, {}), {});
+    EXPECT_LT((truth.X_WL.inverse() * result.X_WL).translation().norm(), 1e-9);
+  }
+  write(target_t::STATUS_TRACKED, Eigen::Isometry3d::Identity());
+  EXPECT_THROW(samples_from_log(path_, chain, std::nullopt, {}), InputError) << "in W, but of which cameras?";
+}
+
 TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {
   const VisionConfig vision = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml");
   const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;

@@ -4,13 +4,12 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "runtime/camera_files.hpp"
 #include "runtime/program.hpp"
 #include "runtime/robot_config.hpp"
-#include "tools/calibrate/camera_file_texts.hpp"
 #include "tools/calibrate/commands.hpp"
+#include "tools/calibrate/hand_eye_output.hpp"
 #include "tools/calibrate/hand_eye_samples.hpp"
 #include "vision/node/vision_config.hpp"
 
@@ -43,7 +42,9 @@ std::vector<HandEyeSample> samples_of(const HandEyeArguments& arguments) {
   const RobotConfig robot = RobotConfig::load(arguments.config);
   LogChoice choice = arguments.choice;
   choice.still_m = arguments.still_m;
-  return samples_from_log(arguments.log, robot.chain, VisionConfig::load(arguments.vision).rig.X_WL, choice);
+  const VisionConfig vision = VisionConfig::load(arguments.vision);
+  return samples_from_log(arguments.log, robot.chain, vision.calibrated ? std::optional(vision.rig.X_WL) : std::nullopt,
+                          choice);
 }
 
 nlohmann::json list(const auto& values) {
@@ -68,25 +69,6 @@ nlohmann::json json_of(const HandEye& result, const HandEyeOptions& options) {
   return json;
 }
 
-std::string summary_of(const HandEye& result, const HandEyeOptions& options) {
-  const auto sigmas = [](const auto& covariance, int from, double scale) {
-    const Eigen::Vector3d s = scale * covariance.diagonal().template segment<3>(from).cwiseSqrt();
-    return fmt::format("{:.3f}, {:.3f}, {:.3f}", s.x(), s.y(), s.z());
-  };
-  const Eigen::Vector3d t = 1e3 * result.X_WL.translation();
-  std::string text = fmt::format(
-      "positions used {} of {}, {:.2f} mm rms, chi2 per degree of freedom {:.2f}\n"
-      "left camera    {:.2f}, {:.2f}, {:.2f} mm in W, sigma {} mm; rotation sigma {} degrees\n",
-      std::ranges::count(result.outlier, false), result.outlier.size(), 1e3 * result.rms_m, result.chi2_per_dof, t.x(),
-      t.y(), t.z(), sigmas(result.covariance, 3, 1e3), sigmas(result.covariance, 0, 180 / std::numbers::pi));
-  if (options.estimate_offset) {
-    const Eigen::Vector3d o = 1e3 * result.p_HT;
-    text += fmt::format("target         {:.2f}, {:.2f}, {:.2f} mm in the hand's frame, sigma {} mm\n", o.x(), o.y(),
-                        o.z(), sigmas(result.offset_covariance, 0, 1e3));
-  }
-  return text;
-}
-
 int hand_eye(const HandEyeArguments& arguments) {
   const HandEyeOptions options = options_of(arguments);
   const HandEye result = solve_hand_eye(samples_of(arguments), options);
@@ -94,13 +76,8 @@ int hand_eye(const HandEyeArguments& arguments) {
     spdlog::warn("the residuals are {:.1f} times what the covariances predict{}", std::sqrt(result.chi2_per_dof),
                  options.estimate_offset ? "" : "; is --offset wrong?");
   }
-  const std::string summary = summary_of(result, options);
-  std::string comment = "# " + summary;
-  for (size_t at = comment.find('\n'); at + 1 < comment.size(); at = comment.find('\n', at + 1))
-    comment.insert(at + 1, "# ");
-  write_text_file(arguments.output,
-                  comment + "left_to_robot:   # X_WL: a point in the left camera's frame to the robot's base\n" +
-                      transform_text(result.X_WL, "  "));
+  const std::string summary = hand_eye_summary(result, options);
+  write_text_file(arguments.output, hand_eye_text(result, options));
   if (!arguments.json.empty()) write_json_file(arguments.json, json_of(result, options));
   if (arguments.json != "-" && arguments.output != "-") write_text_file("-", summary);
   return 0;

@@ -19,84 +19,66 @@
 namespace multireach {
 namespace {
 
-/// One standstill of the hand, and the target positions measured meanwhile.
-class Standstill {
- public:
-  Standstill(const Eigen::Isometry3d& X_WH, int64_t utime) : begin_utime_(utime) { sample_.X_WH = X_WH; }
+constexpr int64_t kSettling = 300000;  // us; until then, images from before the standstill may arrive
 
-  /// Upper bound on the displacement of any point of the hand within 10 cm of its origin, m.
-  double distance_to(const Eigen::Isometry3d& X_WH) const {
-    constexpr double kHandSize = 0.1;
-    return (X_WH.translation() - sample_.X_WH.translation()).norm() +
-           kHandSize * Eigen::Quaterniond(X_WH.linear()).angularDistance(Eigen::Quaterniond(sample_.X_WH.linear()));
-  }
-  void add_target(const Eigen::Vector3d& p_LT, const Eigen::Matrix3d& covariance, int64_t utime) {
-    constexpr int64_t kSettling = 300000;  // us; until then, images from before the standstill may arrive
-    if (utime - begin_utime_ < kSettling) return;
-    if (count_ > 0) {
-      constexpr double kFar = 0.01, kFarChi2 = 36;  // larger than noise: in metres, and as chi^2
-      const Eigen::Vector3d from_mean = p_LT - sample_.p_LT;
-      const Eigen::Matrix3d both = covariance + sample_.covariance;
-      if (from_mean.norm() > kFar && from_mean.dot(both.inverse() * from_mean) > kFarChi2) target_moved_ = true;
-    }
-    ++count_;
-    sample_.p_LT += (p_LT - sample_.p_LT) / count_;
-    sample_.covariance += (covariance - sample_.covariance) / count_;
-  }
-  bool has_target() const { return count_ > 0; }
-  /// Whether the target moved during the standstill.
-  bool target_moved() const { return target_moved_; }
-  HandEyeSample sample() const {
-    HandEyeSample mean = sample_;
-    mean.covariance /= count_;
-    return mean;
-  }
-
- private:
-  HandEyeSample sample_;
-  int64_t begin_utime_;
-  double count_ = 0;
-  bool target_moved_ = false;
-};
-
-/// Collects the standstills of a hand that holds the target.
-class Standstills {
- public:
-  void add(const Standstill& standstill) {
-    if (!standstill.has_target()) return;
-    if (standstill.target_moved())
-      ++target_moved_;
-    else
-      samples_.push_back(standstill.sample());
-  }
-  std::vector<HandEyeSample> samples() {
-    const size_t standstills = samples_.size() + target_moved_;
-    if (target_moved_ > 1 && 4 * target_moved_ > standstills) {
-      throw std::runtime_error("the target moves while the hand stands still, at " + std::to_string(target_moved_) +
-                               " of " + std::to_string(standstills) + " positions: the hand does not hold it");
-    }
-    return std::move(samples_);
-  }
-
- private:
-  std::vector<HandEyeSample> samples_;
-  size_t target_moved_ = 0;
-};
+/// Upper bound on the displacement of any point of the hand within 10 cm of its origin, m.
+double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  constexpr double kHandSize = 0.1;
+  return (a.translation() - b.translation()).norm() +
+         kHandSize * Eigen::Quaterniond(a.linear()).angularDistance(Eigen::Quaterniond(b.linear()));
+}
 
 }  // namespace
 
-std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain& chain, const Eigen::Isometry3d& X_WL,
-                                            const LogChoice& choice) {
+void Standstills::hand(const Eigen::Isometry3d& X_WH, int64_t utime) {
+  if (current_ && displacement(X_WH, current_->mean.X_WH) > still_m_) end();
+  if (!current_) {
+    current_.emplace();
+    current_->mean.X_WH = X_WH;
+    current_->begin_utime = utime;
+  }
+}
+
+void Standstills::target(const Eigen::Vector3d& p_LT, const Eigen::Matrix3d& covariance, int64_t utime) {
+  if (!current_ || !p_LT.allFinite() || !covariance.allFinite() || utime - current_->begin_utime < kSettling) return;
+  HandEyeSample& mean = current_->mean;
+  if (current_->count > 0) {
+    constexpr double kFar = 0.01, kFarChi2 = 36;  // larger than noise: in metres, and as chi^2
+    const Eigen::Vector3d from_mean = p_LT - mean.p_LT;
+    const Eigen::Matrix3d both = covariance + mean.covariance;
+    if (from_mean.norm() > kFar && from_mean.dot(both.inverse() * from_mean) > kFarChi2) current_->target_moved = true;
+  }
+  ++current_->count;
+  mean.p_LT += (p_LT - mean.p_LT) / current_->count;
+  mean.covariance += (covariance - mean.covariance) / current_->count;
+}
+
+void Standstills::end() {
+  if (current_ && current_->count > 0) {
+    if (current_->target_moved) {
+      ++target_moved_;
+    } else {
+      samples_.push_back(current_->mean);
+      samples_.back().covariance /= current_->count;
+    }
+  }
+  current_.reset();
+}
+
+void Standstills::require_held() const {
+  const size_t standstills = samples_.size() + target_moved_;
+  if (target_moved_ > 1 && 4 * target_moved_ > standstills) {
+    throw std::runtime_error("the target moves while the hand stands still, at " + std::to_string(target_moved_) +
+                             " of " + std::to_string(standstills) + " positions: the hand does not hold it");
+  }
+}
+
+std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain& chain,
+                                            const std::optional<Eigen::Isometry3d>& X_WL, const LogChoice& choice) {
   LogReader log(path);
-  Standstills standstills;
-  std::optional<Standstill> standstill;
+  Standstills standstills(choice.still_m);
   std::set<std::string> names;
   bool any_state = false, any_seen = false;
-  const Eigen::Isometry3d X_LW = X_WL.inverse();
-  const auto end_standstill = [&] {
-    if (standstill) standstills.add(*standstill);
-    standstill.reset();
-  };
   Progress progress;
   while (const auto event = log.next()) {
     progress.show(static_cast<double>(log.position()) / static_cast<double>(log.size()));
@@ -105,25 +87,28 @@ std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain
       const auto theta = state ? from_fields(chain, state->joint_name, state->joint_position) : std::nullopt;
       if (!theta || !theta->allFinite()) continue;
       any_state = true;
-      const Eigen::Isometry3d X_WH = chain.pose(*theta);
-      if (standstill && standstill->distance_to(X_WH) > choice.still_m) end_standstill();
-      if (!standstill) standstill.emplace(X_WH, event->utime);
+      standstills.hand(chain.pose(*theta), event->utime);
     } else if (event->channel == channel::kTarget) {
       const auto target = decode<target_t>(event->data);
-      if (!target || target->status != target_t::STATUS_TRACKED) continue;
-      if (!choice.target.empty() && target->name != choice.target) continue;
+      if (!target || (!choice.target.empty() && target->name != choice.target)) continue;
+      const bool in_W = target->status == target_t::STATUS_TRACKED;
+      if (!in_W && target->status != target_t::STATUS_UNCALIBRATED) continue;
+      if (in_W && !X_WL) {
+        throw InputError(path +
+                         ": its targets are in the robot's base frame, but the vision file has no left_to_robot; "
+                         "give the vision file that the log was made with");
+      }
       names.insert(target->name);
       any_seen = true;
-      if (!standstill) continue;
+      const Eigen::Isometry3d X_LF = in_W ? X_WL->inverse() : Eigen::Isometry3d::Identity();
       const Eigen::Matrix3d covariance =
           Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target->covariance_m2[0][0]);
-      const Eigen::Vector3d p_WT = Eigen::Map<const Eigen::Vector3d>(target->position_m);
-      if (!p_WT.allFinite() || !covariance.allFinite()) continue;
-      standstill->add_target(X_LW * p_WT, X_LW.linear() * covariance * X_LW.linear().transpose(), event->utime);
+      const Eigen::Vector3d p_FT = Eigen::Map<const Eigen::Vector3d>(target->position_m);
+      standstills.target(X_LF * p_FT, X_LF.linear() * covariance * X_LF.linear().transpose(), event->utime);
     }
   }
   progress.end();
-  end_standstill();
+  standstills.end();
   if (!any_state)
     throw InputError(path + ": holds no ROBOT_STATE with the joints from " + chain.base() + " to " + chain.tip());
   if (!any_seen) {
@@ -132,6 +117,7 @@ std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain
   }
   if (names.size() > 1)
     throw InputError(path + ": has several targets, '" + *names.begin() + "' and others; pick one with --target-name");
+  standstills.require_held();
   return standstills.samples();
 }
 

@@ -10,6 +10,7 @@
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/node_status_t.hpp>
 #include <multireach/robot_state_t.hpp>
+#include <multireach/target_choice_t.hpp>
 #include <multireach/target_t.hpp>
 #include <numeric>
 #include <set>
@@ -277,7 +278,10 @@ class RunReporter::Data {
     ++counts[std::string(event.channel)];
     if (event.channel == channel::kTarget) {
       const auto target = decode_and_count_gaps<target_t>(event);
-      if (target && plausible_utime(target->utime)) targets.push_back(*target);
+      if (target && plausible_utime(target->utime) && may_be_followed(target->name)) targets.push_back(*target);
+    } else if (event.channel == channel::kTargetChoice) {
+      if (const auto choice = decode<target_choice_t>(event.data)) choice_ = *choice;
+      if (choice_.kind == target_choice_t::NAMED) chosen_names_.insert(choice_.name);
     } else if (event.channel == channel::kTargetTruth) {
       if (const auto truth = decode<target_t>(event.data)) truths[truth->pair_sequence] = *truth;
     } else if (event.channel == channel::kJointSetpoint) {
@@ -290,6 +294,12 @@ class RunReporter::Data {
       const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
       if (status) nodes[status->node].add(*status, event.utime);
     }
+  }
+
+  /// Whether the controller follows a target of this name, as far as TARGET_CHOICE tells.
+  bool may_be_followed(const std::string& name) const {
+    if (choice_.kind == target_choice_t::NAMED) return name == choice_.name;
+    return choice_.kind == target_choice_t::CONFIGURED && !chosen_names_.contains(name);
   }
 
   template <class Message>
@@ -329,6 +339,8 @@ class RunReporter::Data {
 
   robot_bridge::MotionLimits limits_;
   std::map<int64_t, int64_t> command_utime_;
+  target_choice_t choice_{};
+  std::set<std::string> chosen_names_;  // that were ever chosen
 };
 
 RunReporter::RunReporter(const RobotConfig& robot) : data_(std::make_unique<Data>(robot)) {}

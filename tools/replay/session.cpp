@@ -38,7 +38,7 @@ Session::Session(const std::string& path, ReplayFrom from, bool with_robot_state
   if (from == ReplayFrom::kImages) {
     channels_.insert(channels_.end(), {channel::kStereoImages, channel::kTargetTruth});
   } else {
-    channels_.insert(channels_.end(), {channel::kTarget, channel::kTargetTruth});
+    channels_.insert(channels_.end(), {channel::kTarget, channel::kTargetChoice, channel::kTargetTruth});
   }
   if (with_robot_states) channels_.push_back(channel::kRobotState);
   while (const auto event = log_.next()) {

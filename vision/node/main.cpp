@@ -87,8 +87,9 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                      " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
                      std::to_string(camera->height));
   }
-  const nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right)
-                                                  : tag_answer(config.tags[target - coloured], left, right);
+  nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right)
+                                            : tag_answer(config.tags[target - coloured], left, right);
+  if (!config.calibrated) answer["frame"] = "left camera";  // the camera pose is unknown
   write_json_file(json_path, answer);
   return answer["status"] == "tracked" ? 0 : 1;
 }

@@ -149,6 +149,7 @@ VisionConfig VisionConfig::load(const std::string& path, const ConfigOverrides& 
   VisionConfig vision;
   const RigConfig cameras = load_rig(file.section("cameras"));
   vision.rig = cameras.rig;
+  vision.calibrated = cameras.has_robot_pose;
   std::string files = cameras.files;
   if (file.has("targets")) {
     std::set<std::string> names;

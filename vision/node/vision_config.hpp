@@ -21,6 +21,7 @@ struct VisionConfig {
     vision::TagOptions options;  ///< including the rig
   };
   StereoRig rig;
+  bool calibrated = true;       ///< whether the camera pose is known; without it, rig.X_WL is the identity
   std::vector<Target> targets;  ///< those that are found by their colours
   std::vector<Tag> tags;        ///< those that are AprilTags; at least one of both lists has an entry
   int64_t digest = 0;           ///< of the file, of the files that it names, and of the overrides

@@ -18,12 +18,14 @@ using Status = vision::TargetTrack::Status;
 constexpr std::array kSides{Side::kLeft, Side::kRight};
 constexpr int64_t kPicturesFor = 2000000;  // us, how long one request sends debug pictures
 
-int8_t wire_status(Status status) {
+/// `calibrated`: whether the camera pose is known. Without it, nothing may be done with a position that is only
+/// expected.
+int8_t wire_status(Status status, bool calibrated) {
   switch (status) {
     case Status::kTracked:
-      return target_t::STATUS_TRACKED;
+      return calibrated ? target_t::STATUS_TRACKED : target_t::STATUS_UNCALIBRATED;
     case Status::kCoasting:
-      return target_t::STATUS_COASTING;
+      return calibrated ? target_t::STATUS_COASTING : target_t::STATUS_LOST;
     case Status::kLost:
       break;
   }
@@ -31,7 +33,16 @@ int8_t wire_status(Status status) {
 }
 
 const char* word_for(int8_t status) {
-  return status == target_t::STATUS_TRACKED ? "tracked" : status == target_t::STATUS_COASTING ? "coasting" : "lost";
+  switch (status) {
+    case target_t::STATUS_TRACKED:
+      return "tracked";
+    case target_t::STATUS_COASTING:
+      return "coasting";
+    case target_t::STATUS_UNCALIBRATED:
+      return "uncalibrated";
+    default:
+      return "lost";
+  }
 }
 
 void put(double (&field)[3], const Eigen::Vector3d& vector) {
@@ -108,10 +119,11 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   message.right_frame_utime = frames.frame_utime(Side::kRight);
   message.pair_sequence = frames.pair_sequence();
   message.last_seen_utime = report.last_seen_utime.value_or(-1);
-  message.status = wire_status(report.status);
+  message.status = wire_status(report.status, config_.calibrated);
   const size_t coloured = config_.targets.size();
   message.name = k < coloured ? config_.targets[k].name : config_.tags[k - coloured].name;
-  message.reason = report.reason;
+  const bool uncalibrated = message.status == target_t::STATUS_UNCALIBRATED;
+  message.reason = uncalibrated ? "seen; the camera pose is unknown" : report.reason;
   put(message.position_m, report.estimate.position);
   put(message.covariance_m2, report.estimate.covariance);
   if (report.status != Status::kLost) {
