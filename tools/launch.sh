@@ -36,6 +36,9 @@ usage() {
   --key-policy FILE which channels are signed (default: MULTIREACH_KEY_POLICY, else all of multireach)
   --isolated        in a network namespace of its own, so that no message leaves the machine
   --view            also serve a page that shows and controls the run (docs/view.md), and print its address
+  --course DIR      with --view: the page leads through the set-up of two cameras, whose files are in DIR (docs/calibrate.md); also with
+                    --camera "device ..."; nothing is recorded
+  --practice        the same with rendered cameras and the simulated robot, in a network namespace and a folder of their own
   --host ADDRESS    where the page is served (default: 127.0.0.1); 0.0.0.0 lets other computers in
   --port N          the page's port (default: one that is free)
   --no-setup        do not install or build anything (an installed multireach never does)
@@ -48,13 +51,14 @@ fail() { echo "$me: $1" >&2; exit "${2:-2}"; }
 session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
 key=${MULTIREACH_KEY:-} key_policy=${MULTIREACH_KEY_POLICY:-}
+course="" practice=no
 isolated=no setup=yes view=no host=127.0.0.1 port=0
 
 read_options() {
   local option
   while [ $# -gt 0 ]; do
     case "$1" in
-      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--key|--key-policy|--host|--port)
+      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--key|--key-policy|--course|--host|--port)
         [ $# -ge 2 ] || fail "$1 needs a value; see --help"
         option=${1#--}
         printf -v "${option//-/_}" '%s' "$2"; shift 2 ;;
@@ -62,6 +66,7 @@ read_options() {
       --no-robot) robot_kind=none; shift ;;
       --isolated) isolated=yes; shift ;;
       --view) view=yes; shift ;;
+      --practice) practice=yes; shift ;;
       --no-setup) setup=no; shift ;;
       --help|-h) usage; exit 0 ;;
       *) fail "unknown option '$1'; see --help" ;;
@@ -79,6 +84,7 @@ check_options() {
   [ -r "$robot/robot.yaml" ] || [ ! -r "$root/$robot/robot.yaml" ] || robot=$root/$robot
   [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
   check_robot_kind
+  check_course
   if [ -z "$camera$session" ] && [ -r "$robot/scene.yaml" ]; then
     printf -v camera 'render --config %q' "$robot/scene.yaml"
   fi
@@ -90,13 +96,32 @@ check_options() {
     vision="$robot/vision.yaml"
     [ -z "$camera" ] && [ -r "${session%.lcm}.vision.yaml" ] && vision="${session%.lcm}.vision.yaml"
   fi
-  [ -r "$vision" ] || fail "--vision: '$vision' cannot be read"
+  [ -r "$vision" ] || [ -n "$course" ] || fail "--vision: '$vision' cannot be read"
   for file in "$record" "$json"; do
     [ -z "$file" ] || [ "$file" = - ] || [ -w "$(dirname "$file")" ] || fail "'$file' cannot be written: its folder does not exist or is not writable"
   done
   [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
   choose_groups
   check_key
+}
+
+# A practice never reaches a real robot: no driver, and no message leaves the network namespace.
+check_course() {
+  if [ $practice = yes ]; then
+    if [ -n "$driver$session$camera$vision" ] || [ $robot_kind != simulated ] || [ "$robot" != "$root/robots/hoap2" ] || [ "$role" != all ]; then
+      fail "--practice has a robot and cameras of its own: without --driver, --emulator, --no-robot, --robot, --session, --camera, --vision, --role"
+    fi
+    view=yes isolated=yes
+    : "${course:=${XDG_DATA_HOME:-${HOME:-/tmp}/.local/share}/multireach/practice}"
+    printf -v camera 'practice --robot %q --vision %q' "$robot" "$robot/vision.yaml"
+  fi
+  [ -n "$course" ] || return 0
+  [ $view = yes ] || fail "--course needs --view"
+  [ -n "$camera" ] || fail '--course needs --camera, as --camera "device --left 0 --right 2"'
+  [ -z "$vision$record$json" ] || fail "--course is without --vision, --record and --json"
+  mkdir -p "$course" || fail "--course: '$course' cannot be made"
+  course=$(cd "$course" && pwd)
+  vision="$course/vision.yaml"
 }
 
 # Hands the key to all programs that this script starts.
@@ -186,7 +211,10 @@ clean_up() {
 command_of() {
   local part=${2/#0/}
   case "$1" in
-    vision) command=("$bin/multireach-vision" --config "$vision" "${live[@]}") ;;
+    vision)
+      command=("$bin/multireach-vision" --config "$vision" "${live[@]}")
+      # The set-up course writes the file after a while.
+      [ -z "$course" ] || command=(bash -c 'until [ -s "$0" ]; do sleep 0.2; done; exec "$@"' "$vision" "${command[@]}") ;;
     controller|bridge) command=("$bin/multireach-$1" --config "$robot/robot.yaml" "${live[@]}") ;;
     robot_sim) command=("$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}") ;;
     robot_emulator) command=("$bin/multireach-robot-emulator" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}") ;;
@@ -196,7 +224,11 @@ command_of() {
     control_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
     image_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;
-    page) command=("$bin/multireach-page" --robot "$robot/robot.yaml" --vision "$vision" --lcm-url "$control" --image-url "$images") ;;
+    page)
+      command=("$bin/multireach-page" --robot "$robot/robot.yaml" --lcm-url "$control" --image-url "$images")
+      [ ! -r "$vision" ] || command+=(--vision "$vision")
+      [ -z "$course" ] || command+=(--course "$course")
+      [ $practice = no ] || command+=(--practice) ;;
     view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
     source)
       if [ -n "$camera" ]; then
@@ -214,6 +246,7 @@ choose_processes() {
   nodes=(vision controller bridge "${robot_nodes[@]}") loggers=(control_log image_log) others=()
   [ "$role" != eyes ] || { nodes=(vision controller); others=(bridge "${robot_nodes[@]}"); }
   [ "$role" != robot ] || { nodes=(bridge "${robot_nodes[@]}"); loggers=(control_log); }
+  [ -z "$course" ] || loggers=()
   live=(--lcm-url "$control" --image-url "$images" --speed "$speed")
   camera_arguments=()
   [ -z "$camera" ] || eval "camera_arguments=($camera)"
@@ -227,7 +260,8 @@ choose_processes() {
 start_nodes() {
   local name
   for name in "${supervised[@]}"; do start "$name"; done
-  await 10 "the nodes did not start" "${nodes[@]}"
+  if [ -z "$course" ]; then awaited_nodes=("${nodes[@]}"); else awaited_nodes=(controller bridge); fi
+  await 10 "the nodes did not start" "${awaited_nodes[@]}"
   [ ${#others[@]} -eq 0 ] || echo "$me: waiting for the robot's computer" >&2
   [ ${#others[@]} -eq 0 ] || await 60 "no NODE_STATUS arrives from the robot's computer" "${others[@]}"
 }
@@ -268,16 +302,30 @@ give_up_at_start() {
   fail "$given_up" 1
 }
 
+# The set-up course: vision starts again whenever its file has changed.
+follow_vision_file() {
+  [ -n "$course" ] || return 0
+  local written
+  written=$(stat -c %y "$vision" 2>/dev/null)
+  [ "$written" != "$vision_written" ] || return 0
+  vision_written=$written
+  stop vision
+  unset "due[vision]"
+  start vision
+}
+vision_written=""
+
 # Runs the source of images; the run ends with it.
 feed() {
   local end="" feeds=(source)
-  keep_folder=yes
+  [ -n "$course" ] || keep_folder=yes
   supervised+=(view)
   start view
   if [ "$role" = robot ]; then feeds=(); else start source; fi
   if [ -n "$seconds" ]; then read_clock; end=$((now + $(printf '%.0f' "${seconds}e2"))); fi
   while [ $interrupted = no ] && keep "${supervised[@]}"; do
     if [ -n "$end" ] && [ "$now" -ge "$end" ]; then break; fi
+    follow_vision_file
     if [ ${#feeds[@]} -gt 0 ] && ended source; then
       [ "$code" -ne 0 ] || break
       source_failed "$code" || break
@@ -301,7 +349,7 @@ stop_all() {
   [ -t 2 ] && echo >&2
   stop "${nodes[@]}"
   # The other computer may go on sending.
-  if [ "$role" = all ]; then await_written "$work"/*.lcm; else sleep 1; fi
+  if [ "$role" = all ] && [ -z "$course" ]; then await_written "$work"/*.lcm; else sleep 1; fi
   STOP_SIGNAL=INT stop "${loggers[@]}"
   grep -hE '\[(warning|error)\]' "$work"/*.err >&2
 }
@@ -341,5 +389,10 @@ start_nodes
 await_emulator
 feed
 stop_all
+if [ -n "$course" ]; then
+  [ -z "$given_up" ] || fail "$given_up" "$given_up_code"
+  echo "$me: the files of the set-up are in $course" >&2
+  if [ $interrupted = yes ]; then exit 130; else exit 0; fi
+fi
 report
 exit $?

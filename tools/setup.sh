@@ -25,7 +25,7 @@ declare -A packages=(
     libmujoco-dev libxxhash-dev liblodepng-dev libsodium-dev liblz4-dev libzstd-dev libbz2-dev"
   [camera]="libopencv-videoio-dev"
   [calibrate]="libopencv-calib3d-dev libopencv-highgui-dev"
-  [page]="libcivetweb-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen cmark-gfm python3"
+  [page]="libcivetweb-dev libopencv-calib3d-dev libopencv-highgui-dev" [replay]="" [studies]="gnuplot-nox" [docs]="doxygen cmark-gfm python3"
   [spy]="liblcm-java libjchart2d-java openjdk-17-jre openjdk-17-jdk-headless"
   [python]="pybind11-dev python3-dev python3-numpy python3-pytest" [package]="python3 file dpkg-dev"
   [tests]="libopencv-dev libgtest-dev libbenchmark-dev liborocos-kdl-dev ccache clang clang-format clang-tidy libclang-rt-14-dev

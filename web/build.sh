@@ -5,7 +5,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root/web"
 target=../build/web/index.html
 sources=(index.html package.json package-lock.json vite.config.js tsconfig.json src)
-definitions=(../lcmtypes/{bridge_state,controller_state,target}_t.lcm)
+definitions=(../lcmtypes/{bridge_state,controller_state,target,target_choice}_t.lcm)
 if [ -e $target ] && [ -z "$(find "${sources[@]}" "${definitions[@]}" -newer $target -print -quit)" ]; then exit 0; fi
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT

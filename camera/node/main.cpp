@@ -2,8 +2,12 @@
 #include "camera/node/device_arguments.hpp"
 #include "camera/node/device_source.hpp"
 #include "camera/node/file_sources.hpp"
+#include "camera/node/practice_node.hpp"
 #include "camera/node/render_source.hpp"
+#include "runtime/message_clock.hpp"
 #include "runtime/program.hpp"
+#include "runtime/rig_config.hpp"
+#include "runtime/robot_config.hpp"
 
 int main(int argc, char** argv) {
   using namespace multireach;
@@ -29,11 +33,24 @@ int main(int argc, char** argv) {
       .whole(0, 100)
       .show_default();
 
+  std::string robot, vision;
+  CommandLine practice =
+      cli.subcommand("practice", "what the set-up course of multireach-page shows, before rendered cameras");
+  practice.option("--robot", robot, "robot.yaml or its folder: whose hand holds the ball").required();
+  practice.option("--vision", vision, "vision.yaml of the rendered cameras: what the course shall find out").required();
+
   DeviceArguments devices;
   add_device_command(cli, devices);
 
   return program.run(argc, argv, [&] {
     cv::setNumThreads(1);
+    if (practice.given()) {
+      const RigConfig cameras = load_rig(Config::load(vision).section("cameras"));
+      if (!cameras.has_robot_pose)
+        throw InputError(vision + ": has no left_to_robot, without which nothing can be rendered");
+      PracticeNode node(RobotConfig::load(robot).chain, {.rig = cameras.rig}, wall_us());
+      return run_live(node, live);
+    }
     std::unique_ptr<CameraSource> source;
     if (render.given()) {
       source = std::make_unique<RenderSource>(scene);

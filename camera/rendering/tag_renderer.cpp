@@ -45,39 +45,42 @@ std::pair<double, double> ray_position(int k) {
 
 TagRenderer::TagRenderer(const SceneOptions& scene, const TagLook& tag, const CameraModel& camera,
                          const Eigen::Isometry3d& X_WC, const Eigen::Isometry3d& X_WL)
-    : tag_(tag),
-      camera_(camera),
+    : TagRenderer(scene, Card{cells_of(tag.id), tag.size_m / kBlackCells}, camera, X_WC, X_WL) {}
+
+TagRenderer::TagRenderer(const SceneOptions& scene, const Card& card, const CameraModel& camera,
+                         const Eigen::Isometry3d& X_WC, const Eigen::Isometry3d& X_WL)
+    : camera_(camera),
       X_CW_(X_WC.inverse()),
       light_W_(Eigen::Vector3d(0.3, 0.4, 1.0).normalized()),
       background_(scene, camera, X_WC, X_WL),
-      cells_(cells_of(tag.id)) {}
+      card_(card) {}
 
 /// The cell that a ray of the camera hits, which may lie beside the tag.
 cv::Point TagRenderer::cell_at(const Eigen::Isometry3d& X_TC, const Eigen::Vector3d& ray) const {
   const Eigen::Vector3d origin = X_TC.translation(), way = X_TC.linear() * ray;
   const Eigen::Vector3d p = origin - way * (origin.z() / way.z());
-  const double cell = tag_.size_m / kBlackCells;
-  const auto index = [&](double at) {
-    return static_cast<int>(std::floor(std::clamp(at / cell + 0.5 * cells_.cols, -1.0, cells_.cols + 0.5)));
+  const auto index = [&](double at, int cells) {
+    return static_cast<int>(std::floor(std::clamp(at / card_.cell_m + 0.5 * cells, -1.0, cells + 0.5)));
   };
-  return {index(p.x()), index(p.y())};
+  return {index(p.x(), card_.cells.cols), index(p.y(), card_.cells.rows)};
 }
 
 void TagRenderer::draw(const Eigen::Isometry3d& X_CT, cv::Mat& image) const {
   const Eigen::Isometry3d X_TC = X_CT.inverse();
   // The camera must be before the paper: on the side of negative z.
   if (X_TC.translation().z() >= 0) return;
-  const double half = 0.5 * cells_.cols * tag_.size_m / kBlackCells;
+  const double half_width = 0.5 * card_.cells.cols * card_.cell_m, half_height = 0.5 * card_.cells.rows * card_.cell_m;
   Eigen::Array2d low(1e9, 1e9), high(-1e9, -1e9);
   for (int corner = 0; corner < 4; ++corner) {
-    const Eigen::Vector3d p = X_CT * Eigen::Vector3d(corner % 2 ? half : -half, corner / 2 ? half : -half, 0);
+    const Eigen::Vector3d p =
+        X_CT * Eigen::Vector3d(corner % 2 ? half_width : -half_width, corner / 2 ? half_height : -half_height, 0);
     if (p.z() < 1e-3) return;
     const Eigen::Vector2d pixel = camera_.project(p);
     low = low.min(pixel.array());
     high = high.max(pixel.array());
   }
   const auto bound = [](double value, int limit) { return std::clamp(static_cast<int>(std::floor(value)), 0, limit); };
-  const cv::Rect inside(0, 0, cells_.cols, cells_.rows);
+  const cv::Rect inside(0, 0, card_.cells.cols, card_.cells.rows);
   const Eigen::Vector3d front_W = -(X_CW_.linear().transpose() * X_CT.linear().col(2));
   const auto light = static_cast<float>(0.5 + 0.5 * std::max(0.0, front_W.dot(light_W_)));
   for (int row = bound(low.y() - 3, camera_.height); row < bound(high.y() + 4, camera_.height); ++row) {
@@ -85,7 +88,7 @@ void TagRenderer::draw(const Eigen::Isometry3d& X_CT, cv::Mat& image) const {
       const cv::Vec3f behind = image.at<cv::Vec3f>(row, column);
       const auto colour = [&](const cv::Point& cell) -> cv::Vec3f {
         if (!inside.contains(cell)) return behind;
-        const float grey = light * (cells_(cell) ? kWhite : kBlack);
+        const float grey = light * (card_.cells(cell) ? kWhite : kBlack);
         return {grey, grey, grey};
       };
       // A cell that holds all corners of the pixel holds the whole pixel, except for the lens's curvature.
@@ -105,6 +108,21 @@ void TagRenderer::draw(const Eigen::Isometry3d& X_CT, cv::Mat& image) const {
       image.at<cv::Vec3f>(row, column) = sum / kRays;
     }
   }
+}
+
+Card chessboard_card(int columns, int rows, double square_m) {
+  Card card{cv::Mat1b(rows + 3, columns + 3, uint8_t{1}), square_m};
+  for (int row = 1; row < rows + 2; ++row) {
+    for (int column = 1; column < columns + 2; ++column)
+      card.cells(row, column) = static_cast<uint8_t>((row + column) % 2);
+  }
+  return card;
+}
+
+cv::Mat TagRenderer::exposed(const std::optional<Eigen::Isometry3d>& X_WT) const {
+  cv::Mat image = background_.wall().clone();
+  if (X_WT) draw(X_CW_ * *X_WT, image);
+  return image;
 }
 
 cv::Mat TagRenderer::render(const std::optional<Eigen::Isometry3d>& X_WT, uint64_t stream,

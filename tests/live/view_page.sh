@@ -3,26 +3,11 @@
 # and shows live data; pause, resume, speed and stop work by keys; axe-core finds nothing serious; a browser that reads nothing delays no
 # node; other hosts, origins and tokens are refused.
 bin=$1
-skip() { echo "skipped: $1"; exit 77; }
-chromium=$(command -v "${CHROMIUM:-chromium}") || skip "there is no Chromium (Debian's package chromium)"
-export CHROMIUM=$chromium
-[ -x "$bin/multireach-page" ] || skip "multireach-page is not built (tools/setup.sh page)"
-command -v npm >/dev/null || skip "there is no npm"
-# In the network namespace there are no packages to be had.
-if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
-  timeout 120 "$(dirname "$0")/../../web/build.sh" || skip "the page cannot be built: npm has no packages"
-fi
+. "$(dirname "$0")/browser.sh"
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
+. "$root/tests/live/paged.sh"
 
-# start NAME OPTION...: a run with a page; $address is the page's.
-start() {
-  launch "$1" --isolated --view "${@:2}" >"$work/$1.out"
-  until address=$(grep -o 'http://[^ ]*' "$work/$1.out") || ! kill -0 $launched 2>/dev/null; do sleep 0.05; done
-}
-
-# Also in this test's own namespace, a run makes another one.
-unset MULTIREACH_ISOLATED
 # A session that lasts as long as the browser needs.
 sed "s|^end_s:.*|end_s: 300|; s|^vision: .*|vision: $root/robots/hoap2/vision.yaml|" "$root/logs/reach.yaml" >"$work/scene.yaml"
 start page --camera "render --config $work/scene.yaml"

@@ -132,6 +132,20 @@ double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(a.linear().transpose() * b.linear())).angle();
 }
 
+TEST(Chessboard, ItsSizeIsFound) {
+  const RenderedSession& session = RenderedSession::get();
+  const BoardRenderer left(session.rig.left);
+  int found = 0;
+  for (size_t k = 0; k < session.poses.size(); ++k) {
+    const auto size = find_board_size(left.render(session.poses[k], 2 * k));
+    if (!size) continue;
+    ++found;
+    EXPECT_EQ(*size, cv::Size(kBoard.columns, kBoard.rows)) << k;
+  }
+  EXPECT_GT(found, static_cast<int>(session.poses.size()) / 2);
+  EXPECT_FALSE(find_board_size(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))));
+}
+
 TEST(Chessboard, CornersAreFoundWhereTheyAre) {
   const RenderedSession& session = RenderedSession::get();
   ASSERT_EQ(session.pairs.size(), session.poses.size());

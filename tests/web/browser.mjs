@@ -18,4 +18,24 @@ export async function open(address, {theme = 'light', width = 1280, height = 800
   return {browser, page, faults};
 }
 
+/** Checks of what a page shows, and the end of a test: it exits with 1 when one of them did not hold. */
+export function checks(page, patience = 60000) {
+  let failures = 0;
+  const check = (holds, sentence) => {
+    if (holds) return;
+    ++failures;
+    console.log(`FAILED: ${sentence}`);
+  };
+  const contains = (selector, part) =>
+    page.waitForFunction(([where, words]) => document.querySelector(where).textContent.includes(words), [selector, part], {timeout: patience})
+      .catch(async () => check(false, `${selector} does not say '${part}' but '${await page.textContent(selector)}'`));
+  const finish = async (browser, faults) => {
+    const unexpected = faults.filter(fault => !fault.includes('Content Security Policy'));
+    check(unexpected.length === 0, `the browser reports: ${unexpected.join('; ')}`);
+    await browser.close();
+    process.exit(failures ? 1 : 0);
+  };
+  return {check, contains, finish};
+}
+
 export const axeSource = require.resolve('axe-core/axe.min.js');

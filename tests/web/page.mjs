@@ -1,22 +1,14 @@
 // Drives the page of a running loop in a headless Chromium: node page.mjs ADDRESS [PICTURE]. Prints what it measures, and a line that
 // begins with FAILED for what does not hold.
 import fs from 'node:fs';
-import {axeSource, open} from './browser.mjs';
+import {axeSource, checks, open} from './browser.mjs';
 
 const [address, picture] = process.argv.slice(2);
-let failures = 0;
-function check(holds, sentence) {
-  if (holds) return;
-  ++failures;
-  console.log(`FAILED: ${sentence}`);
-}
 const kPatience = {timeout: 10000};
 
 const {browser, page, faults} = await open(address);
 const text = selector => page.textContent(selector);
-const contains = (selector, part) =>
-  page.waitForFunction(([where, words]) => document.querySelector(where).textContent.includes(words), [selector, part], kPatience)
-    .catch(async () => check(false, `${selector} does not say '${part}' but '${await text(selector)}'`));
+const {check, contains, finish} = checks(page);
 /** The numbers that the page shows of a node. */
 const numbers = name => page.evaluate(node => {
   const row = [...document.querySelectorAll('#nodes tr')].find(each => each.firstChild.textContent === node);
@@ -104,7 +96,4 @@ for (const theme of ['light', 'dark']) {
 }
 await page.keyboard.press('t');
 if (picture) await page.screenshot({path: picture});
-const unexpected = faults.filter(fault => !fault.includes('Content Security Policy'));
-check(unexpected.length === 0, `the browser reports: ${unexpected.join('; ')}`);
-await browser.close();
-process.exit(failures ? 1 : 0);
+await finish(browser, faults);

@@ -82,8 +82,8 @@ BoardImages find_boards(const std::string& left_pattern, const std::string& righ
   return images;
 }
 
-double coverage(const std::vector<Corners>& corners, cv::Size image_size) {
-  constexpr int kColumns = 8, kRows = 6;
+std::set<int> covered_fields(const std::vector<Corners>& corners, cv::Size image_size) {
+  constexpr int kColumns = kFieldColumns, kRows = kFieldRows;
   std::set<int> fields;
   for (const Corners& list : corners) {
     for (const cv::Point2f& corner : list) {
@@ -94,7 +94,11 @@ double coverage(const std::vector<Corners>& corners, cv::Size image_size) {
       fields.insert(row * kColumns + column);
     }
   }
-  return static_cast<double>(fields.size()) / (kColumns * kRows);
+  return fields;
+}
+
+double coverage(const std::vector<Corners>& corners, cv::Size image_size) {
+  return static_cast<double>(covered_fields(corners, image_size).size()) / (kFieldColumns * kFieldRows);
 }
 
 }  // namespace multireach

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,10 @@ struct BoardImages {
 BoardImages find_boards(const std::string& left_pattern, const std::string& right_pattern, const Board& board,
                         const std::function<void(double)>& progress);
 
-/// The part of the image covered by corners: the share of 8 x 6 equal fields that contain a corner.
+inline constexpr int kFieldColumns = 8, kFieldRows = 6;
+/// Which of 8 x 6 equal fields of the image contain a corner: row * 8 + column.
+std::set<int> covered_fields(const std::vector<Corners>& corners, cv::Size image_size);
+/// The part of the image covered by corners: the share of these fields.
 double coverage(const std::vector<Corners>& corners, cv::Size image_size);
 
 }  // namespace multireach

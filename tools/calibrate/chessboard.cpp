@@ -80,6 +80,16 @@ std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
   return corners;
 }
 
+std::optional<cv::Size> find_board_size(const cv::Mat& grey) {
+  constexpr int kLeast = 3;
+  Corners corners;
+  cv::Mat cells;
+  if (!cv::findChessboardCornersSB(grey, {kLeast, kLeast}, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER,
+                                   cells))
+    return std::nullopt;
+  return cv::Size(std::max(cells.cols, cells.rows), std::min(cells.cols, cells.rows));
+}
+
 void match_corner_order(const Board& board, const Corners& left, Corners& right) {
   Corners best = right, turned = right;
   // A square board is symmetric under quarter turns, any other board under half turns.

@@ -6,16 +6,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/highgui.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/camera_output.hpp"
 #include "tools/calibrate/colour_region.hpp"
 #include "tools/calibrate/commands.hpp"
-#include "vision/colour/colour_table.hpp"
-#include "vision/colour/find.hpp"
-#include "vision/colour/learn_colour.hpp"
+#include "tools/calibrate/object_colour.hpp"
 #include "vision/node/colour_config.hpp"
 
 namespace multireach {
@@ -91,40 +88,6 @@ ObjectRegion region_of(const Picture& picture, const cv::Mat& bgr, bool in_windo
   return region_around(bgr, clicks);
 }
 
-/// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
-std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
-  vision::BlobFinder finder;
-  const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
-  if (found.too_many_runs) return "the learned colours are all over the picture";
-  if (found.blobs.empty()) return "with the learned colours nothing is found, not even the object";
-  const vision::Blob& largest = found.blobs[0];
-  const cv::Point at(cvRound(largest.centroid.x()), cvRound(largest.centroid.y()));
-  if (region.box.contains(at)) return {};
-  return fmt::format("with the learned colours another object is found, at {},{}", at.x, at.y);
-}
-
-/// The picture, with pixels outside the colour class shown grey and dark, and the object's region drawn.
-cv::Mat members_of(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
-  const vision::ColourTable members(model);
-  cv::Mat shown = bgr.clone();
-  for (int row = 0; row < shown.rows; ++row) {
-    for (int column = 0; column < shown.cols; ++column) {
-      auto& p = shown.at<cv::Vec3b>(row, column);
-      if (members.contains(p[0], p[1], p[2])) continue;
-      const auto grey = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2]) / 12);
-      p = {grey, grey, grey};
-    }
-  }
-  if (region.mask.empty()) {
-    cv::rectangle(shown, region.box, {0, 255, 0});
-  } else {
-    std::vector<std::vector<cv::Point>> contours;
-    cv::findContours(region.mask.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-    cv::drawContours(shown, contours, -1, {0, 255, 0});
-  }
-  return shown;
-}
-
 struct Learned {
   vision::LearnedColour colour;
   nlohmann::json json;
@@ -137,29 +100,22 @@ Learned learn(const Picture& picture, const ColourOptions& options) {
   const ObjectRegion region = region_of(picture, bgr, options.in_window);
   const cv::Rect& rectangle = region.box;
   Learned learned;
-  learned.colour =
-      region.mask.empty() ? vision::learn_colour(bgr, rectangle) : vision::learn_colour_of(bgr, region.mask);
+  ObjectColour object;
+  try {
+    object = learn_object(bgr, region);
+  } catch (const std::runtime_error& fault) {
+    throw std::runtime_error(picture.file + ": " + fault.what());
+  }
+  learned.colour = object.colour;
   const vision::LearnedColour& colour = learned.colour;
-  if (colour.status != vision::LearnedColour::Status::kLearned) {
-    throw std::runtime_error(fmt::format("{}: {}", picture.file, description(colour.status)));
-  }
-  constexpr double kFew = 0.8, kMuch = 0.01;
-  if (colour.kept < kFew)
-    spdlog::warn("{}: only {:.0f} % of the object has the learned colours", picture.file, 100 * colour.kept);
-  if (colour.background > kMuch) {
-    spdlog::warn("{}: {:.1f} % of the background has the learned colours", picture.file, 100 * colour.background);
-  }
-  if (colour.by_brightness) {
-    spdlog::warn("{}: only brightness distinguishes the object; lock the camera's exposure", picture.file);
-  }
+  for (const std::string& sentence : object.warnings) spdlog::warn("{}: {}", picture.file, sentence);
   learned.json = {{"file", picture.file},
                   {"rectangle_px", {rectangle.x, rectangle.y, rectangle.width, rectangle.height}},
                   {"kept", colour.kept},
                   {"background", colour.background},
                   {"by_brightness", colour.by_brightness}};
-  if (!options.check_picture.empty()) learned.shown = members_of(bgr, colour.model, region);
-  const std::string fault = finder_fault(bgr, colour.model, region);
-  if (!fault.empty()) learned.fault = picture.file + ": " + fault;
+  if (!options.check_picture.empty()) learned.shown = members_picture(bgr, colour.model, region);
+  if (!object.fault.empty()) learned.fault = picture.file + ": " + object.fault;
   return learned;
 }
 

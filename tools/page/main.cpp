@@ -27,8 +27,9 @@ constexpr const char* kSocketVariable = "MULTIREACH_PAGE_SOCKET";
 constexpr const char* kTokenVariable = "MULTIREACH_PAGE_TOKEN";
 
 struct Arguments {
-  std::string robot, vision, folder, address = "127.0.0.1", name, log;
+  std::string robot, vision, course, folder, address = "127.0.0.1", name, log;
   int port = 0;
+  bool practice = false;
   std::vector<std::string> compared;
   std::vector<std::string> command;
 };
@@ -103,7 +104,10 @@ int serve_live(const Arguments& arguments, LiveOptions live) {
   PageServer server(options);
   print_address(arguments, server, options);
   std::random_device random;
-  PageNode node(server, {.utime = wall_us(), .first_request = static_cast<int64_t>(random()) + 1});
+  PageNode node(server, {.utime = wall_us(),
+                         .first_request = static_cast<int64_t>(random()) + 1,
+                         .run = static_cast<int64_t>(random()) + 2});
+  if (!arguments.course.empty()) node.offer_course(robot, arguments.course, arguments.practice);
   live.speed = 1;  // its ticks are those of the wall clock
   live.drain_period_us = PageNode::kTickUs;
   return run_live(node, live);
@@ -163,6 +167,9 @@ int main(int argc, char** argv) {
              "multireach-replay run");
   cli.option("--compare", arguments.compared, "with --log: another log of the same session; may be repeated")
       .repeated();
+  cli.option("--course", arguments.course,
+             "offer the set-up course, whose files are in this folder (docs/calibrate.md)");
+  cli.flag("--practice", arguments.practice, "with --course: tell `multireach-camera practice` what to show");
   cli.option("--page", arguments.folder, "folder of the built page (default: build/web)");
   cli.option("--host", arguments.address, "IPv4 address to listen at; 0.0.0.0 lets other computers in").show_default();
   cli.option("--host-name", arguments.name, "a name of this computer that browsers may use besides its addresses");

@@ -32,12 +32,23 @@ std::string as_string(const std::vector<uint8_t>& bytes) {
 }  // namespace
 
 PageNode::PageNode(Browsers& browsers, const Start& start)
-    : browsers_(browsers), next_tick_us_(start.utime), asker_(start.first_request) {}
+    : browsers_(browsers),
+      next_tick_us_(start.utime),
+      asker_(start.first_request),
+      run_(start.run),
+      touch_(start.run) {}
+
+void PageNode::offer_course(const RobotConfig& robot, const std::string& folder, bool practice) {
+  course_.emplace(robot, folder, practice, run_, touch_);
+}
 
 std::vector<std::string_view> PageNode::inputs() const {
-  return {channel::kTarget,       channel::kObstacles,   channel::kJointSetpoint, channel::kControllerState,
-          channel::kJointCommand, channel::kBridgeState, channel::kRobotState,    channel::kNodeStatus,
-          channel::kStereoImages, channel::kVisionDebug};
+  std::vector<std::string_view> names{channel::kTarget,          channel::kObstacles,    channel::kJointSetpoint,
+                                      channel::kControllerState, channel::kJointCommand, channel::kBridgeState,
+                                      channel::kRobotState,      channel::kNodeStatus,   channel::kStereoImages,
+                                      channel::kVisionDebug,     channel::kTargetChoice};
+  if (course_) std::ranges::copy(Course::inputs(), std::back_inserter(names));
+  return names;
 }
 
 std::string PageNode::state() const {
@@ -45,10 +56,14 @@ std::string PageNode::state() const {
   return count == 0 ? "no browser" : fmt::format("{} {}", count, count == 1 ? "browser" : "browsers");
 }
 
-Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox&) {
+Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   const auto inputs = this->inputs();
   channel = *std::ranges::find(inputs, channel);  // the name with a lifetime of its own
   ++count_[channel];
+  const size_t before = out.size();
+  touch_.receive(channel, bytes, next_tick_us_, out);
+  if (course_) course_->receive(channel, bytes, next_tick_us_, out);
+  counters_.sent += static_cast<int64_t>(out.size() - before);
   if (channel == channel::kStereoImages) {
     receive_stereo(bytes);
   } else if (channel == channel::kVisionDebug) {
@@ -106,27 +121,39 @@ void PageNode::receive_debug_picture(std::span<const uint8_t> bytes) {
 
 void PageNode::refuse(const std::string& why) {
   ++counters_.refused;
-  browsers_.send(Outgoing::Kind::kAnswer, text_of({{"answer", "page"}, {"accepted", false}, {"text", why}}));
+  answer("page", false, why);
 }
 
-void PageNode::handle_requests() {
+void PageNode::answer(const std::string& word, bool accepted, const std::string& text) {
+  browsers_.send(Outgoing::Kind::kAnswer, text_of({{"answer", word}, {"accepted", accepted}, {"text", text}}));
+}
+
+void PageNode::handle_requests(Outbox& out) {
   for (const std::string& text : browsers_.take_requests()) {
     const auto request = nlohmann::json::parse(text, nullptr, false);
     if (!request.is_object()) {
       refuse("a request of the page is no JSON object");
     } else {
-      handle_request(request);
+      handle_request(request, out);
     }
   }
 }
 
-void PageNode::handle_request(const nlohmann::json& request) {
+void PageNode::handle_request(const nlohmann::json& request, Outbox& out) {
   if (const auto contours = request.find("contours"); contours != request.end() && contours->is_boolean()) {
     contours_ = contours->get<bool>();
     return;
   }
   const auto found = request.find("request");
   const std::string word = found != request.end() && found->is_string() ? found->get<std::string>() : "";
+  if (Touch::knows(word)) {
+    if (const auto done = touch_.handle(request, next_tick_us_, out)) answer(word, done->accepted, done->text);
+    return;
+  }
+  if (word == "course" && course_) {
+    const auto [accepted, text] = course_->handle(request, next_tick_us_, out);
+    return answer(word, accepted, text);
+  }
   if (word == "speed") {
     const auto speed = request.find("speed");
     if (speed == request.end() || !speed->is_number() || !(*speed >= 0.0 && *speed <= 1.0))
@@ -136,15 +163,15 @@ void PageNode::handle_request(const nlohmann::json& request) {
   const auto known = std::ranges::find(bridge_words(), word, [](const BridgeWord& each) { return each.word; });
   if (known == bridge_words().end())
     return refuse("'" + word +
-                  "' is no request; expected enable, disable, stop, pause, resume, reset, status or speed");
+                  "' is no request; expected enable, disable, stop, pause, resume, reset, status, speed, target, "
+                  "release, obstacles or push");
   asker_.ask(word, known->kind);
 }
 
 void PageNode::ask_bridge(Outbox& out) {
   if (const auto request = asker_.tick(next_tick_us_)) send(out, channel::kBridgeRequest, *request);
   while (const auto answer = asker_.take_answer()) {
-    browsers_.send(Outgoing::Kind::kAnswer,
-                   text_of({{"answer", answer->word}, {"accepted", answer->accepted}, {"text", answer->text}}));
+    this->answer(answer->word, answer->accepted, answer->text);
   }
   // A bridge that sends no commands says its state only when asked.
   if (!watched() || ticks_ % (kSecond / kTickUs) != 0) return;
@@ -158,6 +185,7 @@ void PageNode::ask_bridge(Outbox& out) {
 void PageNode::send_frame() {
   if (browsers_.take_needs_all()) {
     for (auto& [key, newest] : newest_) newest.sent = false;
+    course_sent_.clear();
   }
   json messages = json::array();
   for (auto& [key, newest] : newest_) {
@@ -172,11 +200,23 @@ void PageNode::send_frame() {
   }
   json rates = json::object();
   for (const auto& [channel, count] : last_count_) rates[std::string(channel)] = count;
-  browsers_.send(Outgoing::Kind::kFrame, text_of({{"utime", next_tick_us_}, {"messages", messages}, {"rates", rates}}));
+  json frame{{"utime", next_tick_us_}, {"messages", messages}, {"rates", rates}};
+  if (course_ && ticks_ % kTicksPerCourse == 0) {
+    json course = course_->status();
+    if (const std::string text = text_of(course); text != course_sent_) {
+      course_sent_ = text;
+      frame["course"] = std::move(course);
+    }
+  }
+  browsers_.send(Outgoing::Kind::kFrame, text_of(frame));
 }
 
 void PageNode::tick(Outbox& out) {
-  handle_requests();
+  const size_t before = out.size();
+  handle_requests(out);
+  touch_.tick(next_tick_us_, out);
+  if (course_) course_->tick(next_tick_us_, watched(), out);
+  counters_.sent += static_cast<int64_t>(out.size() - before);
   ask_bridge(out);
   if (ticks_ % (kSecond / kTickUs) == 0) {
     last_count_ = std::exchange(count_, {});

@@ -7,6 +7,8 @@
 #include "runtime/node.hpp"
 #include "tools/page/bridge_asker.hpp"
 #include "tools/page/browsers.hpp"
+#include "tools/page/course.hpp"
+#include "tools/page/touch.hpp"
 
 namespace multireach {
 
@@ -17,8 +19,12 @@ class PageNode : public Node {
   struct Start {
     int64_t utime = 0;          ///< time of the first tick, microseconds
     int64_t first_request = 1;  ///< see BridgeAsker
+    int64_t run = 1;            ///< see Touch
   };
   PageNode(Browsers& browsers, const Start& start);
+
+  /// Offers the set-up course, whose files are in `folder`. Throws InputError.
+  void offer_course(const RobotConfig& robot, const std::string& folder, bool practice);
 
   std::string name() const override { return "page"; }
   std::vector<std::string_view> inputs() const override;
@@ -31,6 +37,7 @@ class PageNode : public Node {
   static constexpr int64_t kTickUs = 20000;
   static constexpr int kTicksPerFrame = 2;
   static constexpr int64_t kPicturePeriodUs = 100000;
+  static constexpr int kTicksPerCourse = 6;  ///< at most so often the course's state is sent
   static constexpr int64_t kSecond = 1000000;
 
  private:
@@ -43,8 +50,9 @@ class PageNode : public Node {
   void keep(std::string_view channel, const std::string& name, std::span<const uint8_t> bytes);
   void receive_stereo(std::span<const uint8_t> bytes);
   void receive_debug_picture(std::span<const uint8_t> bytes);
-  void handle_requests();
-  void handle_request(const nlohmann::json& request);
+  void handle_requests(Outbox& out);
+  void handle_request(const nlohmann::json& request, Outbox& out);
+  void answer(const std::string& word, bool accepted, const std::string& text);
   void ask_bridge(Outbox& out);
   void send_frame();
   void refuse(const std::string& why);
@@ -57,6 +65,10 @@ class PageNode : public Node {
   std::map<std::string_view, int64_t> count_;       // messages in this second
   std::map<std::string_view, int64_t> last_count_;  // in the one before
   BridgeAsker asker_;
+  int64_t run_;
+  Touch touch_;
+  std::optional<Course> course_;
+  std::string course_sent_;
   std::optional<int64_t> bridge_heard_us_, debug_picture_us_, picture_us_;
   bool contours_ = true;  // whether vision is asked to draw what it sees
   ImageCodec codec_;

@@ -32,6 +32,10 @@ export class Arm {
   }
 
   handPosition(): THREE.Vector3 { return this.root.worldToLocal(this.tip.getWorldPosition(new THREE.Vector3())); }
+  linkAt(raycaster: THREE.Raycaster): {name: string; point: THREE.Vector3} | undefined {
+    const hit = raycaster.intersectObject(this.robot, true)[0];
+    return hit && {name: linkOf(hit.object).name, point: hit.point};
+  }
   bounds(): THREE.Box3 { return new THREE.Box3().setFromObject(this.robot); }
 
   /** Moves the robot so that the base link's frame is W. */

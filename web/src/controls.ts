@@ -11,6 +11,10 @@ export const element = <Type extends HTMLElement>(id: string) => document.getEle
 
 /** Whether the page shows a log: then there is no robot to command. */
 export const showsLog = () => document.body.dataset.mode === 'log';
+/** Whether a key belongs to the element that has the focus: a number that is typed, a choice in a list. */
+export function isTyping({target}: KeyboardEvent): boolean {
+  return target instanceof HTMLSelectElement || (target instanceof HTMLInputElement && ['number', 'text'].includes(target.type));
+}
 
 export class Controls {
   private readonly slider = element<HTMLInputElement>('speed');
@@ -38,7 +42,7 @@ export class Controls {
   }
 
   private key(event: KeyboardEvent) {
-    if (showsLog() || event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target instanceof HTMLSelectElement) return;
+    if (showsLog() || event.ctrlKey || event.altKey || event.metaKey || event.repeat || isTyping(event)) return;
     const request = kKeys[event.key.toLowerCase()];
     if (request) this.ask({request});
   }

@@ -1,13 +1,15 @@
 import type {Vector3} from 'three';
 import './style.css';
 import {Connection} from './connection';
-import {Controls, element} from './controls';
-import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target} from './messages';
+import {Course, type CourseStatus} from './course';
+import {Controls, element, isTyping} from './controls';
+import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target, type TargetChoice} from './messages';
 import {Nodes} from './nodes';
 import {Pictures} from './pictures';
 import {LogMode} from './log_mode';
 import {PlotPanel} from './plot_panel';
 import {Scene, type PointOfView} from './scene';
+import {Touch} from './touch';
 import {word} from './words';
 
 const kPlotPeriod = 100;  // ms
@@ -17,6 +19,8 @@ const scene = new Scene(element<HTMLCanvasElement>('scene'));
 const pictures = new Pictures(element<HTMLCanvasElement>('picture'));
 const nodes = new Nodes(element('nodes'));
 const controls = new Controls(request => connection.send(request));
+const touch = new Touch(scene, request => connection.send(request));
+const course = new Course(scene, request => connection.send(request));
 const ghost = element<HTMLSelectElement>('ghost');
 const contours = element<HTMLInputElement>('contours');
 
@@ -30,6 +34,8 @@ function setup(description: Setup) {
   element('robot-name').textContent = `· ${description.robot}`;
   plots.setup(description.joints, element('joints'));
   scene.setup(description);
+  touch.setup(description.reach_m, description.tip);
+  course.setup(description.reach_m);
   hand = undefined;
   applyTheme();
   if (description.log !== undefined && !log) log = new LogMode(description.log, {connection, scene, pictures, plots, contours, show: frame => waiting.push(frame)});
@@ -39,10 +45,11 @@ function showReach() {
   const parts: string[] = [];
   if (newestTarget) {
     const {name, status, reason, position_m, covariance_m2} = newestTarget;
-    const where = status === 0 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m`;
+    const frame = status === 3 ? ' in the left camera\'s frame' : '';
+    const where = status === 0 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m${frame}`;
     const sigma = kSigmas.map((_, i) => (1e3 * Math.sqrt(Math.max(covariance_m2[i][i], 0))).toFixed(1)).join(', ');
     parts.push(`target ${name}: ${word('target', status)}${where}${status === 1 ? `, σ ${sigma} mm` : ` – ${reason}`}`);
-    if (hand && status !== 0) {
+    if (hand && (status === 1 || status === 2)) {
       const distance = Math.hypot(position_m[0] - hand.x, position_m[1] - hand.y, position_m[2] - hand.z);
       parts.push(`hand ${(1e3 * distance).toFixed(1)} mm away`);
     }
@@ -64,11 +71,17 @@ function showGhost({channel, message}: Message) {
 
 const handlers: Record<string, (message: never, at?: number) => void> = {
   TARGET: (target: Target) => {
-    newestTarget = target;
-    scene.setTarget(target, target.status !== 0, target.status === 1);
+    touch.target(target);
+    if (touch.follows(target.name)) newestTarget = target;
+    scene.setTarget(target, target.status === 1 || target.status === 2, target.status === 1);
   },
   CONTROLLER_STATE: (state: ControllerState) => { controller = state; },
-  OBSTACLES: ({obstacles}: {obstacles: Obstacle[]}) => scene.setObstacles(obstacles),
+  ROBOT_STATE: (state: RobotState) => touch.robot(state.simulated),
+  TARGET_CHOICE: (choice: TargetChoice) => touch.choose(choice),
+  OBSTACLES: ({obstacles}: {obstacles: Obstacle[]}) => {
+    scene.setObstacles(obstacles);
+    touch.known(obstacles);
+  },
   BRIDGE_STATE: (state: BridgeState) => controls.show(state),
   NODE_STATUS: (status: NodeStatus, at?: number) => nodes.show(status, at === undefined ? undefined : 1e-3 * at),
 };
@@ -137,12 +150,15 @@ const connection = new Connection({
   setup,
   frame: frame => {
     showRates(frame.rates ?? {});
+    if (frame.course) course.show(frame.course as CourseStatus);
     waiting.push(frame);
     if (waiting.length > kMostWaiting) waiting.shift();
   },
   answer: answer => {
     controls.answer(answer);
     log?.answer(answer);
+    touch.answer(answer);
+    course.answer(answer);
   },
   picture: picture => void pictures.show(picture),
   runs: runs => log?.showRuns(runs),
@@ -178,7 +194,7 @@ element('theme').addEventListener('click', changeTheme);
 ghost.addEventListener('change', () => { if (!ghost.value) scene.setGhost(); });
 contours.addEventListener('change', () => connection.send({contours: contours.checked}));
 addEventListener('keydown', event => {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.target instanceof HTMLSelectElement) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event)) return;
   if (event.key.toLowerCase() === 't') changeTheme();
   views[Number(event.key) - 1]?.click();
 });

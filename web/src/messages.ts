@@ -17,6 +17,7 @@ export interface ControllerState extends JointFields {
 export interface Target {
   sequence: number; utime: number; status: number; name: string; reason: string; position_m: number[]; velocity_m_s: number[]; covariance_m2: number[][];
 }
+export interface TargetChoice { kind: number; name: string; chosen_by: string }
 export interface Obstacle { name: string; shape: number; position_m: number[]; orientation_wxyz: number[]; size_m: number[] }
 export interface BridgeState { state: number; cause: string; path_rate: number; setpoint_rate: number; speed: number; request_accepted: boolean }
 export interface NodeStatus {
@@ -30,6 +31,7 @@ export interface Frame {
   compared?: boolean;  // of the run that is shown over the first one
   history?: 'only' | 'none';  // whether plots and trails get the messages; live they do
   begins?: boolean;  // plots and trails begin anew
+  course?: unknown;  // the state of the set-up
 }
 
 /** A run of a log: itself, another log, or what a replay computes from it. */

@@ -26,9 +26,11 @@ function corners({min, max}: THREE.Box3): THREE.Vector3[] {
 }
 
 export class Scene {
+  /** For what is drawn besides; call redraw() after changes. */
+  readonly overlay = new THREE.Group();
   private readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
+  readonly camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
   private readonly controls: OrbitControls;
   private grid?: THREE.GridHelper;
   private measured?: Arm;
@@ -45,12 +47,12 @@ export class Scene {
   private shown = [new THREE.Vector3()];  // corners of what a point of view shows
   private readonly software = rendersInSoftware();
 
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  constructor(readonly canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({canvas, antialias: !this.software, powerPreference: 'high-performance'});
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras, this.overlay);
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);
     sun.position.set(1, -1.5, 3);
     this.scene.add(sun);
@@ -182,6 +184,45 @@ export class Scene {
     this.dirty = true;
   }
 
+  redraw() { this.dirty = true; }
+
+  /** The measured position of the hand. */
+  hand(): THREE.Vector3 { return this.measured?.handPosition() ?? new THREE.Vector3(); }
+
+  /** Unit vectors of the view in W: where it looks, to the right, up. */
+  direction(): THREE.Vector3 { return this.camera.getWorldDirection(new THREE.Vector3()); }
+  right(): THREE.Vector3 { return new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0); }
+  up(): THREE.Vector3 { return new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1); }
+
+  /** The index of the obstacle that a ray hits first. */
+  obstacleAt(raycaster: THREE.Raycaster): number | undefined {
+    const hit = raycaster.intersectObjects(this.obstacles.children, true)[0];
+    return hit ? this.obstacles.children.indexOf(hit.object) : undefined;
+  }
+
+  /** The link of the measured arm that a ray hits first. */
+  linkAt(raycaster: THREE.Raycaster): {name: string; point: THREE.Vector3} | undefined {
+    return this.measured?.linkAt(raycaster);
+  }
+
+  /** The canvas' pixel, from its left top, at which a point of W is drawn. */
+  pixelOf(point: THREE.Vector3): {x: number; y: number} {
+    this.camera.updateMatrixWorld();
+    const {x, y} = point.clone().project(this.camera);
+    return {x: (x + 1) / 2 * this.canvas.clientWidth, y: (1 - y) / 2 * this.canvas.clientHeight};
+  }
+
+  highlightObstacle(index: number | undefined, colour: number) {
+    for (const [i, mesh] of this.obstacles.children.entries()) {
+      const material = (mesh as THREE.Mesh<THREE.BufferGeometry, THREE.MeshLambertMaterial>).material;
+      const wanted = i === index ? colour : 0;
+      if (material.emissive.getHex() === wanted) continue;
+      material.emissive.setHex(wanted);
+      material.emissiveIntensity = 0.35;
+      this.dirty = true;
+    }
+  }
+
   /** Draws when something has changed; returns whether it did. */
   render(): boolean {
     if (!this.dirty) return false;
@@ -201,6 +242,7 @@ export class Scene {
   }
 
   private key(event: KeyboardEvent) {
+    if (event.shiftKey && event.key.startsWith('Arrow')) return;
     const turns: Record<string, [number, number]> = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]};
     const zooms: Record<string, number> = {'+': 0.9, '=': 0.9, '-': 1.1};
     const turn = turns[event.key], zoom = zooms[event.key];

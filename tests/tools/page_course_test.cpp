@@ -1,0 +1,211 @@
+// The set-up course without cameras and robot: its order, its files, and how it moves the arm.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/robot_state_t.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "runtime/channels.hpp"
+#include "runtime/files.hpp"
+#include "runtime/joint_fields.hpp"
+#include "tools/page/course.hpp"
+#include "tools/page/safe_postures.hpp"
+
+namespace multireach {
+namespace {
+
+using json = nlohmann::json;
+
+RobotConfig hoap2() {
+  return RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml");
+}
+
+bridge_state_t bridge_state(int8_t state, double rate = 1) {
+  bridge_state_t message{};
+  message.state = state;
+  message.setpoint_rate = rate;
+  return message;
+}
+
+/// An arm that follows the set-points of an ArmMotion at once.
+class Follower {
+ public:
+  explicit Follower(const Chain& chain) : chain_(chain), motion_(chain, 7) {}
+
+  void stand_at(const JointVector& theta) { motion_.robot(theta, JointVector::Zero(theta.size()), false); }
+  /// One period; returns the set-point, if one was sent.
+  std::optional<joint_setpoint_t> step() {
+    now_us_ += ArmMotion::kPeriod;
+    Outbox out;
+    motion_.tick(now_us_, out);
+    if (out.empty()) return std::nullopt;
+    const auto setpoint = *decode<joint_setpoint_t>(out.at(0).bytes);
+    motion_.robot(*from_fields(chain_, setpoint.joint_name, setpoint.joint_position),
+                  *from_fields(chain_, setpoint.joint_name, setpoint.joint_velocity), false);
+    return setpoint;
+  }
+  ArmMotion& motion() { return motion_; }
+
+ private:
+  Chain chain_;
+  ArmMotion motion_;
+  int64_t now_us_ = 1000000;
+};
+
+TEST(ArmMotion, GoesStraightAndSlowlyAndArrives) {
+  const Chain chain = hoap2().chain;
+  Follower arm(chain);
+  const JointVector from = JointVector::Constant(4, -0.3), to = (JointVector(4) << 0.2, -0.5, 0.1, -0.9).finished();
+  arm.motion().go_to(to);
+  EXPECT_FALSE(arm.motion().moving()) << "where the robot is, is unknown";
+  arm.stand_at(from);
+  arm.motion().bridge(bridge_state(bridge_state_t::ARMED));
+  arm.motion().go_to(to);
+  std::optional<joint_setpoint_t> last;
+  int periods = 0;
+  for (; !arm.motion().arrived(); ++periods) {
+    ASSERT_LT(periods, 1000);
+    const auto setpoint = arm.step();
+    ASSERT_TRUE(setpoint);
+    EXPECT_EQ(setpoint->run, 7);
+    arm.motion().bridge(bridge_state(bridge_state_t::RUNNING));
+    for (size_t i = 0; i < 4; ++i) {
+      const double limit =
+          std::min(ArmMotion::kFastest, ArmMotion::kShareOfLimit * chain.velocity()[static_cast<int>(i)]);
+      EXPECT_LE(std::abs(setpoint->joint_velocity[i]), limit * (1 + 1e-9));
+      if (last) {  // the velocity is the derivative of the position
+        const double mean = (setpoint->joint_position[i] - last->joint_position[i]) / (1e-6 * ArmMotion::kPeriod);
+        EXPECT_NEAR(mean, 0.5 * (setpoint->joint_velocity[i] + last->joint_velocity[i]), 0.02);
+      }
+    }
+    last = setpoint;
+  }
+  EXPECT_LT((*arm.motion().theta() - to).norm(), 1e-9);
+  EXPECT_GT(periods, 20);
+}
+
+TEST(ArmMotion, WaitsWhilePausedAndBeginsAgainWhereTheRobotIsWhenItIsEnabled) {
+  const Chain chain = hoap2().chain;
+  Follower arm(chain);
+  arm.stand_at(JointVector::Constant(4, -0.3));
+  arm.motion().bridge(bridge_state(bridge_state_t::RUNNING));
+  arm.motion().go_to(JointVector::Constant(4, -0.8));
+  for (int k = 0; k < 10; ++k) arm.step();
+  const JointVector before = *arm.motion().theta();
+  arm.motion().bridge(bridge_state(bridge_state_t::RUNNING, 0));
+  for (int k = 0; k < 10; ++k) arm.step();
+  EXPECT_LT((*arm.motion().theta() - before).norm(), 1e-9);
+  EXPECT_NE(arm.motion().obstacle().find("paused"), std::string::npos);
+  arm.motion().bridge(bridge_state(bridge_state_t::IDLE));
+  EXPECT_FALSE(arm.step()) << "no set-points for a robot that is disabled";
+  EXPECT_NE(arm.motion().obstacle().find("enable it"), std::string::npos);
+  const JointVector moved = JointVector::Constant(4, -0.5);  // by hand
+  arm.stand_at(moved);
+  arm.step();
+  arm.motion().bridge(bridge_state(bridge_state_t::ARMED));
+  const auto first = arm.step();
+  ASSERT_TRUE(first);
+  for (const double position : first->joint_position) EXPECT_NEAR(position, -0.5, 0.01);
+}
+
+TEST(SafePostures, StayNearAndInsideTheLimitsAndAreWanted) {
+  const RobotConfig robot = hoap2();
+  const JointVector first = (JointVector(4) << 0.2, -0.3, -0.2, -0.9).finished();
+  SafePostures postures(robot, first, 5);
+  JointVector at = first;
+  for (int k = 0; k < 200; ++k) {
+    const auto next = postures.next(at, [](const Eigen::Isometry3d& X_WH) { return X_WH.translation().z() > 0; });
+    ASSERT_TRUE(next) << k;
+    EXPECT_EQ(robot.chain.limit_excess(*next), 0);
+    EXPECT_LE((*next - first).cwiseAbs().maxCoeff(), SafePostures::kWidth);
+    EXPECT_GT(robot.chain.position(*next).z(), 0);
+    at = *next;
+  }
+  EXPECT_FALSE(postures.next(at, [](const Eigen::Isometry3d&) { return false; }));
+}
+
+class CourseTest : public ::testing::Test {
+ protected:
+  CourseTest() : folder_(::testing::TempDir() + "course_test") { std::filesystem::remove_all(folder_); }
+  ~CourseTest() override { std::filesystem::remove_all(folder_); }
+
+  Touch::Answer ask(Course& course, const std::string& what, const std::string& step, json more = json::object()) {
+    more.update({{"request", "course"}, {"do", what}, {"step", step}});
+    return course.handle(more, 1000000, out_);
+  }
+  static std::string open_step(const Course& course) { return course.status()["open"]; }
+
+  std::string folder_;
+  Touch touch_{3};
+  Outbox out_;
+};
+
+TEST_F(CourseTest, StepsComeInTheirOrderAndFilesOfAnEarlierDayAreTakenUp) {
+  {
+    Course course(hoap2(), folder_, false, 3, touch_);
+    EXPECT_EQ(open_step(course), "cameras");
+    EXPECT_FALSE(ask(course, "begin", "board").accepted) << "no cameras yet";
+    EXPECT_FALSE(ask(course, "begin", "nonsense").accepted);
+    EXPECT_FALSE(ask(course, "dance", "cameras").accepted);
+    EXPECT_TRUE(ask(course, "begin", "cameras").accepted);
+  }
+  const std::string cameras =
+      "left: {width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}\n"
+      "right: {width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}\n"
+      "left_to_right: {translation_m: [-0.06, 0, 0]}\n";
+  write_text_file(folder_ + "/stereo.yaml", cameras);
+  Course course(hoap2(), folder_, false, 3, touch_);
+  EXPECT_EQ(open_step(course), "object");
+  EXPECT_FALSE(ask(course, "begin", "pose").accepted);
+  EXPECT_TRUE(ask(course, "begin", "object", {{"radius_m", 0.02}}).accepted);
+  EXPECT_FALSE(ask(course, "begin", "object", {{"radius_m", -1}}).accepted);
+  EXPECT_FALSE(ask(course, "act", "object", {{"u", 0.5}, {"v", 0.5}}).accepted) << "there are no images";
+  EXPECT_EQ(Course(hoap2(), folder_, false, 3, touch_).status()["radius_m"], 0.02);
+  EXPECT_TRUE(ask(course, "show", "board").accepted);
+  EXPECT_TRUE(ask(course, "again", "board").accepted);
+  EXPECT_EQ(open_step(course), "cameras");
+  EXPECT_FALSE(CourseFolder::exists(folder_ + "/stereo.yaml"));
+}
+
+TEST_F(CourseTest, UntilItIsCompleteTheControllerFollowsNothing) {
+  Course course(hoap2(), folder_, false, 3, touch_);
+  course.tick(1000000, true, out_);
+  const auto choice = std::ranges::find(out_, channel::kTargetChoice, &OutMessage::channel);
+  ASSERT_NE(choice, out_.end());
+  EXPECT_EQ(decode<target_choice_t>(choice->bytes)->kind, target_choice_t::NONE);
+}
+
+TEST_F(CourseTest, PracticeScenesAreShownOnlyInAPractice) {
+  for (const bool practice : {false, true}) {
+    out_.clear();
+    Course course(hoap2(), folder_, practice, 3, touch_);
+    ASSERT_TRUE(ask(course, "begin", "cameras").accepted);
+    EXPECT_EQ(std::ranges::count(out_, channel::kPracticeScene, &OutMessage::channel), practice ? 1 : 0);
+  }
+}
+
+TEST(JpegUrl, HoldsTheImage) {
+  const std::string head = "data:image/jpeg;base64,";
+  for (int width = 20; width < 26; ++width) {  // all lengths of the last group
+    const std::string url = jpeg_url(cv::Mat(10, width, CV_8UC3, cv::Scalar(10, 200, 90)));
+    ASSERT_TRUE(url.starts_with(head));
+    const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::vector<uint8_t> bytes;
+    uint32_t bits = 0;
+    int count = 0;
+    for (const char c : url.substr(head.size())) {
+      if (c == '=') break;
+      bits = bits << 6 | static_cast<uint32_t>(digits.find(c));
+      if ((count += 6) < 8) continue;
+      bytes.push_back(static_cast<uint8_t>(bits >> (count -= 8)));
+    }
+    const cv::Mat image = cv::imdecode(bytes, cv::IMREAD_COLOR);
+    ASSERT_EQ(image.size(), cv::Size(width, 10));
+    EXPECT_NEAR(image.at<cv::Vec3b>(5, 5)[1], 200, 4);
+  }
+}
+
+}  // namespace
+}  // namespace multireach

@@ -1,0 +1,113 @@
+// Step 6 of the set-up course: the arm reaches for the object.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "tools/page/course_step.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int64_t kRest = 600000;        // us, of the robot's time: so long the hand must rest
+constexpr int64_t kLeastTime = 1000000;  // us, at each place
+constexpr double kResting = 0.0003;      // m
+constexpr double kNear = 0.02;           // m: where the hand rests nearer than this to the target, it has reached it
+constexpr double kGood = 0.003,
+                 kGoodReal = 0.005;  // m: of a reach that is good; with real cameras the truth is not known
+// Practice: where the ball is held, m, in W.
+const std::array<Eigen::Vector3d, 3> kPlaces{Eigen::Vector3d(0.10, -0.12, 0.10), Eigen::Vector3d(0.06, -0.20, 0.10),
+                                             Eigen::Vector3d(0.11, -0.15, 0.04)};
+
+class ReachStep : public CourseStep {
+ public:
+  const char* name() const override { return "reach"; }
+  bool done() const override { return done_; }
+
+  void begin(CourseContext& context, const json&) override {
+    again(context);
+    active_ = true;
+    practice_ = context.practice;
+    context.touch.choose(target_choice_t::CONFIGURED, "the set-up course", context.now_us, *context.out);
+    show_place(context);
+  }
+  void again(CourseContext&) override {
+    done_ = active_ = false;
+    errors_mm_.clear();
+    hands_.clear();
+    target_.reset();
+    truth_.reset();
+    distance_mm_ = -1;
+  }
+  void leave(CourseContext&) override { active_ = false; }
+
+  void target(const target_t& target, CourseContext&) override {
+    reason_ = target.status == target_t::STATUS_TRACKED ? "" : target.reason;
+    target_.reset();
+    if (reason_.empty()) target_ = Eigen::Map<const Eigen::Vector3d>(target.position_m);
+  }
+  void truth(const target_t& truth, CourseContext&) override {
+    truth_.reset();
+    if (truth.status == target_t::STATUS_TRACKED) truth_ = Eigen::Map<const Eigen::Vector3d>(truth.position_m);
+  }
+
+  void robot(const JointVector& theta, int64_t utime, CourseContext& context) override {
+    if (!active_ || done_) return;
+    const Eigen::Vector3d hand = context.robot.chain.position(theta);
+    if (!begun_utime_ || utime < *begun_utime_) begun_utime_ = utime;
+    hands_.emplace_back(utime, hand);
+    while (hands_.front().first < utime - kRest) hands_.pop_front();
+    if (!target_) return;
+    distance_mm_ = 1e3 * (hand - *target_).norm();
+    const bool rests =
+        std::ranges::all_of(hands_, [&](const auto& at) { return (at.second - hand).norm() < kResting; }) &&
+        utime - *begun_utime_ > kLeastTime && utime - hands_.front().first > kRest * 9 / 10;
+    if (!rests || distance_mm_ > 1e3 * kNear || (practice_ && !truth_)) return;
+    errors_mm_.push_back(1e3 * (hand - (practice_ ? *truth_ : *target_)).norm());
+    if (errors_mm_.size() < (practice_ ? kPlaces.size() : 1)) return show_place(context);
+    done_ = worst() <= 1e3 * (practice_ ? kGood : kGoodReal);
+    active_ = false;
+  }
+
+  std::string text() const override {
+    const std::string measured = errors_mm_.empty() ? ""
+                                                    : fmt::format("The hand rests {:.1f} mm from the object{}", worst(),
+                                                                  practice_ ? " (the truth, at most)." : " (as seen).");
+    if (done_) return measured + " The set-up is complete.";
+    if (!active_ && !errors_mm_.empty())
+      return measured + fmt::format(" That is too much: at most {:.0f} mm were expected. Do the step 'pose' again.",
+                                    1e3 * (practice_ ? kGood : kGoodReal));
+    if (!active_) return "Take the object out of the hand, hold it where the arm can reach it, and begin.";
+    if (!reason_.empty()) return "Vision does not see the object: " + reason_ + ".";
+    if (distance_mm_ < 0) return "Waiting for the target and the robot.";
+    return fmt::format("The hand is {:.1f} mm from the object.", distance_mm_);
+  }
+  json details() const override { return {{"distance_mm", distance_mm_}, {"errors_mm", errors_mm_}}; }
+
+ private:
+  double worst() const { return *std::ranges::max_element(errors_mm_); }
+  void show_place(CourseContext& context) {
+    context.show(practice_scene_t::BALL, kPlaces[errors_mm_.size() % kPlaces.size()]);
+    begun_utime_.reset();
+    hands_.clear();
+    target_.reset();
+    truth_.reset();
+  }
+
+  bool done_ = false, active_ = false, practice_ = false;
+  std::optional<Eigen::Vector3d> target_, truth_;
+  std::optional<int64_t> begun_utime_;
+  std::deque<std::pair<int64_t, Eigen::Vector3d>> hands_;
+  std::vector<double> errors_mm_;
+  double distance_mm_ = -1;
+  std::string reason_;
+};
+
+}  // namespace
+
+std::unique_ptr<CourseStep> reach_step() {
+  return std::make_unique<ReachStep>();
+}
+
+}  // namespace multireach
