@@ -7,7 +7,7 @@ tree="$work/root"
 install_units() { DESTDIR=$tree cmake -DCMAKE_INSTALL_PREFIX="$1" -P "$root/tools/systemd/install.cmake" >/dev/null 2>&1; }
 install_units /usr/local || failed "install.cmake: exit code $?"
 mkdir -p "$tree"/usr/{local/bin,bin,lib/systemd/system}
-nodes=(vision controller bridge robot-sim camera)
+nodes=(vision controller bridge robot-driver robot-sim camera)
 for node in "${nodes[@]}"; do cp "$bin/multireach-$node" "$tree/usr/local/bin"; done
 cp "$(command -v lcm-logger)" "$tree/usr/bin"
 for kind in target slice mount; do cp /lib/systemd/system/*."$kind" "$tree/usr/lib/systemd/system"; done
@@ -21,11 +21,24 @@ sed -i 's/^LimitRTPRIO/LimitRTPRI/' "$conf"
 verify | grep -q "Unknown key 'LimitRTPRI'" || failed "systemd-analyze does not see a wrong key"
 cp "$work/sound" "$conf"
 
+# The driver has the serial ports and the bridge has not; recorders are guarded, by the library that is installed there, and are restarted
+# without end.
+units="$tree/usr/local/lib/systemd/system"
+for line in 'SupplementaryGroups=dialout' 'DeviceAllow=char-ttyUSB rw' 'DeviceAllow=char-ttyACM rw' 'CPUSchedulingPolicy=fifo'; do
+  grep -qx "$line" "$units/multireach@robot-driver.service.d/real-time.conf" || failed "the driver's unit lacks $line"
+done
+grep -q dialout "$conf" && failed "the bridge has the serial ports, which it does not need"
+for line in Restart=always StartLimitIntervalSec=0 Environment=LD_PRELOAD=/usr/local/lib/multireach/libmultireach-datagram-guard.so; do
+  grep -qx "$line" "$units/multireach-record@.service" || failed "the recorder's unit lacks $line"
+done
+[ -r "$bin/libmultireach-datagram-guard.so" ] || failed "the guard is not built under the name that the unit has"
+grep -q 'multireach-datagram-guard LIBRARY DESTINATION ${script_dir}' "$root/cmake/install.cmake" || failed "the guard is installed elsewhere"
+
 # The units of the Debian package name its programs and options, and nothing of /usr/local.
 install_units /usr || failed "install.cmake for /usr: exit code $?"
 grep -qx 'ExecStart=/usr/bin/multireach-%i $OPTIONS' "$tree/usr/lib/systemd/system/multireach@.service" || failed "the package's unit starts something else"
 grep -rq /usr/local "$tree"/usr/lib/systemd/system/multireach* && failed "the package's units name /usr/local"
-for node in multireach vision controller bridge robot-sim camera record-control record-images; do
+for node in multireach vision controller bridge robot-driver robot-sim camera record-control record-images; do
   [ -r "$tree/usr/share/multireach/systemd/$node.env" ] || failed "no default options for $node"
 done
 [ -e "$tree/etc/multireach" ] && failed "files in /etc/multireach, which is the user's"
