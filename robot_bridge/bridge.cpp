@@ -7,11 +7,12 @@
 namespace multireach::robot_bridge {
 namespace {
 
-constexpr double kImpossible = 1e6;     // rad or m: no joint has such a position; larger values could overflow
-constexpr double kImpliedSpeed = 1.5;   // times the speed limit: a set-point that implies more is refused
-constexpr double kApproachSpeed = 0.2;  // speed override while the robot is far from the set-points
-constexpr double kMinSpeed = 0.01;      // a smaller speed override pauses
-constexpr double kSlowing = 2;          // 1/s: the speed falls no faster, as the motion would overshoot its path
+constexpr double kImpossible = 1e6;              // rad or m: no joint has such a position; larger values could overflow
+constexpr int64_t kFarthest = int64_t{1} << 60;  // us: times within it can be subtracted and added to
+constexpr double kImpliedSpeed = 1.5;            // times the speed limit: a set-point that implies more is refused
+constexpr double kApproachSpeed = 0.2;           // speed override while the robot is far from the set-points
+constexpr double kMinSpeed = 0.01;               // a smaller speed override pauses
+constexpr double kSlowing = 2;  // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
 // Where more than one in twenty set-points is too early or too old, the first one of the motion was itself late or
 // early: after five of them the motion ends, and begins again with the time of another.
@@ -82,10 +83,11 @@ Bridge::Bridge(const Chain& chain, const BridgeOptions& options)
       guard_(chain, static_cast<double>(options.period_us) * kMicro, options.speed_where_unlimited),
       monitor_(generator_.limits(), options.monitor, options.period_us) {}
 
-bool Bridge::measured(const Measurement& measurement) {
+bool Bridge::measured(const Measurement& measurement, MeasurementVerdict& verdict) {
   const bool known =
       monitor_.knows_robot() && monitor_.newest().run == measurement.run && monitor_.newest().real == measurement.real;
-  if (!monitor_.update(measurement, next_tick_.has_value())) return false;
+  verdict = monitor_.update(measurement, next_tick_.has_value());
+  if (verdict != MeasurementVerdict::kAccepted) return false;
   measured_since_gap_ = true;
   if (measurement.real && !known) disable();  // a real robot waits for an explicit enable
   const bool ready = enabled_ && !measurement.faulted;
@@ -96,8 +98,7 @@ bool Bridge::measured(const Measurement& measurement) {
 
 void Bridge::enable() {
   enabled_ = true;
-  if (state_ == BridgeState::kIdle && monitor_.knows_robot() && !monitor_.newest().faulted)
-    state_ = BridgeState::kArmed;
+  if (state_ == BridgeState::kArmed && !next_tick_) state_ = BridgeState::kIdle;  // until the robot's next state
 }
 
 void Bridge::disable() {
@@ -112,7 +113,7 @@ bool Bridge::reset() {
   monitor_.reset();
   cause_ = "";
   run_ = 0;
-  state_ = enabled_ && !monitor_.newest().faulted ? BridgeState::kArmed : BridgeState::kIdle;
+  state_ = BridgeState::kIdle;
   return true;
 }
 
@@ -126,7 +127,8 @@ SetpointVerdict Bridge::setpoint(const Setpoint& setpoint, bool& restarted) {
   const auto is_valid = [n](const JointVector& values) {
     return values.size() == n && values.allFinite() && values.cwiseAbs().maxCoeff() < kImpossible;
   };
-  if (!is_valid(setpoint.theta) || !is_valid(setpoint.velocity)) return SetpointVerdict::kInvalid;
+  const bool timed = setpoint.utime > -kFarthest && setpoint.utime < kFarthest;
+  if (!timed || !is_valid(setpoint.theta) || !is_valid(setpoint.velocity)) return SetpointVerdict::kInvalid;
   if (state_ == BridgeState::kIdle || state_ == BridgeState::kFault || !enabled_) return SetpointVerdict::kNotReady;
   if (state_ == BridgeState::kArmed) return start_following(setpoint, restarted);
   const SetpointVerdict verdict = judge(setpoint);

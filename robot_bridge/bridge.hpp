@@ -66,16 +66,21 @@ class Bridge {
   Bridge(const Chain& chain, const BridgeOptions& options);
 
   /// Takes what the robot measures. A real robot is disabled until enable(), at first and after each of its restarts.
-  /// Returns false, and ignores it, when it is not finite, beyond 1e6, of another size,
-  /// or from another run than that of a robot whose states still arrive.
-  [[nodiscard]] bool measured(const Measurement& measurement);
+  /// Returns false, and ignores it, when it is not finite, beyond 1e6, of another size, older than the last, or of
+  /// another robot: see RobotMonitor::update(). `verdict` gets why.
+  [[nodiscard]] bool measured(const Measurement& measurement, MeasurementVerdict& verdict);
+  [[nodiscard]] bool measured(const Measurement& measurement) {
+    MeasurementVerdict verdict{};
+    return measured(measurement, verdict);
+  }
   /// There was a measurement, which is not known any more: a recorder lost it.
   void heard() { monitor_.heard(); }
   /// Takes a set-point, or returns why it is refused. `restarted` is set when the ticks restart at its time.
   [[nodiscard]] SetpointVerdict setpoint(const Setpoint& setpoint, bool& restarted);
 
-  /// Requests from a user. Disabling decelerates first. reset() leaves a fault when states of the robot arrive and
-  /// it is at standstill.
+  /// Requests from a user. Disabling decelerates first. reset() leaves a fault when states of the robot have arrived
+  /// and it is at standstill. After enable() and reset() the bridge is in kIdle until the robot's next state arrives:
+  /// it has no other means to know that the robot is still there.
   void enable();
   void disable();
   [[nodiscard]] bool reset();
@@ -103,6 +108,10 @@ class Bridge {
   /// The run of the robot that the commands are for; 0 before the first motion. It stays the same while commands are
   /// sent: a robot that was restarted meanwhile must not obey the old motion.
   int64_t robot_run() const { return robot_run_; }
+  /// The run of the robot whose states are followed; nothing before the first.
+  std::optional<int64_t> followed_robot() const {
+    return monitor_.knows_robot() ? std::optional(monitor_.run()) : std::nullopt;
+  }
   /// False where the robot is real and the shape linear, which keeps no limits of acceleration and jerk.
   bool commands_robot() const {
     return options_.shape != BridgeOptions::Shape::kLinear || !monitor_.knows_robot() || !monitor_.newest().real;

@@ -12,6 +12,7 @@ constexpr double kStandsBelow = 0.01;  // of the speed limit
 constexpr double kTooFast = 2;         // times the speed limit
 constexpr double kJump = 0.05;         // rad or m, beyond what kTooFast allows between two measurements
 constexpr double kMinSpeedFactor = 0.1;
+constexpr double kReordered = 1e6;  // us: a larger step back is one of the robot's clock
 
 bool is_valid(const JointVector& values, Eigen::Index size) {
   return values.size() == size && values.allFinite() && values.cwiseAbs().maxCoeff() < kImpossible;
@@ -25,14 +26,28 @@ RobotMonitor::RobotMonitor(const MotionLimits& limits, const MonitorOptions& opt
     throw std::invalid_argument("the tolerances of the robot's monitor must be positive");
 }
 
-bool RobotMonitor::update(const Measurement& measurement, bool commanded) {
+/// One message of another publisher must not take the robot away.
+bool RobotMonitor::follows_other(int64_t run, bool commanded) {
+  others_ = run == other_run_ ? std::min(others_ + 1, kOthers) : 1;
+  other_run_ = run;
+  return others_ >= kOthers && !(commanded && !late());
+}
+
+/// How much older a measurement is than the newest, microseconds, without overflow.
+double RobotMonitor::behind(const Measurement& measurement) const {
+  return static_cast<double>(newest_->utime) - static_cast<double>(measurement.utime);
+}
+
+MeasurementVerdict RobotMonitor::update(const Measurement& measurement, bool commanded) {
   const auto n = limits_.velocity.size();
-  if (!is_valid(measurement.theta, n) || !is_valid(measurement.velocity, n)) return false;
+  if (!is_valid(measurement.theta, n) || !is_valid(measurement.velocity, n)) return MeasurementVerdict::kInvalid;
   if (newest_ && measurement.run != newest_->run) {
-    if (commanded && !late()) return false;
+    if (!follows_other(measurement.run, commanded)) return MeasurementVerdict::kOtherRobot;
     if (commanded && !fault_) fault_ = "the robot was restarted";
+  } else if (newest_ && measurement.utime < newest_->utime && behind(measurement) < kReordered) {
+    return MeasurementVerdict::kOlder;
   } else if (newest_ && commanded && !fault_) {
-    const double seconds = std::clamp(static_cast<double>(measurement.utime - newest_->utime) * 1e-6, 0.0, 1.0);
+    const double seconds = std::clamp(-behind(measurement) * 1e-6, 0.0, 1.0);
     const JointVector largest = (kTooFast * seconds * limits_.velocity).array() + kJump;
     if (((measurement.theta - newest_->theta).cwiseAbs() - largest).maxCoeff() > 0) {
       fault_ = "the robot's measured position jumped";
@@ -42,10 +57,11 @@ bool RobotMonitor::update(const Measurement& measurement, bool commanded) {
   }
   if (commanded && measurement.faulted && !fault_) fault_ = kRobotsOwnFault;
   newest_ = measurement;
+  others_ = 0;
   age_us_ = 0;
   error_ = tracking_error();
   if (commanded && !fault_ && error_ > options_.max_tracking_error) fault_ = "the robot does not follow its commands";
-  return true;
+  return MeasurementVerdict::kAccepted;
 }
 
 /// The largest distance of a joint from the range of its recent commands.

@@ -24,6 +24,14 @@ struct MonitorOptions {
   int64_t robot_lost_us = 1000000;    ///< without one for this long, the robot counts as lost
 };
 
+/// Why a measurement is refused.
+enum class MeasurementVerdict {
+  kAccepted,
+  kInvalid,    ///< another number of joints, or not finite
+  kOlder,      ///< it comes after a newer one of the same robot
+  kOtherRobot  ///< another robot is followed
+};
+
 /// The fault where the robot reports one of its own.
 inline constexpr const char* kRobotsOwnFault = "the robot reports a fault";
 
@@ -33,9 +41,10 @@ class RobotMonitor {
   /// `period_us`: of the commands.
   RobotMonitor(const MotionLimits& limits, const MonitorOptions& options, int64_t period_us);
 
-  /// Takes a measurement. Returns false, and ignores it, when it is invalid or from another run than that of a robot
-  /// whose states still arrive. While `commanded`, a new run and a jump are faults.
-  [[nodiscard]] bool update(const Measurement& measurement, bool commanded);
+  /// Takes a measurement, or says why it is ignored. Another robot, or one that was restarted, is followed once ten
+  /// measurements of it have come and none of the first; while `commanded`, only when those of the first are late.
+  /// While `commanded`, a new run and a jump are faults.
+  [[nodiscard]] MeasurementVerdict update(const Measurement& measurement, bool commanded);
   /// There was a measurement, which is not known: its age starts again.
   void heard() { age_us_ = 0; }
   /// One period has passed, in which this position was commanded.
@@ -59,6 +68,7 @@ class RobotMonitor {
   double speed_factor() const;
 
  private:
+  static constexpr int kOthers = 10;
   static constexpr size_t kHistory = 100;  // commands, for the delay and the lag of the robot
 
   double tracking_error() const;
@@ -66,7 +76,12 @@ class RobotMonitor {
   MotionLimits limits_;
   MonitorOptions options_;
   int64_t period_us_;
+  bool follows_other(int64_t run, bool commanded);
+  double behind(const Measurement& measurement) const;
+
   std::optional<Measurement> newest_;
+  int64_t other_run_ = 0;  // of the newest measurement of another robot
+  int others_ = 0;         // how many of it have come since the newest of the one that is followed
   int64_t age_us_ = 0;
   const char* fault_ = nullptr;
   std::array<JointVector, kHistory> history_;

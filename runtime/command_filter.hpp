@@ -10,24 +10,23 @@ namespace multireach {
 /// Which commands a robot obeys: those that name the robot's own run, of one bridge at a time.
 class CommandFilter {
  public:
-  /// Whether the robot of run `robot_run` obeys `command` at `now_us`, the robot's time. Counts the commands that are
-  /// missing before an accepted one.
-  [[nodiscard]] bool accepts(const joint_command_t& command, int64_t robot_run, int64_t now_us) {
-    const bool other_robot = command.robot_run != robot_run;
-    if (other_robot || !followed_.accepts(command.run, now_us)) {
-      refusal_ = other_robot ? "refused commands for another robot" : "refused commands of another bridge";
-      return false;
-    }
+  /// Why the robot of run `robot_run` refuses `command` at `now_us`, the robot's time; null when it may obey.
+  [[nodiscard]] const char* refusal_of(const joint_command_t& command, int64_t robot_run, int64_t now_us) {
+    const char* refusal = nullptr;
+    if (command.robot_run != robot_run) refusal = "refused commands for another robot";
+    if (!refusal && !followed_.would_accept(command.run, now_us)) refusal = "refused commands of another bridge";
+    if (!refusal) missing_ += gaps_.newly_lost(command.sequence, command.run);
+    return refusal;
+  }
+  /// The robot obeys this command, and from now on its bridge. A bridge whose commands are refused owns nothing.
+  void obey(const joint_command_t& command, int64_t now_us) {
+    followed_.follow(command.run, now_us);
     bridge_run_ = command.run;
-    missing_ += gaps_.missing_before(command.sequence);
-    return true;
   }
 
-  /// Why the newest refused command was refused; "" before the first.
-  const char* refusal() const { return refusal_; }
-  /// Run of the bridge whose command was accepted last; 0 before the first.
+  /// Run of the bridge that was obeyed last; 0 before the first command.
   int64_t bridge_run() const { return bridge_run_; }
-  /// Number of commands of the followed bridge that never arrived.
+  /// Number of commands that never arrived.
   int64_t missing() const { return missing_; }
 
  private:
@@ -35,7 +34,6 @@ class CommandFilter {
   // a robot that ignored a new bridge's first commands would leap once it obeys.
   FollowedRun followed_{100000};
   SequenceGapCounter gaps_;
-  const char* refusal_ = "";
   int64_t bridge_run_ = 0, missing_ = 0;
 };
 

@@ -15,11 +15,18 @@ class FollowedRun {
   /// Whether to accept a message of the publisher's run `run`. `now_us`: the receiver's time, by its ticks; nothing
   /// before they begin, when every publisher is accepted.
   [[nodiscard]] bool accepts(int64_t run, std::optional<int64_t> now_us) {
+    if (!would_accept(run, now_us)) return false;
+    follow(run, now_us);
+    return true;
+  }
+  /// The same, without following it.
+  bool would_accept(int64_t run, std::optional<int64_t> now_us) const {
     const bool heard = run_ && now_us && last_us_ && *now_us - *last_us_ < silence_us_ && *now_us >= *last_us_;
-    if (heard && run != *run_) return false;
+    return !heard || run == *run_;
+  }
+  void follow(int64_t run, std::optional<int64_t> now_us) {
     run_ = run;
     last_us_ = now_us;
-    return true;
   }
 
   /// The run that is followed; nothing before the first message.

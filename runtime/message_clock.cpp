@@ -23,7 +23,7 @@ int64_t wall_us() {
 }
 
 void MessageClock::anchor(int64_t utime, int64_t now_us) {
-  offset_us_ = now_us - static_cast<int64_t>(static_cast<double>(utime) / speed_);
+  offset_us_ = now_us - scaled(utime);
   observed_us_ = now_us;
   anchored_ = true;
 }

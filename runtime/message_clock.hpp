@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 namespace multireach {
@@ -25,11 +26,15 @@ class MessageClock {
   /// `slew`: the time never steps but by such a reset, since a step would skip ticks.
   void observe(int64_t utime, int64_t now_us, bool slew = false);
   /// The monotonic time that corresponds to message time `utime`.
-  int64_t monotonic_at(int64_t utime) const {
-    return static_cast<int64_t>(static_cast<double>(utime) / speed_) + offset_us_;
-  }
+  int64_t monotonic_at(int64_t utime) const { return scaled(utime) + offset_us_; }
 
  private:
+  /// Bounded, so that no time of a message overflows.
+  int64_t scaled(int64_t utime) const {
+    constexpr double kMost = 1e18;
+    return static_cast<int64_t>(std::clamp(static_cast<double>(utime) / speed_, -kMost, kMost));
+  }
+
   double speed_;
   bool anchored_ = false;
   int64_t offset_us_ = 0;

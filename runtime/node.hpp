@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/digest.hpp"
@@ -153,22 +155,57 @@ constexpr bool plausible_utime(int64_t utime) {
   return utime >= 0 && utime < (int64_t{1} << 60);
 }
 
-/// Detects lost messages from one publisher's sequence numbers.
+/// Counts one publisher's lost messages by their sequence numbers. A number counts as lost once its publisher has come
+/// 64 numbers further without it: a message that was only reordered, or came twice, is not lost.
 class SequenceGapCounter {
  public:
-  /// Number of messages missing just before this one. A sequence that restarts at a smaller number (the publisher was
-  /// restarted, a log is played again) is not a loss, nor is a step that no loss explains: that number is damaged.
-  int64_t missing_before(int64_t sequence) {
+  /// A message has arrived. Returns how many numbers are known to be lost since the last call. Another `run` is another
+  /// publisher; a sequence that goes back is one that was restarted. Neither is a loss.
+  int64_t newly_lost(int64_t sequence, int64_t run = 0) {
     if (sequence < 0) return 0;
-    const int64_t missing = newest_ && sequence > *newest_ ? sequence - *newest_ - 1 : 0;
-    newest_ = sequence;
-    return missing <= kLargestLoss ? missing : 0;
+    if (!newest_ || run != run_) return restart(sequence, run);
+    const int64_t step = sequence - *newest_;
+    if (step > -kWindow && step <= 0) {
+      arrived_ |= uint64_t{1} << -step;
+      return 0;
+    }
+    if (step > 0 && step <= kSudden) return advance(step);
+    // Far away: a long gap or a restart, if the next message continues from there; otherwise a damaged number.
+    const int64_t begin = std::exchange(unsure_, sequence);
+    if (begin < 0) return 0;
+    const int64_t further = sequence - begin;
+    if (further <= 0 || further > kSudden) return 0;
+    const int64_t gap = begin - *newest_;
+    const int64_t lost = gap > 0 && gap <= kLargestLoss ? advance(gap) : restart(begin, run);
+    return lost + advance(further);
   }
 
  private:
+  static constexpr int64_t kWindow = 64;
+  static constexpr int64_t kSudden = 1000;                   // a larger step must be confirmed by the next message
   static constexpr int64_t kLargestLoss = int64_t{1} << 32;  // 49 days at 1 kHz
 
+  int64_t restart(int64_t sequence, int64_t run) {
+    newest_ = sequence;
+    run_ = run;
+    arrived_ = ~uint64_t{0};  // what came before this counter is nobody's loss
+    unsure_ = -1;
+    return 0;
+  }
+  int64_t advance(int64_t step) {
+    const bool far = step >= kWindow;
+    const uint64_t leaving = far ? arrived_ : arrived_ >> (kWindow - step);
+    const int64_t lost = std::min(step, kWindow) - std::popcount(leaving) + std::max<int64_t>(step - kWindow, 0);
+    arrived_ = (far ? 0 : arrived_ << step) | 1;
+    *newest_ += step;
+    unsure_ = -1;
+    return lost;
+  }
+
   std::optional<int64_t> newest_;
+  int64_t unsure_ = -1;  // a number far from the newest that has just come; -1 for none
+  int64_t run_ = 0;
+  uint64_t arrived_ = 0;  // bit k: whether newest_ - k has arrived
 };
 
 }  // namespace multireach

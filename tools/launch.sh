@@ -217,10 +217,11 @@ command_of() {
       [ -z "$course" ] || command=(bash -c 'until [ -s "$0" ]; do sleep 0.2; done; exec "$@"' "$vision" "${command[@]}") ;;
     controller|bridge) command=("$bin/multireach-$1" --config "$robot/robot.yaml" "${live[@]}") ;;
     robot_sim) command=("$bin/multireach-robot-sim" --config "$robot/robot.yaml" "${live[@]}") ;;
-    robot_emulator) command=("$bin/multireach-robot-emulator" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}") ;;
+    robot_emulator) command=("$bin/multireach-robot-emulator" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} --device "$work/serial" "${live[@]}") ;;
     robot_driver)
       command=("$bin/multireach-robot-driver" --config "$robot/robot.yaml" ${driver:+--driver "$driver"} "${live[@]}")
-      [ $robot_kind = real ] || command+=(--simulated) ;;
+      [ $robot_kind = real ] || command+=(--simulated --device "$work/serial")
+      [ -z "${MULTIREACH_WIRE_REPORT:-}" ] || command+=(--wire-report "$MULTIREACH_WIRE_REPORT") ;;
     control_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$control")" --force --quiet "$work/control${part:+.$part}.lcm") ;;
     image_log) command=("${urgent[@]}" env LD_PRELOAD="$guard" lcm-logger --lcm-url="$(with_buffer "$images")" --force --quiet "$work/images${part:+.$part}.lcm") ;;
     wait) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}" --wait-for "$awaited" --seconds "$patience") ;;

@@ -80,7 +80,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   if (!message) return {};
   // Every publisher counts its own messages; those of the one that is followed tell what was lost.
   const auto followed = target_run_.run();
-  if (followed && *followed == message->run) counters_.dropped += targets_.missing_before(message->sequence);
+  if (followed && *followed == message->run) counters_.dropped += targets_.newly_lost(message->sequence, message->run);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
   const bool seen = message->status != target_t::STATUS_LOST;
@@ -104,7 +104,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   }
   if (followed != message->run) {
     targets_ = {};
-    targets_.missing_before(message->sequence);
+    targets_.newly_lost(message->sequence, message->run);
   }
   if (!next && !seen) return {};  // the first target that is seen starts the ticks
   if (!named && !target_name_) target_name_ = message->name;
@@ -127,7 +127,7 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
 Receipt ControllerNode::receive_obstacles(std::span<const uint8_t> bytes) {
   const auto message = decode_and_count<obstacles_t>(bytes);
   if (!message) return {};
-  counters_.dropped += obstacles_.missing_before(message->sequence);
+  counters_.dropped += obstacles_.newly_lost(message->sequence);
   std::vector<controller::Obstacle> obstacles;
   for (const obstacle_t& sent : message->obstacles) {
     using Shape = controller::Obstacle::Shape;
@@ -184,7 +184,7 @@ Receipt ControllerNode::receive_bridge_state(std::span<const uint8_t> bytes) {
 Receipt ControllerNode::receive_robot_state(std::span<const uint8_t> bytes) {
   const auto message = decode_and_count<robot_state_t>(bytes);
   if (!message) return {};
-  counters_.dropped += robot_states_.missing_before(message->sequence);
+  counters_.dropped += robot_states_.newly_lost(message->sequence, message->run);
   const bool running = controller_.next_tick().has_value();
   if (running && !start_again_ && controller_.options().feedback == controller::Feedback::kOpen) return {};
   const auto theta = from_fields(controller_.chain(), message->joint_name, message->joint_position);

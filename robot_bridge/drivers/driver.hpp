@@ -26,6 +26,12 @@ struct DriverStatus {
   std::string text;  ///< what it waits for, or what is wrong and what the user can do about it
 };
 
+/// Messages of the robot's side that a driver did not use, since its start.
+struct RefusedMessages {
+  int64_t count = 0;
+  std::string text{};  ///< how many, by cause; "" for none
+};
+
 /// Implements one robot's protocol: joint positions in, bytes out; bytes in, measured joint positions out. It only
 /// encodes the commands that it gets: they come from the bridge and keep all limits. docs/your-robot.md tells how to
 /// write one.
@@ -45,6 +51,7 @@ class Driver : public WireEnd {
   /// What was measured since the last call, if anything. Only the newest reading counts.
   virtual std::optional<Reading> take_reading() = 0;
   virtual DriverStatus status() const = 0;
+  virtual RefusedMessages refused() const { return {}; }
 };
 
 /// Picks those commands of the 1 kHz stream that a robot with a longer period gets: they are exactly one period apart

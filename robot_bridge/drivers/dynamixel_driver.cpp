@@ -7,6 +7,8 @@ namespace multireach::drivers {
 namespace {
 
 // Registers of the X series.
+constexpr int kLimits = 44, kLimitsSize = 12;  // velocity limit, largest and smallest position
+constexpr int kMeasuredSize = 8;               // velocity, position
 constexpr int kTorque = 64, kWatchdog = 98, kGoal = 116, kVelocity = 128;
 constexpr int kWatchdogUnits = 3;        // of 20 ms
 constexpr uint8_t kAlert = 0x80;         // of a status: register 70 is not 0
@@ -50,9 +52,17 @@ void DynamixelDriver::append_goals(const std::vector<int>& steps, std::vector<ui
 }
 
 void DynamixelDriver::append_read(std::vector<uint8_t>& bytes) {
+  append_sync_read(kVelocity, kMeasuredSize, bytes);
+}
+
+void DynamixelDriver::append_read_limits(std::vector<uint8_t>& bytes) {
+  append_sync_read(kLimits, kLimitsSize, bytes);
+}
+
+void DynamixelDriver::append_sync_read(int address, int size, std::vector<uint8_t>& bytes) const {
   dynamixel::Packet packet{dynamixel::kBroadcast, dynamixel::kSyncRead, {}};
-  dynamixel::put(packet.parameters, kVelocity, 2);
-  dynamixel::put(packet.parameters, 8, 2);
+  dynamixel::put(packet.parameters, address, 2);
+  dynamixel::put(packet.parameters, size, 2);
   for (const Motor& motor : motors()) packet.parameters.push_back(static_cast<uint8_t>(motor.id));
   append(packet, bytes);
 }
@@ -65,7 +75,10 @@ void DynamixelDriver::append_reset(std::vector<uint8_t>& bytes) {
 void DynamixelDriver::receive(size_t, std::span<const uint8_t> bytes, const Time& now, WireOutbox&) {
   stream_.add(bytes);
   while (const auto packet = stream_.next()) {
-    if (packet->instruction != dynamixel::kStatus || packet->parameters.size() != 9) continue;
+    if (packet->instruction != dynamixel::kStatus) continue;
+    if (packet->parameters.size() == 1 + kLimitsSize)
+      answered_limits(packet->id, dynamixel::get(packet->parameters, 9, 4), dynamixel::get(packet->parameters, 5, 4));
+    if (packet->parameters.size() != 1 + kMeasuredSize) continue;
     const bool alert = packet->parameters[0] & kAlert;
     if (alert && std::ranges::find(alerted_, packet->id) == alerted_.end()) alerted_.push_back(packet->id);
     answered(

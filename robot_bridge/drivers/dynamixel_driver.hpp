@@ -17,11 +17,13 @@ class DynamixelDriver : public ServoBus {
   void append_start(std::vector<uint8_t>& bytes) override;
   void append_goals(const std::vector<int>& steps, std::vector<uint8_t>& bytes) override;
   void append_read(std::vector<uint8_t>& bytes) override;
+  void append_read_limits(std::vector<uint8_t>& bytes) override;
   void append_reset(std::vector<uint8_t>& bytes) override;
   void clear_stream() override { stream_.clear(); }
   double velocity_unit() const override;
 
  private:
+  void append_sync_read(int address, int size, std::vector<uint8_t>& bytes) const;
   void append_sync_write(int address, int size, const std::vector<int>& values, std::vector<uint8_t>& bytes) const;
 
   dynamixel::Stream stream_;

@@ -16,11 +16,15 @@ class FeetechDriver : public ServoBus {
   void append_start(std::vector<uint8_t>& bytes) override;
   void append_goals(const std::vector<int>& steps, std::vector<uint8_t>& bytes) override;
   void append_read(std::vector<uint8_t>& bytes) override;
+  void append_read_limits(std::vector<uint8_t>& bytes) override;
   void append_reset(std::vector<uint8_t>& bytes) override;
   void clear_stream() override { stream_.clear(); }
   double velocity_unit() const override;
 
  private:
+  void append_sync_write(uint8_t address, uint8_t value, std::vector<uint8_t>& bytes) const;
+  void append_sync_read(uint8_t address, uint8_t size, std::vector<uint8_t>& bytes) const;
+
   feetech::Stream stream_;
 };
 

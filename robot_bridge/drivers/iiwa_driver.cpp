@@ -21,18 +21,20 @@ JointVector vector_of(const std::vector<double>& values) {
 void IiwaDriver::receive(size_t, std::span<const uint8_t> bytes, const Time& now, WireOutbox&) {
   const auto status = decode<drake::lcmt_iiwa_status>(bytes);
   if (!status) return;
-  wrong_size_ = status->num_joints != joints_;
-  if (wrong_size_) return;
+  Reading reading{vector_of(status->joint_position_measured), vector_of(status->joint_velocity_estimated),
+                  -vector_of(status->joint_torque_measured)};
+  if (!statuses_.accepts(status->utime, reading.position, reading.velocity, now.us)) return;
   if (!first_status_us_) first_status_us_ = now.us;
   heard_us_ = now.us;
   warm_ = status->utime >= 0;
-  Reading reading{vector_of(status->joint_position_measured), vector_of(status->joint_velocity_estimated),
-                  -vector_of(status->joint_torque_measured)};
-  if (reading.position.allFinite() && reading.velocity.allFinite()) reading_ = std::move(reading);
+  reading_ = std::move(reading);
 }
 
 void IiwaDriver::tick(const Time& now, WireOutbox&) {
-  if (first_status_us_ && now.us - heard_us_ > kSilence) first_status_us_.reset();
+  if (first_status_us_ && now.us - heard_us_ > kSilence) {
+    first_status_us_.reset();
+    statuses_.forget();
+  }
   ready_ = first_status_us_ && warm_ && now.us - *first_status_us_ > kStartGuard && now.us - heard_us_ < kPause;
   was_ready_ |= ready_;
 }
@@ -49,7 +51,8 @@ void IiwaDriver::command(const JointVector& position, const JointVector&, int64_
 
 DriverStatus IiwaDriver::status() const {
   using Phase = DriverStatus::Phase;
-  if (wrong_size_) return {Phase::kWaiting, "IIWA_STATUS has another number of joints than robot.yaml"};
+  if (statuses_.only_others() && !was_ready_)
+    return {Phase::kWaiting, "IIWA_STATUS has another number of joints than robot.yaml"};
   if (ready_) return {Phase::kReady, "ready"};
   if (first_status_us_) return {Phase::kWaiting, "drake-iiwa-driver is starting, or late"};
   if (was_ready_)

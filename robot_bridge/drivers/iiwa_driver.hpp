@@ -1,6 +1,7 @@
 #pragma once
 
 #include "robot_bridge/drivers/driver.hpp"
+#include "robot_bridge/drivers/status_filter.hpp"
 
 namespace multireach::drivers {
 
@@ -9,7 +10,7 @@ namespace multireach::drivers {
 /// position indefinitely when commands end; and it reports no fault, but sends no status any more.
 class IiwaDriver : public Driver {
  public:
-  explicit IiwaDriver(int joints) : joints_(joints) {}
+  explicit IiwaDriver(int joints) : joints_(joints), statuses_("IIWA_STATUS", joints) {}
 
   std::vector<Link> links() const override {
     return {{.kind = Link::Kind::kLcm, .receive = "IIWA_STATUS", .send = "IIWA_COMMAND"}};
@@ -20,14 +21,16 @@ class IiwaDriver : public Driver {
                WireOutbox& out) override;
   std::optional<Reading> take_reading() override { return std::exchange(reading_, std::nullopt); }
   DriverStatus status() const override;
+  RefusedMessages refused() const override { return {statuses_.refused(), statuses_.text()}; }
 
  private:
   int joints_;
+  StatusFilter statuses_;
   RateDivider divider_{5000};
   std::optional<int64_t> first_status_us_;  // of the present run of drake-iiwa-driver
   int64_t heard_us_ = 0;
   bool warm_ = false;  // the status has its time: the first 200 have none
-  bool ready_ = false, was_ready_ = false, wrong_size_ = false;
+  bool ready_ = false, was_ready_ = false;
   std::optional<Reading> reading_;
 };
 

@@ -1,6 +1,5 @@
 #include "robot_bridge/drivers/panda_driver.hpp"
 
-#include <cstdlib>
 #include <drake/lcmt_panda_command.hpp>
 #include <drake/lcmt_panda_status.hpp>
 
@@ -9,10 +8,9 @@
 namespace multireach::drivers {
 namespace {
 
-constexpr int64_t kStartGuard = 100000;    // us: statuses must keep coming before anything is sent
-constexpr int64_t kPause = 30000;          // us, 30 statuses
-constexpr int64_t kSilence = 100000;       // us: drake-franka-driver has ended
-constexpr int64_t kMaxClockError = 50000;  // us: half of what the driver forgives before a command counts as expired
+constexpr int64_t kStartGuard = 100000;  // us: statuses must keep coming before anything is sent
+constexpr int64_t kPause = 30000;        // us, 30 statuses
+constexpr int64_t kSilence = 100000;     // us: drake-franka-driver has ended
 
 using Status = drake::lcmt_panda_status;
 
@@ -25,29 +23,32 @@ JointVector vector_of(const std::vector<double>& values) {
 void PandaDriver::receive(size_t, std::span<const uint8_t> bytes, const Time& now, WireOutbox&) {
   const auto status = decode<Status>(bytes);
   if (!status) return;
-  wrong_size_ = status->num_joints != joints_;
-  if (wrong_size_) return;
+  Reading reading{vector_of(status->joint_position), vector_of(status->joint_velocity),
+                  vector_of(status->joint_torque)};
+  // Each status has its time here: commands need it.
+  if (!statuses_.accepts(status->utime < 0 ? INT64_MIN : status->utime, reading.position, reading.velocity, now.us))
+    return;
   if (!first_status_us_) first_status_us_ = now.us;
   heard_us_ = now.us;
   robot_mode_ = status->robot_mode;
-  clocks_differ_ = std::llabs(status->utime - now.wall_us) > kMaxClockError;
-  Reading reading{vector_of(status->joint_position), vector_of(status->joint_velocity),
-                  vector_of(status->joint_torque)};
-  if (reading.position.allFinite() && reading.velocity.allFinite()) reading_ = std::move(reading);
+  robot_clock_us_ = status->utime;
+  reading_ = std::move(reading);
 }
 
 void PandaDriver::tick(const Time& now, WireOutbox&) {
-  if (heard_us_ && now.us - *heard_us_ > kSilence) first_status_us_.reset();
+  if (heard_us_ && now.us - *heard_us_ > kSilence) {
+    first_status_us_.reset();
+    statuses_.forget();
+  }
   const bool obeys = robot_mode_ == Status::IDLE || robot_mode_ == Status::MOVE;
-  ready_ = first_status_us_ && obeys && !clocks_differ_ && now.us - *first_status_us_ > kStartGuard &&
-           now.us - *heard_us_ < kPause;
+  ready_ = first_status_us_ && obeys && now.us - *first_status_us_ > kStartGuard && now.us - *heard_us_ < kPause;
   was_ready_ |= ready_;
 }
 
 void PandaDriver::command(const JointVector& position, const JointVector&, int64_t, const Time& now, WireOutbox& out) {
   if (!ready_) return;
   drake::lcmt_panda_command command{};
-  command.utime = now.wall_us;
+  command.utime = robot_clock_us_ + (now.us - *heard_us_);
   command.num_joint_position = joints_;
   command.joint_position.assign(position.begin(), position.end());
   command.control_mode_expected = drake::lcmt_panda_command::CONTROL_MODE_POSITION;
@@ -56,7 +57,8 @@ void PandaDriver::command(const JointVector& position, const JointVector&, int64
 
 DriverStatus PandaDriver::status() const {
   using Phase = DriverStatus::Phase;
-  if (wrong_size_) return {Phase::kWaiting, "PANDA_STATUS has another number of joints than robot.yaml"};
+  if (statuses_.only_others() && !was_ready_)
+    return {Phase::kWaiting, "PANDA_STATUS has another number of joints than robot.yaml"};
   if (ready_) return {Phase::kReady, "ready"};
   if (!first_status_us_) {
     return was_ready_ ? DriverStatus{Phase::kFault,
@@ -64,9 +66,6 @@ DriverStatus PandaDriver::status() const {
                                      "drake-franka-driver"}
                       : DriverStatus{Phase::kWaiting, "waiting for PANDA_STATUS of drake-franka-driver"};
   }
-  if (clocks_differ_)
-    return {Phase::kFault,
-            "the clock of drake-franka-driver's computer is more than 50 ms off: synchronise the clocks"};
   switch (robot_mode_) {
     case Status::REFLEX:
       return {Phase::kFault, "reflex: the robot has stopped; restart drake-franka-driver"};

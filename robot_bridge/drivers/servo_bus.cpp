@@ -1,5 +1,7 @@
 #include "robot_bridge/drivers/servo_bus.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -23,15 +25,18 @@ ServoBus::ServoBus(int joints, const ServoOptions& options)
 void ServoBus::link_changed(size_t, bool up, const Time&, WireOutbox&) {
   connected_ = up;
   started_ = measured_ = false;
+  for (Motor& motor : motors_) motor.limited = false;
   clear_stream();
+}
+
+int ServoBus::steps_of(size_t joint, double position) const {
+  const double turns = options_.signs[joint] * position / (2 * std::numbers::pi);
+  return static_cast<int>(std::lround(options_.zero_steps[joint] + turns * kStepsPerTurn));
 }
 
 void ServoBus::command(const JointVector& position, const JointVector&, int64_t utime, const Time&, WireOutbox&) {
   if (!divider_.is_due(utime)) return;
-  for (size_t i = 0; i < goal_.size(); ++i) {
-    const double turns = options_.signs[i] * position[static_cast<Eigen::Index>(i)] / (2 * std::numbers::pi);
-    goal_[i] = static_cast<int>(std::lround(options_.zero_steps[i] + turns * kStepsPerTurn));
-  }
+  for (size_t i = 0; i < goal_.size(); ++i) goal_[i] = steps_of(i, position[static_cast<Eigen::Index>(i)]);
   commanded_ = true;  // sent with the next cycle
 }
 
@@ -42,6 +47,7 @@ void ServoBus::reset(const Time& now, WireOutbox& out) {
   out.push_back({0, std::move(bytes)});
   fault_.clear();
   started_ = measured_ = false;
+  for (Motor& motor : motors_) motor.limited = false;  // the user may have changed them
   started_us_ = INT64_MIN / 2;
   deaf_until_us_ = now.us + 2 * options_.period_us;  // answers that are on their way tell of the time before
 }
@@ -55,7 +61,9 @@ void ServoBus::answered(int id, int position, int velocity, const std::string& f
   if (motor == motors_.end() || now.us < deaf_until_us_) return;
   if (!fault.empty() && fault_.empty()) fault_ = "motor " + std::to_string(id) + ": " + fault;
   const bool was_complete = complete();
-  *motor = {id, true, position, velocity};
+  motor->answered = true;
+  motor->position = position;
+  motor->velocity = velocity;
   if (was_complete || !complete()) return;
   complete_us_ = now.us;
   Reading reading;
@@ -71,6 +79,35 @@ void ServoBus::answered(int id, int position, int velocity, const std::string& f
   measured_ = true;
 }
 
+void ServoBus::answered_limits(int id, int lowest, int highest) {
+  const auto motor = std::ranges::find(motors_, id, &Motor::id);
+  if (motor == motors_.end()) return;
+  motor->limited = true;
+  motor->lowest = lowest;
+  motor->highest = highest;
+}
+
+/// What is wrong before the torque may be switched on; "" for nothing. A motor ignores or clamps goals beyond its own
+/// limits: it would stay behind, or leap to where it may be.
+std::string ServoBus::wrong_limits() const {
+  for (size_t i = 0; i < motors_.size() && options_.lower.size() > 0; ++i) {
+    const auto joint = static_cast<Eigen::Index>(i);
+    const Motor& motor = motors_[i];
+    const auto [low, high] = std::minmax({steps_of(i, options_.lower[joint]), steps_of(i, options_.upper[joint])});
+    if (low < motor.lowest || high > motor.highest) {
+      return fmt::format(
+          "motor {}: its own position limits (EEPROM) are {} to {} steps, those of the joint {} to {}: narrow the "
+          "limits in the URDF, widen the motor's, or correct motor_zeros and motor_signs",
+          motor.id, motor.lowest, motor.highest, low, high);
+    }
+    if (motor.position < motor.lowest || motor.position > motor.highest) {
+      return fmt::format("motor {} is at {} steps, outside its own position limits of {} to {}: move it there by hand",
+                         motor.id, motor.position, motor.lowest, motor.highest);
+    }
+  }
+  return "";
+}
+
 void ServoBus::tick(const Time& now, WireOutbox& out) {
   if (!connected_ || now.us - asked_us_ < options_.period_us) return;
   if (measured_ && fault_.empty() && now.us - complete_us_ > kSilence) fault_ = "a motor does not answer";
@@ -78,7 +115,9 @@ void ServoBus::tick(const Time& now, WireOutbox& out) {
   clear_stream();
   for (Motor& motor : motors_) motor.answered = false;
   std::vector<uint8_t> bytes;
-  const bool may_move = enabled_ && measured_ && fault_.empty();
+  const bool limited = std::ranges::all_of(motors_, &Motor::limited);
+  if (measured_ && limited && !started_ && fault_.empty()) fault_ = wrong_limits();
+  const bool may_move = enabled_ && measured_ && limited && fault_.empty();
   if (may_move && !started_) {
     append_start(bytes);
     started_ = true;
@@ -87,7 +126,12 @@ void ServoBus::tick(const Time& now, WireOutbox& out) {
   } else if (may_move && std::exchange(commanded_, false)) {
     append_goals(goal_, bytes);
   }
-  append_read(bytes);
+  // One question in each cycle: the answers to two would collide with the next cycle on a slow bus.
+  if (limited || !measured_) {
+    append_read(bytes);
+  } else {
+    append_read_limits(bytes);
+  }
   out.push_back({0, std::move(bytes)});
   ready_ = may_move && started_ && now.us - started_us_ > kSettle;
 }
@@ -97,6 +141,8 @@ DriverStatus ServoBus::status() const {
   if (!connected_) return {Phase::kWaiting, "cannot open " + options_.device};
   if (!fault_.empty()) return {Phase::kFault, fault_ + "; then multireach-robot reset"};
   if (!measured_) return {Phase::kWaiting, "waiting for an answer of all motors"};
+  if (!std::ranges::all_of(motors_, &Motor::limited))
+    return {Phase::kWaiting, "waiting for the position limits of all motors"};
   if (!enabled_) return {Phase::kWaiting, "waiting for multireach-robot enable"};
   if (!ready_) return {Phase::kWaiting, "the torque is switched on"};
   return {Phase::kReady, "ready"};

@@ -15,9 +15,11 @@ struct ServoOptions {
   std::vector<double> signs{};       ///< +1 or -1 for each joint: the motor's direction; empty: all +1
   std::vector<double> zero_steps{};  ///< position of each motor where its joint is 0; empty: all 2048
   int64_t period_us = 8000;          ///< from one cycle on the bus to the next
+  JointVector lower{}, upper{};  ///< rad: position limits of each joint; empty: those of the motors are not compared
 };
 
-/// The cycle on a bus of servos: the torque is switched on, then in each period one packet with all goals and one that
+/// The cycle on a bus of servos: the motors' own position limits are read and compared with those of the joints, the
+/// torque is switched on, then in each period one packet with all goals and one that
 /// asks for all positions. A motor that does not answer for 100 ms, or reports an error, stops everything: goals are
 /// no longer sent, and the torque stays as it is. The subclass implements the packets.
 class ServoBus : public Driver {
@@ -43,6 +45,8 @@ class ServoBus : public Driver {
     int id = 0;
     bool answered = false;
     int position = 0, velocity = 0;  // steps; the protocol's own unit
+    bool limited = false;            // its own position limits are known
+    int lowest = 0, highest = 0;     // steps
   };
 
   /// Packets, each as a whole: to prepare the motors and switch their torque on; the goals; what asks for all
@@ -50,6 +54,8 @@ class ServoBus : public Driver {
   virtual void append_start(std::vector<uint8_t>& bytes) = 0;
   virtual void append_goals(const std::vector<int>& steps, std::vector<uint8_t>& bytes) = 0;
   virtual void append_read(std::vector<uint8_t>& bytes) = 0;
+  /// What asks for the position limits in all motors' EEPROM.
+  virtual void append_read_limits(std::vector<uint8_t>& bytes) = 0;
   virtual void append_reset(std::vector<uint8_t>& bytes) = 0;
   virtual void clear_stream() = 0;
   /// rad/s of one unit of velocity.
@@ -57,10 +63,14 @@ class ServoBus : public Driver {
 
   /// For the subclass's receive(): what motor `id` answered; `fault`: "" or what is wrong with it.
   void answered(int id, int position, int velocity, const std::string& fault, const Time& now);
+  /// The same, for its position limits, steps.
+  void answered_limits(int id, int lowest, int highest);
   const std::vector<Motor>& motors() const { return motors_; }
 
  private:
   bool complete() const;
+  std::string wrong_limits() const;
+  int steps_of(size_t joint, double position) const;
 
   ServoOptions options_;
   RateDivider divider_;

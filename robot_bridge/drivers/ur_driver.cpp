@@ -8,9 +8,11 @@ namespace multireach::drivers {
 namespace {
 
 constexpr size_t kRtde = 0, kDashboard = 1, kScript = 2;
-constexpr double kSilence = 0.02;           // s: without a new counter for this long, the program ends
-constexpr int64_t kLate = 100000;           // us without data
-constexpr int64_t kActionPeriod = 1000000;  // us from one attempt to the next
+constexpr double kSilence = 0.02;            // s: without a new counter for this long, the program ends
+constexpr int64_t kLate = 100000;            // us without data
+constexpr int64_t kActionPeriod = 1000000;   // us from one attempt to the next
+constexpr int64_t kAnswerTime = 2000000;     // us: a controller that runs answers each step of the set-up within 10 ms
+constexpr int64_t kDashboardTime = 5000000;  // us
 
 constexpr std::string_view kOutputs = "actual_q,actual_qd,robot_mode,safety_mode,output_int_register_24";
 constexpr std::string_view kOutputTypes = "VECTOR6D,VECTOR6D,INT32,INT32,INT32";
@@ -74,11 +76,13 @@ void UrDriver::link_changed(size_t link, bool up, const Time& now, WireOutbox& o
   if (link == kDashboard) {
     dashboard_ = up;
     answers_.clear();
-    if (up && options_.e_series) ask_dashboard("is in remote control", out);
+    unanswered_us_.reset();
+    if (up && options_.e_series) ask_dashboard("is in remote control", now, out);
   } else if (link == kScript) {
     script_ = up;
   } else {
     stream_.clear();
+    streams_ = false;
     setup_ = up ? Setup::kVersion : Setup::kNone;
     program_ = 0;
     heard_us_ = now.us;
@@ -91,6 +95,8 @@ void UrDriver::receive(size_t link, std::span<const uint8_t> bytes, const Time& 
   if (link == kScript) return;  // the robot's state in another form
   if (link == kDashboard) {
     answers_.append(bytes.begin(), bytes.end());
+    unanswered_us_.reset();
+    dashboard_silent_ = false;
     for (size_t end; (end = answers_.find('\n')) != std::string::npos; answers_.erase(0, end + 1))
       receive_answer(answers_.substr(0, end));
     return;
@@ -111,6 +117,7 @@ void UrDriver::refuse(const std::string& why) {
 
 void UrDriver::receive_package(const rtde::Package& package, const Time& now, WireOutbox& out) {
   rtde::Reader reader(package.payload);
+  if (package.type != rtde::Type::kText) heard_us_ = now.us;
   switch (package.type) {
     case rtde::Type::kVersion:
       if (setup_ != Setup::kVersion) return;
@@ -139,14 +146,14 @@ void UrDriver::receive_package(const rtde::Package& package, const Time& now, Wi
       setup_ = Setup::kRunning;
       return;
     case rtde::Type::kData:
-      if (setup_ == Setup::kRunning) receive_data(package.payload, now);
+      if (setup_ == Setup::kRunning) receive_data(package.payload);
       return;
     default:
       return;
   }
 }
 
-void UrDriver::receive_data(std::span<const uint8_t> payload, const Time& now) {
+void UrDriver::receive_data(std::span<const uint8_t> payload) {
   rtde::Reader reader(payload);
   if (reader.u8() != output_recipe_) return;
   Reading reading{JointVector(6), JointVector(6), JointVector::Zero(6)};
@@ -154,7 +161,8 @@ void UrDriver::receive_data(std::span<const uint8_t> payload, const Time& now) {
   for (double& value : reading.velocity) value = reader.real();
   const int robot_mode = reader.i32(), safety_mode = reader.i32(), program = reader.i32();
   if (!reader.at_end() || !reading.position.allFinite() || !reading.velocity.allFinite()) return;
-  heard_us_ = now.us;
+  streams_ = true;
+  silent_ = false;
   robot_mode_ = robot_mode;
   safety_mode_ = safety_mode;
   program_ = program;
@@ -166,8 +174,10 @@ void UrDriver::receive_data(std::span<const uint8_t> payload, const Time& now) {
   reading_ = std::move(reading);
 }
 
-void UrDriver::ask_dashboard(const std::string& line, WireOutbox& out) {
-  if (dashboard_) out.push_back({kDashboard, rtde::Writer().text(line).u8('\n').bytes()});
+void UrDriver::ask_dashboard(const std::string& line, const Time& now, WireOutbox& out) {
+  if (!dashboard_) return;
+  if (!unanswered_us_) unanswered_us_ = now.us;
+  out.push_back({kDashboard, rtde::Writer().text(line).u8('\n').bytes()});
 }
 
 void UrDriver::enable(const Time& now, WireOutbox&) {
@@ -175,7 +185,8 @@ void UrDriver::enable(const Time& now, WireOutbox&) {
   next_action_us_ = now.us;
 }
 
-void UrDriver::reset(const Time& now, WireOutbox&) {
+void UrDriver::reset(const Time& now, WireOutbox& out) {
+  if (setup_ == Setup::kRefused) out.push_back({kRtde, {}, true});  // what was refused may be possible now
   reset_asked_ = stopped_;
   next_action_us_ = now.us;
 }
@@ -206,33 +217,49 @@ void UrDriver::bring_up(const Time& now, WireOutbox& out) {
   next_action_us_ = now.us + kActionPeriod;
   if (stopped_) {
     if (!reset_asked_ || safety_mode_ != kProtectiveStop) return;
-    ask_dashboard("close safety popup", out);
-    ask_dashboard("unlock protective stop", out);
+    ask_dashboard("close safety popup", now, out);
+    ask_dashboard("unlock protective stop", now, out);
   } else if (enabled_ && robot_mode_ == kPowerOff) {
-    ask_dashboard("power on", out);
+    ask_dashboard("power on", now, out);
   } else if (enabled_ && robot_mode_ == kIdle) {
-    ask_dashboard("brake release", out);
+    ask_dashboard("brake release", now, out);
   } else if (enabled_ && robot_mode_ == kRunningMode && script_) {
     id_ = id_ % 1000 + 1;
     out.push_back({kScript, rtde::Writer().text(ur_program(options_, id_)).bytes()});
-    if (options_.e_series) ask_dashboard("is in remote control", out);
+    if (options_.e_series) ask_dashboard("is in remote control", now, out);
   }
 }
 
+/// A dashboard server that does not answer is connected again.
+void UrDriver::watch_dashboard(const Time& now, WireOutbox& out) {
+  if (!unanswered_us_ || now.us - *unanswered_us_ < kDashboardTime) return;
+  unanswered_us_.reset();
+  dashboard_silent_ = true;
+  out.push_back({kDashboard, {}, true});
+}
+
 void UrDriver::tick(const Time& now, WireOutbox& out) {
-  if (setup_ != Setup::kRunning) return;
-  if (now.us - heard_us_ > kLate) {
+  watch_dashboard(now, out);
+  if (setup_ == Setup::kNone || setup_ == Setup::kRefused) return;
+  if (now.us - heard_us_ > (streams_ ? kLate : kAnswerTime)) {
+    silent_ = silent_ || !streams_;
     program_ = 0;
     heard_us_ = now.us;
     out.push_back({kRtde, {}, true});
     return;
   }
+  if (setup_ != Setup::kRunning) return;
   bring_up(now, out);
   if (now.us - sent_us_ >= period_us() + 1000) send_registers(now, out);
 }
 
 DriverStatus UrDriver::status() const {
   using Phase = DriverStatus::Phase;
+  if (silent_) {
+    return {Phase::kFault, options_.host +
+                               " accepts connections on port 30004, but does not answer: the robot is still starting, "
+                               "or must be started again; connecting again"};
+  }
   if (setup_ == Setup::kNone) return {Phase::kWaiting, "not connected to " + options_.host + ", port 30004"};
   if (setup_ == Setup::kRefused) return {Phase::kFault, refusal_};
   if (setup_ != Setup::kRunning || robot_mode_ < 0) return {Phase::kWaiting, "starting RTDE"};
@@ -253,6 +280,11 @@ DriverStatus UrDriver::status() const {
     }
   }
   if (running()) return {Phase::kReady, "ready"};
+  if (dashboard_silent_) {
+    return {Phase::kFault,
+            "the dashboard server (port 29999) accepts connections, but does not answer: start the robot "
+            "again; connecting again"};
+  }
   if (!enabled_) return {Phase::kWaiting, "waiting for multireach-robot enable"};
   if (local_) return {Phase::kWaiting, "the robot is in local control: switch it to remote control at its pendant"};
   if (robot_mode_ != kRunningMode) return {Phase::kWaiting, "the robot is powered on"};

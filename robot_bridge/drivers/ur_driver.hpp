@@ -19,7 +19,8 @@ std::string ur_program(const UrOptions& options, int id);
 
 /// Universal Robots: joint positions through RTDE registers (port 30004) to a program that the driver sends (port
 /// 30002); power, brakes and protective stops through the dashboard server (port 29999). A counter in each period tells
-/// the program that the driver is running, also while nothing is commanded.
+/// the program that the driver is running, also while nothing is commanded. A controller that accepts a connection and
+/// does not answer is a fault, and is connected again.
 class UrDriver : public Driver {
  public:
   explicit UrDriver(const UrOptions& options) : options_(options), divider_(period_us()) {}
@@ -40,11 +41,12 @@ class UrDriver : public Driver {
 
   int64_t period_us() const { return options_.e_series ? 2000 : 8000; }
   void receive_package(const rtde::Package& package, const Time& now, WireOutbox& out);
-  void receive_data(std::span<const uint8_t> payload, const Time& now);
+  void receive_data(std::span<const uint8_t> payload);
   void receive_answer(const std::string& line);
   void refuse(const std::string& why);
   void send_registers(const Time& now, WireOutbox& out);
-  void ask_dashboard(const std::string& line, WireOutbox& out);
+  void ask_dashboard(const std::string& line, const Time& now, WireOutbox& out);
+  void watch_dashboard(const Time& now, WireOutbox& out);
   void bring_up(const Time& now, WireOutbox& out);
   bool running() const { return program_ != 0 && program_ == id_; }
 
@@ -56,6 +58,10 @@ class UrDriver : public Driver {
   std::string refusal_;
   uint8_t input_recipe_ = 0, output_recipe_ = 0;
   bool dashboard_ = false, script_ = false, enabled_ = false, stopped_ = false, reset_asked_ = false, local_ = false;
+  bool streams_ = false;                  // data have come since RTDE was connected
+  bool silent_ = false;                   // RTDE was connected, and did not answer in time
+  std::optional<int64_t> unanswered_us_;  // since when the dashboard server owes an answer
+  bool dashboard_silent_ = false;         // it did not answer in time
   int robot_mode_ = -1, safety_mode_ = 1, program_ = 0, id_ = 0;
   int64_t heard_us_ = 0, next_action_us_ = 0, sent_us_ = 0, commanded_us_ = INT64_MIN / 2;
   int32_t counter_ = 0;

@@ -15,6 +15,7 @@ namespace {
 
 using robot_bridge::BridgeOptions;
 using robot_bridge::BridgeState;
+using robot_bridge::MeasurementVerdict;
 using robot_bridge::SetpointVerdict;
 
 constexpr int64_t kStatePeriod = 50;  // ticks from one BRIDGE_STATE to the next
@@ -67,11 +68,15 @@ ConfigKeys<BridgeOptions> bridge_keys() {
 BridgeOptions bridge_options_from(const RobotConfig& robot) {
   BridgeOptions options;
   options.setpoint_period_us = robot.tick_us;
-  if (const auto section = robot.section("bridge")) bridge_keys().read(*section, options);
-  if (options.delay_us > 3 * options.setpoint_period_us) {
-    throw InputError(robot.file.file() + ": the bridge's delay_ms (" + std::to_string(options.delay_us / 1000) +
-                     ") must be at most three times tick_ms (" + std::to_string(options.setpoint_period_us / 1000) +
-                     ")");
+  const auto section = robot.section("bridge");
+  if (section) bridge_keys().read(*section, options);
+  const int64_t longest_us = 3 * options.setpoint_period_us;
+  if (options.delay_us > longest_us && section && section->has("delay_ms"))
+    section->fail("delay_ms",
+                  "at most " + config_number(static_cast<double>(longest_us) * 1e-3) + ", three times tick_ms");
+  if (options.delay_us > longest_us) {
+    robot.file.fail("tick_ms", "at least " + config_number(static_cast<double>(options.delay_us) * 1e-3 / 3) +
+                                   ", a third of the bridge's delay_ms");
   }
   options.acceleration = robot.joint_acceleration_limits;
   options.jerk = robot.joint_jerk_limits;
@@ -97,31 +102,40 @@ std::vector<std::string_view> BridgeNode::inputs() const {
 
 Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   if (channel == channel::kJointSetpoint) return receive_setpoint(bytes, out);
-  if (channel == channel::kRobotState) return receive_robot_state(bytes);
+  if (channel == channel::kRobotState) return receive_robot_state(bytes, out);
   if (channel == channel::kBridgeRequest) return receive_request(bytes, out);
   throw unknown_input(channel);
 }
 
-Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes) {
+Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes, Outbox& out) {
   const auto message = decode_and_count<robot_state_t>(bytes);
   if (!message) return {};
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
   const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
-  if (!theta || !velocity || !plausible_utime(message->utime) ||
-      !bridge_.measured({.run = message->run,
-                         .utime = message->utime,
-                         .theta = *theta,
-                         .velocity = *velocity,
-                         .real = !message->simulated,
-                         .faulted = !message->fault.empty()})) {
+  const auto followed = bridge_.followed_robot();
+  auto verdict = MeasurementVerdict::kInvalid;
+  const bool taken = theta && velocity && plausible_utime(message->utime) &&
+                     bridge_.measured({.run = message->run,
+                                       .utime = message->utime,
+                                       .theta = *theta,
+                                       .velocity = *velocity,
+                                       .real = !message->simulated,
+                                       .faulted = !message->fault.empty()},
+                                      verdict);
+  if (taken || verdict == MeasurementVerdict::kOlder)
+    counters_.dropped += robot_states_.newly_lost(message->sequence, message->run);
+  if (!taken) {
     ++counters_.refused;
-    return {};
+    const int64_t count = ++refused_states_[static_cast<size_t>(verdict)];
+    if (verdict != MeasurementVerdict::kOtherRobot) return {};
+    // Many of them are followed: each counts. While no commands are sent, something must carry their record.
+    if (count % kStatePeriod == 0) send_state(out);
+    return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};
   }
-  counters_.dropped += robot_states_.missing_before(message->sequence);
   robot_state_sequence_ = message->sequence;
   if (!message->fault.empty()) robot_fault_ = message->fault;
-  const auto effect = bridge_.next_tick() ? Receipt::Effect::kConsumed : Receipt::Effect::kReplaces;
-  return {effect, std::nullopt, message->sequence};
+  const bool replaces = !bridge_.next_tick() && (!followed || *followed == message->run);
+  return {replaces ? Receipt::Effect::kReplaces : Receipt::Effect::kConsumed, std::nullopt, message->sequence};
 }
 
 Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out) {
@@ -139,6 +153,9 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out
                                                          restarted)
                                       : SetpointVerdict::kInvalid;
   ++verdicts_[static_cast<size_t>(verdict)];
+  // Also one that comes too late was not lost.
+  if (verdict != SetpointVerdict::kOtherRun && verdict != SetpointVerdict::kInvalid)
+    counters_.dropped += setpoints_.newly_lost(message->sequence, message->run);
   if (verdict != SetpointVerdict::kAccepted) {
     ++counters_.refused;
     // Many that are mistimed end the motion.
@@ -150,7 +167,6 @@ Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out
     return {Receipt::Effect::kConsumed, std::nullopt, message->sequence};
   }
   far_run_ = 0;
-  counters_.dropped += setpoints_.missing_before(message->sequence);
   return {Receipt::Effect::kConsumed, message->utime, message->sequence, restarted};
 }
 
@@ -236,7 +252,7 @@ void BridgeNode::send_state(Outbox& out) {
   state.utime = last_.utime;
   state.sequence = sequence_ - 1;
   state.run = run();
-  state.robot_run = bridge_.robot_run();
+  state.robot_run = bridge_.next_tick() ? bridge_.robot_run() : bridge_.followed_robot().value_or(0);
   state.state = static_cast<int8_t>(bridge_.state());
   state.cause = cause();
   state.path_rate = bridge_.path_rate();
@@ -276,6 +292,14 @@ std::string BridgeNode::state() const {
     refused += refused.empty() ? "; set-points refused: " : ", ";
     refused += std::to_string(verdicts_[k]) + " " + name_of(static_cast<SetpointVerdict>(k));
   }
+  static constexpr std::array kCauses{"", "invalid", "older than the last", "of another robot"};
+  std::string states;
+  for (size_t k = 1; k < refused_states_.size(); ++k) {
+    if (refused_states_[k] == 0) continue;
+    states += states.empty() ? "; robot states refused: " : ", ";
+    states += std::to_string(refused_states_[k]) + " " + kCauses[k];
+  }
+  refused += states;
   return text + refused;
 }
 

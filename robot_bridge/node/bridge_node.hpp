@@ -34,7 +34,7 @@ class BridgeNode : public Node {
   std::string state() const override;
 
  private:
-  Receipt receive_robot_state(std::span<const uint8_t> bytes);
+  Receipt receive_robot_state(std::span<const uint8_t> bytes, Outbox& out);
   Receipt receive_setpoint(std::span<const uint8_t> bytes, Outbox& out);
   Receipt receive_request(std::span<const uint8_t> bytes, Outbox& out);
   void send_state(Outbox& out);
@@ -53,6 +53,7 @@ class BridgeNode : public Node {
   int64_t request_ = 0;
   bool request_accepted_ = false;
   std::array<int64_t, robot_bridge::kNumVerdicts> verdicts_{};  // number of set-points by verdict
+  std::array<int64_t, 4> refused_states_{};                     // number of ROBOT_STATEs by MeasurementVerdict
   robot_bridge::Command last_;
 };
 

@@ -108,12 +108,16 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
 void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   const auto command = decode_and_count<joint_command_t>(bytes);
   if (!command) return;
-  const bool accepted = commands_.accepts(*command, run(), utime_);
+  const char* refusal = commands_.refusal_of(*command, run(), utime_);
   counters_.dropped = commands_.missing();
-  if (!accepted || !is_valid_command(*command, arm_)) {
+  if (!refusal && !is_valid_command(*command, arm_))
+    refusal = "refused commands with other joints or impossible values";
+  if (refusal) {
+    refusal_ = refusal;
     ++counters_.refused;
     return;
   }
+  commands_.obey(*command, utime_);
   apply_command(*command, arm_);
   command_sequence_ = command->sequence;
   command_digest_ = digest_of(bytes);
@@ -122,7 +126,7 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
 
 std::string RobotSimNode::state() const {
   const std::string doing = command_sequence_ < 0 ? "waiting for a command" : "running";
-  return *commands_.refusal() ? doing + ", " + commands_.refusal() : doing;
+  return *refusal_ ? doing + ", " + refusal_ : doing;
 }
 
 void RobotSimNode::update_push() {

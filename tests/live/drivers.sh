@@ -15,12 +15,11 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel
   folder=$work/$arm
   cp -r "$root/robots/${arm%_dynamixel}" "$folder"
   [ "$arm" = "${arm%_dynamixel}" ] || sed -i 's/name: feetech/name: dynamixel/' "$folder/robot.yaml"
-  sed -i "s#device: .*#device: $work/serial#" "$folder/robot.yaml"
   run vision "$bin/multireach-vision" --config "$folder/vision.yaml"
   run controller "$bin/multireach-controller" --config "$folder"
   run bridge "$bin/multireach-bridge" --config "$folder"
-  run emulator "$bin/multireach-robot-emulator" --config "$folder"
-  run driver "$bin/multireach-robot-driver" --config "$folder" --simulated
+  run emulator "$bin/multireach-robot-emulator" --config "$folder" --device "$work/serial"
+  run driver "$bin/multireach-robot-driver" --config "$folder" --simulated --device "$work/serial"
   "$bin/multireach-view" --robot "$folder" --wait-for vision,controller,bridge,robot_emulator,robot_driver --seconds 30 2>/dev/null || failed "$arm: the nodes did not start"
   for _ in $(seq 150); do grep -q 'the robot: ready' "$work/driver.err" && break; sleep 0.1; done
   grep -q 'the robot: ready' "$work/driver.err" || failed "$arm: not ready: $(cat "$work/driver.err")"
@@ -40,7 +39,7 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel
   status | grep -q 'fault: ' || failed "$arm: a robot that stopped is no fault: $(status)"
   grep -q 'has stopped' "$work/emulator.err" || failed "$arm: the emulated robot did not stop"
   case $(awk '/^driver:/ { found = 1 } found && /name:/ { print $2; exit }' "$folder/robot.yaml") in
-    iiwa|panda) end emulator; run emulator "$bin/multireach-robot-emulator" --config "$folder" ;;
+    iiwa|panda) end emulator; run emulator "$bin/multireach-robot-emulator" --config "$folder" --device "$work/serial" ;;
   esac
   ask reset || failed "$arm: reset: $(cat "$work/reset.out"); $(cat "$work/driver.err")"
   for _ in $(seq 150); do status | grep -qE '^(armed|running)' && break; sleep 0.1; done

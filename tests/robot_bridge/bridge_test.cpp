@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -39,6 +40,11 @@ class Bridging : public ::testing::Test {
     Command command = bridge.tick();
     EXPECT_TRUE(bridge.measured(at(command.theta, command.utime)));
     return command;
+  }
+  /// Ten measurements of a robot that was not followed before.
+  bool heard_for_long(Bridge& bridge, const Measurement& measurement) const {
+    for (int k = 0; k < 9; ++k) EXPECT_FALSE(bridge.measured(measurement));
+    return bridge.measured(measurement);
   }
   /// Follows the ramp from its start until set-point `k` is executed.
   Bridge running(int64_t k, const BridgeOptions& options = {}) const {
@@ -207,6 +213,79 @@ TEST_F(Bridging, RefusesMeasurementsThatAreNotFiniteOrOfAnotherSizeOrRobot) {
   EXPECT_EQ(other.state(), BridgeState::kRunning);
 }
 
+TEST_F(Bridging, AReorderedOrRepeatedMeasurementIsNoJump) {
+  Bridge bridge = running(20);
+  MeasurementVerdict verdict{};
+  const Command before = obeyed_tick(bridge);
+  for (int ms = 0; ms < 60; ++ms) {
+    if (ms == 0 || ms == 50) (void)give(bridge, ramp(21 + ms / 50));
+    obeyed_tick(bridge);
+  }
+  const Command now = bridge.tick();
+  // Of 62 ms ago, and further from now than a robot can go in no time.
+  Measurement old = at(before.theta + JointVector::Constant(4, 0.2), before.utime);
+  for (int k = 0; k < 5; ++k) {
+    EXPECT_FALSE(bridge.measured(old, verdict));
+    EXPECT_EQ(verdict, MeasurementVerdict::kOlder);
+  }
+  EXPECT_TRUE(bridge.measured(at(now.theta, now.utime)));
+  EXPECT_TRUE(bridge.measured(at(now.theta, now.utime))) << "it came twice";
+  obeyed_tick(bridge);
+  EXPECT_EQ(bridge.state(), BridgeState::kRunning) << bridge.cause();
+  // A robot whose clock is set back by more than a second goes on.
+  EXPECT_TRUE(bridge.measured(at(bridge.tick().theta, now.utime - 2000000)));
+}
+
+TEST_F(Bridging, NoTimeOverflows) {
+  const std::array<int64_t, 6> times{INT64_MIN, INT64_MIN + 1, -1, 0, INT64_MAX - 1, INT64_MAX};
+  for (const int64_t first : times) {
+    for (const int64_t second : times) {
+      Bridge bridge(chain_, {});
+      EXPECT_TRUE(bridge.measured(at(start_, first)));
+      Setpoint setpoint = ramp(0);
+      setpoint.utime = second;
+      if (give(bridge, setpoint) != SetpointVerdict::kAccepted) (void)give(bridge, ramp(0));
+      ASSERT_TRUE(bridge.next_tick());
+      setpoint = ramp(1);
+      setpoint.utime = first;
+      (void)give(bridge, setpoint);
+      for (int ms = 0; ms < 3; ++ms) {
+        bridge.tick();
+        (void)bridge.measured(at(start_, second));
+      }
+      EXPECT_NE(bridge.state(), BridgeState::kFault);
+    }
+  }
+}
+
+TEST_F(Bridging, OneMeasurementOfAnotherRobotChangesNothing) {
+  // Before a motion: a real robot that is heard once would have to be enabled.
+  Bridge bridge(chain_, {});
+  EXPECT_TRUE(bridge.measured(at(start_)));
+  Measurement other = at(start_, 0, 77);
+  other.real = true;
+  MeasurementVerdict verdict{};
+  for (int k = 0; k < 100; ++k) {
+    EXPECT_FALSE(bridge.measured(other, verdict));
+    EXPECT_EQ(verdict, MeasurementVerdict::kOtherRobot);
+    EXPECT_TRUE(bridge.measured(at(start_)));
+  }
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  EXPECT_EQ(bridge.followed_robot(), kRobot);
+  // During one, while the robot's states are late: it goes on once they come, and no fault is latched.
+  Bridge late = running(20);
+  for (int ms = 0; ms < 150; ++ms) late.tick();
+  EXPECT_EQ(late.state(), BridgeState::kStopping);
+  EXPECT_FALSE(late.measured(other));
+  obeyed_tick(late);
+  EXPECT_NE(late.state(), BridgeState::kFault);
+  // The other one is followed when the first is gone.
+  for (int k = 0; k < 9; ++k) EXPECT_FALSE(bridge.measured(other));
+  EXPECT_TRUE(bridge.measured(other));
+  EXPECT_EQ(bridge.followed_robot(), 77);
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "it is real";
+}
+
 TEST_F(Bridging, AShortGapIsBridgedAndAfterALongOneTheStreamBeginsFromRest) {
   Bridge bridge = running(20);
   const Command before = obeyed_tick(bridge);
@@ -316,11 +395,12 @@ TEST_F(Bridging, ARobotThatDoesNotFollowIsAFaultThatIsLatched) {
   Bridge bridge = running(10);
   const JointVector blocked = bridge.tick().theta;
   StreamCheck check(bridge.limits());
-  int64_t k = 11;
+  int64_t k = 11, utime = 0;
   for (int ms = 0; ms < 5000 && bridge.next_tick(); ++ms) {
     if (ms % 50 == 0) (void)give(bridge, ramp(k++));
-    check.add(bridge.tick().theta);
-    EXPECT_TRUE(bridge.measured(at(blocked)));
+    const Command command = bridge.tick();
+    check.add(command.theta);
+    EXPECT_TRUE(bridge.measured(at(blocked, utime = command.utime)));
   }
   EXPECT_EQ(bridge.state(), BridgeState::kFault);
   EXPECT_STREQ(bridge.cause(), "the robot does not follow its commands");
@@ -328,6 +408,9 @@ TEST_F(Bridging, ARobotThatDoesNotFollowIsAFaultThatIsLatched) {
   EXPECT_FALSE(bridge.next_tick()) << "no commands until a reset";
   EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kNotReady);
   EXPECT_TRUE(bridge.reset());
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "the robot may have gone meanwhile";
+  EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kNotReady);
+  EXPECT_TRUE(bridge.measured(at(blocked, utime)));
   EXPECT_EQ(bridge.state(), BridgeState::kArmed);
   Setpoint here = ramp(k);
   here.theta = blocked;
@@ -354,7 +437,7 @@ TEST_F(Bridging, ARobotThatIsSilentStopsTheMotionThenIsAFault) {
 TEST_F(Bridging, ARestartedRobotAndAJumpAreFaults) {
   Bridge restarted = running(20);
   for (int ms = 0; ms < 150; ++ms) restarted.tick();
-  EXPECT_TRUE(restarted.measured(at(start_, 0, 78)));
+  EXPECT_TRUE(heard_for_long(restarted, at(start_, 0, 78)));
   restarted.tick();
   EXPECT_STREQ(restarted.cause(), "the robot was restarted");
   EXPECT_EQ(restarted.robot_run(), kRobot) << "the new robot must not obey the old motion";
@@ -374,12 +457,13 @@ TEST_F(Bridging, ARealRobotIsCommandedOnlyOnceEnabledAndAgainAfterItsRestart) {
   EXPECT_EQ(bridge.state(), BridgeState::kIdle);
   EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady);
   bridge.enable();
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
+  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "until its next state";
   EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
   EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kAccepted);
   for (int ms = 0; ms < 150; ++ms) bridge.tick();
   measurement.run = kRobot + 1;
-  EXPECT_TRUE(bridge.measured(measurement));
+  EXPECT_TRUE(heard_for_long(bridge, measurement));
   while (bridge.next_tick()) bridge.tick();
   EXPECT_EQ(bridge.state(), BridgeState::kFault);
   EXPECT_TRUE(bridge.measured(measurement));
@@ -431,7 +515,7 @@ TEST_F(Bridging, ARealRobotIsNotCommandedInTheLinearShape) {
 TEST_F(Bridging, ARobotThatReportsAFaultIsNotCommandedUntilTheFaultIsOverAndReset) {
   Bridge bridge = running(10);
   const JointVector stopped = bridge.tick().theta;
-  Measurement measurement = at(stopped);
+  Measurement measurement = at(stopped, *bridge.next_tick());
   measurement.faulted = true;
   EXPECT_TRUE(bridge.measured(measurement));
   while (bridge.next_tick()) bridge.tick();
@@ -455,6 +539,7 @@ TEST_F(Bridging, DisablingDeceleratesThenEndsTheStream) {
   EXPECT_EQ(bridge.state(), BridgeState::kIdle);
   EXPECT_EQ(give(bridge, ramp(22)), SetpointVerdict::kNotReady);
   bridge.enable();
+  EXPECT_TRUE(bridge.measured(at(start_, 5000000)));
   EXPECT_EQ(bridge.state(), BridgeState::kArmed);
 }
 

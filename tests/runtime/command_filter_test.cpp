@@ -14,16 +14,30 @@ joint_command_t command(int64_t bridge, int64_t robot = kRobot) {
   return message;
 }
 
+/// Whether the robot obeys.
+bool accepts(CommandFilter& filter, const joint_command_t& message, int64_t now_us) {
+  if (filter.refusal_of(message, kRobot, now_us)) return false;
+  filter.obey(message, now_us);
+  return true;
+}
+
 TEST(CommandFilter, ObeysOneBridgeUntilItIsSilentForATenthOfASecond) {
   CommandFilter filter;
-  EXPECT_TRUE(filter.accepts(command(1), kRobot, 0));
-  EXPECT_FALSE(filter.accepts(command(2), kRobot, 99 * kMillisecond));
-  EXPECT_TRUE(filter.accepts(command(1), kRobot, 99 * kMillisecond));
-  EXPECT_FALSE(filter.accepts(command(2), kRobot, 198 * kMillisecond));
-  EXPECT_STREQ(filter.refusal(), "refused commands of another bridge");
-  EXPECT_TRUE(filter.accepts(command(2), kRobot, 199 * kMillisecond)) << "a bridge that was started again";
+  EXPECT_TRUE(accepts(filter, command(1), 0));
+  EXPECT_FALSE(accepts(filter, command(2), 99 * kMillisecond));
+  EXPECT_TRUE(accepts(filter, command(1), 99 * kMillisecond));
+  EXPECT_FALSE(accepts(filter, command(2), 198 * kMillisecond));
+  EXPECT_STREQ(filter.refusal_of(command(2), kRobot, 198 * kMillisecond), "refused commands of another bridge");
+  EXPECT_TRUE(accepts(filter, command(2), 199 * kMillisecond)) << "a bridge that was started again";
   EXPECT_EQ(filter.bridge_run(), 2);
-  EXPECT_FALSE(filter.accepts(command(2, 6), kRobot, 200 * kMillisecond)) << "for another robot";
+  EXPECT_FALSE(accepts(filter, command(2, 6), 200 * kMillisecond)) << "for another robot";
+}
+
+TEST(CommandFilter, ACommandThatTheRobotRefusesOwnsNothing) {
+  CommandFilter filter;
+  EXPECT_EQ(filter.refusal_of(command(1), kRobot, 0), nullptr);
+  EXPECT_TRUE(accepts(filter, command(2), kMillisecond)) << "bridge 1 was not obeyed";
+  EXPECT_EQ(filter.bridge_run(), 2);
 }
 
 }  // namespace

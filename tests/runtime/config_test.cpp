@@ -25,11 +25,19 @@ class ConfigFile : public ::testing::Test {
   std::string path_ = ::testing::TempDir() + "multireach_config_test." + std::to_string(getpid()) + ".yaml";
 };
 
-TEST_F(ConfigFile, NamesTheFileWhereTheBridgesDelayIsTooLongForTheTicks) {
-  write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
-                         "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\ntick_ms: 1\n");
-  const std::string message = testing::input_fault([&] { (void)bridge_options_from(RobotConfig::load(path_)); });
-  EXPECT_EQ(message, path_ + ": the bridge's delay_ms (5) must be at most three times tick_ms (1)");
+TEST_F(ConfigFile, NamesLineKeyAndBoundWhereTheBridgesDelayIsTooLongForTheTicks) {
+  const auto message = [&](const std::string& rest) {
+    write_text_file(path_, "robot: {urdf: " MULTIREACH_SOURCE_DIR
+                           "/robots/hoap2/hoap2.urdf, base: torso, tip: right_hand}\n" +
+                               rest);
+    return testing::input_fault([&] { (void)bridge_options_from(RobotConfig::load(path_)); });
+  };
+  EXPECT_EQ(message("tick_ms: 20\nbridge:\n  delay_ms: 61\n"),
+            path_ + ":4: key 'bridge.delay_ms' is '61'; expected at most 60, three times tick_ms");
+  EXPECT_EQ(message("bridge:\n  delay_ms: 150\n"), "");
+  // The default delay, 5 ms, with shorter ticks.
+  EXPECT_EQ(message("tick_ms: 1.5\n"),
+            path_ + ":2: key 'tick_ms' is '1.5'; expected at least 1.66667, a third of the bridge's delay_ms");
 }
 
 TEST_F(ConfigFile, GivesValuesAndDefaults) {

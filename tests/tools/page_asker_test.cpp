@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tools/page/bridge_asker.hpp"
+#include <utility>
+
+#include "tools/robot/bridge_asker.hpp"
 #include "tools/robot/bridge_words.hpp"
 
 namespace multireach {
@@ -13,6 +15,7 @@ struct FakeBridge {
   int64_t run = kBridge;
   bool accepts = true;
   std::vector<int8_t> done{};
+  int64_t last = 0;
 
   bridge_state_t answer(const bridge_request_t& request) {
     bridge_state_t state{};
@@ -20,17 +23,19 @@ struct FakeBridge {
     state.state = bridge_state_t::ARMED;
     state.speed = 1;
     state.request = request.request;
-    state.request_accepted =
-        request.kind == bridge_request_t::STATUS || (accepts && request.run == run_asked(request.kind, run));
-    if (state.request_accepted && request.kind != bridge_request_t::STATUS) done.push_back(request.kind);
+    state.request_accepted = request.kind == bridge_request_t::STATUS ||
+                             (accepts && request.run == (asks_all(request.kind) ? bridge_request_t::ALL : run));
+    const bool repeated = std::exchange(last, request.request) == request.request;  // as the answer may be lost
+    if (state.request_accepted && !repeated && request.kind != bridge_request_t::STATUS) done.push_back(request.kind);
     return state;
   }
 };
 
-/// Lets time pass, 20 ms a step, until there is an answer.
-std::optional<BridgeAnswer> converse(BridgeAsker& asker, FakeBridge& bridge, int64_t& now) {
+/// Lets time pass, 20 ms a step, until there is an answer. The robot is there.
+std::optional<BridgeAnswer> converse(BridgeAsker& asker, FakeBridge& bridge, int64_t& now, bool robot = true) {
   for (int i = 0; i < 200; ++i, now += 20 * kMillisecond) {
     if (const auto request = asker.tick(now)) asker.receive(bridge.answer(*request));
+    if (robot) asker.receive_robot_state();
     if (auto answer = asker.take_answer()) return answer;
   }
   return std::nullopt;
@@ -41,14 +46,81 @@ TEST(BridgeAsker, LearnsTheBridgesRunAndAsks) {
   FakeBridge bridge;
   int64_t now = 0;
   EXPECT_FALSE(asker.tick(now));
-  asker.ask("pause", bridge_request_t::PAUSE);
+  asker.ask("resume", bridge_request_t::RESUME);
   const auto answer = converse(asker, bridge, now);
   ASSERT_TRUE(answer);
-  EXPECT_EQ(answer->word, "pause");
+  EXPECT_EQ(answer->word, "resume");
   EXPECT_TRUE(answer->accepted);
-  EXPECT_EQ(answer->text, "armed, speed 100 %, path rate 0 %");
-  EXPECT_EQ(bridge.done, std::vector<int8_t>{bridge_request_t::PAUSE});
+  EXPECT_EQ(answer->text(), "armed, speed 100 %, path rate 0 %");
+  EXPECT_EQ(bridge.done, std::vector<int8_t>{bridge_request_t::RESUME});
   EXPECT_FALSE(asker.tick(now));
+}
+
+TEST(BridgeAsker, StopsAndPausesEveryBridgeAtOnce) {
+  for (const int8_t kind : {bridge_request_t::DISABLE, bridge_request_t::PAUSE}) {
+    BridgeAsker asker(1000);
+    int64_t now = 0;
+    asker.ask("resume", bridge_request_t::RESUME);  // in the middle of another question
+    (void)asker.tick(now);
+    asker.ask("stop", kind);
+    const auto request = asker.tick(now += 20 * kMillisecond);
+    ASSERT_TRUE(request) << "before any bridge has answered";
+    EXPECT_EQ(request->kind, kind);
+    EXPECT_EQ(request->run, bridge_request_t::ALL);
+    // Two bridges take it; the second one got only the repetition.
+    FakeBridge first, second{.run = 88};
+    asker.receive(first.answer(*request));
+    std::optional<BridgeAnswer> answer;
+    for (int i = 0; i < 50 && !answer; ++i) {
+      if (const auto again = asker.tick(now += 20 * kMillisecond)) {
+        EXPECT_EQ(again->request, request->request);
+        asker.receive(first.answer(*again));
+        asker.receive(second.answer(*again));
+      }
+      answer = asker.take_answer();
+    }
+    ASSERT_TRUE(answer);
+    EXPECT_TRUE(answer->accepted);
+    EXPECT_EQ(answer->text(), "armed, speed 100 %, path rate 0 %; armed, speed 100 %, path rate 0 %");
+    EXPECT_EQ(second.done, std::vector<int8_t>{kind});
+  }
+}
+
+TEST(BridgeAsker, AsksNothingElseOfTwoBridges) {
+  for (const int8_t kind :
+       {bridge_request_t::ENABLE, bridge_request_t::RESUME, bridge_request_t::RESET, bridge_request_t::SPEED}) {
+    BridgeAsker asker(1000);
+    FakeBridge first, second{.run = 88};
+    asker.ask("enable", kind, 0.5);
+    std::optional<BridgeAnswer> answer;
+    for (int64_t now = 0; now < 1000 * kMillisecond && !answer; now += 20 * kMillisecond) {
+      if (const auto request = asker.tick(now)) {
+        EXPECT_EQ(request->kind, bridge_request_t::STATUS);
+        asker.receive(first.answer(*request));
+        asker.receive(second.answer(*request));
+      }
+      answer = asker.take_answer();
+    }
+    ASSERT_TRUE(answer);
+    EXPECT_FALSE(answer->accepted);
+    EXPECT_NE(answer->problem.find("2 bridges answer"), std::string::npos) << answer->text();
+    EXPECT_TRUE(first.done.empty() && second.done.empty());
+  }
+}
+
+TEST(BridgeAsker, SaysThatTheRobotIsMissing) {
+  for (const int8_t kind :
+       {bridge_request_t::ENABLE, bridge_request_t::RESUME, bridge_request_t::RESET, bridge_request_t::SPEED}) {
+    BridgeAsker asker(1000);
+    FakeBridge bridge;
+    int64_t now = 0;
+    asker.ask("reset", kind, 1);
+    const auto answer = converse(asker, bridge, now, false);
+    ASSERT_TRUE(answer);
+    EXPECT_FALSE(answer->accepted);
+    EXPECT_NE(answer->problem.find("no ROBOT_STATE arrives"), std::string::npos) << answer->text();
+    EXPECT_EQ(bridge.done, std::vector<int8_t>{kind});
+  }
 }
 
 TEST(BridgeAsker, RepeatsARequestThatWasLostUnderTheSameNumber) {
@@ -57,7 +129,8 @@ TEST(BridgeAsker, RepeatsARequestThatWasLostUnderTheSameNumber) {
   int64_t now = 0;
   asker.ask("enable", bridge_request_t::ENABLE);
   asker.receive(bridge.answer(*asker.tick(now)));
-  const auto first = asker.tick(now);
+  (void)asker.tick(now);
+  const auto first = asker.tick(now += BridgeAsker::kOthersAnswer);
   ASSERT_TRUE(first);
   EXPECT_EQ(first->kind, bridge_request_t::ENABLE);
   EXPECT_EQ(first->run, kBridge);
@@ -79,7 +152,7 @@ TEST(BridgeAsker, SaysWhenThereIsNoBridge) {
   }
   ASSERT_TRUE(answer);
   EXPECT_FALSE(answer->accepted);
-  EXPECT_EQ(answer->text, "no answer; is the bridge running?");
+  EXPECT_NE(answer->text().find("no answer; is multireach-bridge running"), std::string::npos);
 }
 
 TEST(BridgeAsker, PassesARefusalOn) {
@@ -90,7 +163,7 @@ TEST(BridgeAsker, PassesARefusalOn) {
   const auto answer = converse(asker, bridge, now);
   ASSERT_TRUE(answer);
   EXPECT_FALSE(answer->accepted);
-  EXPECT_NE(answer->text.find("there is no fault"), std::string::npos) << answer->text;
+  EXPECT_NE(answer->text().find("there is no fault"), std::string::npos) << answer->text();
 }
 
 TEST(BridgeAsker, AsksABridgeAgainThatWasRestarted) {
@@ -100,11 +173,11 @@ TEST(BridgeAsker, AsksABridgeAgainThatWasRestarted) {
   asker.ask("status", bridge_request_t::STATUS);
   ASSERT_TRUE(converse(asker, bridge, now));
   bridge.run = 88;
-  asker.ask("pause", bridge_request_t::PAUSE);
+  asker.ask("resume", bridge_request_t::RESUME);
   const auto answer = converse(asker, bridge, now);
   ASSERT_TRUE(answer);
-  EXPECT_TRUE(answer->accepted) << answer->text;
-  EXPECT_EQ(bridge.done, std::vector<int8_t>{bridge_request_t::PAUSE});
+  EXPECT_TRUE(answer->accepted) << answer->text();
+  EXPECT_EQ(bridge.done, std::vector<int8_t>{bridge_request_t::RESUME});
 }
 
 TEST(BridgeAsker, NothingThatWasAskedBeforeAStopFollowsIt) {
@@ -125,7 +198,7 @@ TEST(BridgeAsker, NothingThatWasAskedBeforeAStopFollowsIt) {
 
 TEST(BridgeAsker, WaitsForNoMoreThanAFew) {
   BridgeAsker asker(1000);
-  for (int i = 0; i < 17; ++i) asker.ask("pause", bridge_request_t::PAUSE);
+  for (int i = 0; i < 17; ++i) asker.ask("resume", bridge_request_t::RESUME);
   const auto answer = asker.take_answer();
   ASSERT_TRUE(answer);
   EXPECT_FALSE(answer->accepted);

@@ -79,6 +79,7 @@ Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> byt
       keep(channel, "", bytes);
     }
   } else {
+    if (channel == channel::kRobotState) asker_.receive_robot_state();
     ++counters_.received;
     keep(channel, "", bytes);
   }
@@ -171,7 +172,7 @@ void PageNode::handle_request(const nlohmann::json& request, Outbox& out) {
 void PageNode::ask_bridge(Outbox& out) {
   if (const auto request = asker_.tick(next_tick_us_)) send(out, channel::kBridgeRequest, *request);
   while (const auto answer = asker_.take_answer()) {
-    this->answer(answer->word, answer->accepted, answer->text);
+    this->answer(answer->word, answer->accepted, answer->text());
   }
   // A bridge that sends no commands says its state only when asked.
   if (!watched() || ticks_ % (kSecond / kTickUs) != 0) return;

@@ -5,10 +5,10 @@
 
 #include "imaging/image_codec.hpp"
 #include "runtime/node.hpp"
-#include "tools/page/bridge_asker.hpp"
 #include "tools/page/browsers.hpp"
 #include "tools/page/course.hpp"
 #include "tools/page/touch.hpp"
+#include "tools/robot/bridge_asker.hpp"
 
 namespace multireach {
 

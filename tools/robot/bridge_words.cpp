@@ -31,9 +31,8 @@ std::string text_of(const bridge_state_t& state) {
   return text + fmt::format(", speed {:.0f} %, path rate {:.0f} %", 100 * state.speed, 100 * state.path_rate);
 }
 
-int64_t run_asked(int8_t kind, int64_t answering_run) {
-  const bool stops = kind == bridge_request_t::DISABLE || kind == bridge_request_t::PAUSE;
-  return stops ? bridge_request_t::ALL : answering_run;
+bool asks_all(int8_t kind) {
+  return kind == bridge_request_t::DISABLE || kind == bridge_request_t::PAUSE;
 }
 
 bool asks_to_move(int8_t kind) {

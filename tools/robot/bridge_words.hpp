@@ -19,8 +19,8 @@ std::span<const BridgeWord> bridge_words();
 
 /// "running, speed 100 %, path rate 100 %", with the cause where there is one.
 std::string text_of(const bridge_state_t& state);
-/// The run for a request of this kind: of the bridge that answered, or of all bridges to stop.
-int64_t run_asked(int8_t kind, int64_t answering_run);
+/// Whether a request of this kind, to stop or to pause, is for every bridge.
+bool asks_all(int8_t kind);
 /// Whether a request of this kind asks for motion, which needs a robot that is there.
 bool asks_to_move(int8_t kind);
 /// Why the bridge refused a request of this kind.

@@ -227,7 +227,7 @@ Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
     send(out, channel::kTarget, last_[k]);
     send(out, channel::kTrackerState, tracker_state_message(k));
   }
-  if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.missing_before(frames.pair_sequence());
+  if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.newly_lost(frames.pair_sequence());
   send_debug_picture(frames, out);
   return {Receipt::Effect::kConsumed, frames.utime(), frames.pair_sequence()};
 }

@@ -40,7 +40,11 @@ void EmulatorNode::tick(Outbox& out) {
   utime_ += kTickUs;
   if (emulator_->fault() == reported_) return;
   reported_ = emulator_->fault();
-  spdlog::info("the emulated robot {}", reported_.empty() ? "runs" : "has stopped: " + reported_);
+  if (reported_.empty()) {
+    spdlog::info("the emulated robot runs");
+  } else {
+    spdlog::warn("the emulated robot has stopped: {}", reported_);
+  }
 }
 
 std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverConfig& config) {

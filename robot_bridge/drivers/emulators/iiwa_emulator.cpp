@@ -51,6 +51,7 @@ void IiwaEmulator::receive(size_t, std::span<const uint8_t> bytes, const Time& n
   if (command->num_joints != chain_.size() || command->num_torques != 0)
     return end("a command with a wrong number of joints");
   const JointVector wanted = Eigen::Map<const Eigen::VectorXd>(command->joint_position.data(), chain_.size());
+  if (!wanted.allFinite()) return end("a command that is not finite");
   wanted_ = wanted.cwiseMax((chain_.lower().array() + kLimitMargin).matrix())
                 .cwiseMin((chain_.upper().array() - kLimitMargin).matrix());
 }

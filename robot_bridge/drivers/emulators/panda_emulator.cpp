@@ -1,6 +1,5 @@
 #include "robot_bridge/drivers/emulators/panda_emulator.hpp"
 
-#include <cstdlib>
 #include <drake/lcmt_panda_command.hpp>
 #include <drake/lcmt_panda_status.hpp>
 
@@ -55,7 +54,9 @@ void PandaEmulator::receive(size_t, std::span<const uint8_t> bytes, const Time&,
   if (command->num_joint_position != chain_.size() || command->num_joint_velocity != 0 ||
       command->num_joint_torque != 0)
     return end("a command with other arrays than joint positions");
-  wanted_ = Eigen::Map<const Eigen::VectorXd>(command->joint_position.data(), chain_.size());
+  const JointVector wanted = Eigen::Map<const Eigen::VectorXd>(command->joint_position.data(), chain_.size());
+  if (!wanted.allFinite()) return end("a command that is not finite");
+  wanted_ = wanted;
   wanted_utime_ = command->utime;
 }
 
@@ -74,7 +75,7 @@ JointVector PandaEmulator::fastest(bool upwards) const {
 }
 
 void PandaEmulator::control(const Time& now) {
-  const bool expired = !wanted_ || std::llabs(now.wall_us - wanted_utime_) > kExpires;
+  const bool expired = !wanted_ || wanted_utime_ < now.wall_us - kExpires || wanted_utime_ > now.wall_us + kExpires;
   // The filter starts from the robot's last set-point, after the limiter.
   const JointVector target = expired ? desired_ : *wanted_;
   const JointVector wanted_velocity = kFilterGain / kDt * (target - desired_);

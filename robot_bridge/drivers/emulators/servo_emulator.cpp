@@ -11,6 +11,9 @@ constexpr double kStepsPerRad = 4096 / (2 * std::numbers::pi);
 constexpr double kServo = 50;  // rad/s, assumed
 constexpr int64_t kBootMs = 300;
 constexpr uint8_t kRangeError = 4, kAlert = 0x80, kOverloadBit = 32;
+constexpr int kLimits = 44, kVelocityLimit = 1023;  // of Dynamixel
+constexpr uint8_t kFeetechLimits = 9;
+constexpr int kFeetechOthers = 140 << 8 | 70;             // largest voltage, 0.1 V, and temperature, degrees Celsius
 constexpr int kTorque = 64, kWatchdog = 98, kGoal = 116;  // of Dynamixel
 constexpr uint8_t kFeetechTorque = 40, kFeetechGoal = 42;
 constexpr double kDynamixelSpeed = 0.229 * 2 * std::numbers::pi / 60;  // rad/s of one unit
@@ -51,7 +54,7 @@ void ServoEmulator::clear_overload(int motor) {
 }
 
 void ServoEmulator::restart() {
-  std::ranges::fill(motors_, Motor{});
+  for (Motor& motor : motors_) boot(motor);
   fault_.clear();
   answers_.clear();
   answers_from_ms_ = ms_ + kBootMs;
@@ -83,7 +86,7 @@ void DynamixelEmulator::write(int motor, int address, int value) {
         {static_cast<uint8_t>(options_.motor_ids[static_cast<size_t>(motor)]), dynamixel::kStatus, {kRangeError}}));
     return;
   }
-  at.goal = value;
+  if (value >= at.lowest && value <= at.highest) at.goal = value;
 }
 
 void DynamixelEmulator::receive(size_t, std::span<const uint8_t> bytes, const Time&, WireOutbox&) {
@@ -99,19 +102,25 @@ void DynamixelEmulator::receive(size_t, std::span<const uint8_t> bytes, const Ti
       for (size_t at = 4; at + block <= p.size(); at += block) {
         if (const int motor = index_of(p[at]); motor >= 0) write(motor, address, dynamixel::get(p, at + 1, size));
       }
-    } else if (packet->instruction == dynamixel::kSyncRead) {
+    } else if (packet->instruction == dynamixel::kSyncRead && p.size() >= 4) {
       for (size_t at = 4; at < p.size(); ++at) {
         const int motor = index_of(p[at]);
         if (motor < 0) continue;
         dynamixel::Packet status{p[at], dynamixel::kStatus, {}};
         status.parameters.push_back(motors_[static_cast<size_t>(motor)].overload ? kAlert : 0);
-        dynamixel::put(status.parameters, std::lround(velocity(motor) / kDynamixelSpeed), 4);
-        dynamixel::put(status.parameters, steps(motor), 4);
+        const Motor& read = motors_[static_cast<size_t>(motor)];
+        if (dynamixel::get(p, 0, 2) == kLimits) {
+          for (const int value : {kVelocityLimit, read.highest, read.lowest})
+            dynamixel::put(status.parameters, value, 4);
+        } else {
+          dynamixel::put(status.parameters, std::lround(velocity(motor) / kDynamixelSpeed), 4);
+          dynamixel::put(status.parameters, steps(motor), 4);
+        }
         answer(dynamixel::encode(status));
       }
     } else if (packet->instruction == dynamixel::kReboot) {
       if (const int motor = index_of(packet->id); motor >= 0) {
-        motors_[static_cast<size_t>(motor)] = Motor{};
+        boot(motors_[static_cast<size_t>(motor)]);
         clear_overload(motor);
       }
     }
@@ -130,7 +139,8 @@ void FeetechEmulator::receive(size_t, std::span<const uint8_t> bytes, const Time
         if (motor < 0) continue;
         Motor& written = motors_[static_cast<size_t>(motor)];
         if (p[0] == kFeetechGoal && p[1] == 2)
-          written.goal = feetech::from_sign_magnitude(static_cast<uint16_t>(p[at + 1] | p[at + 2] << 8));
+          written.goal = std::clamp(feetech::from_sign_magnitude(static_cast<uint16_t>(p[at + 1] | p[at + 2] << 8)),
+                                    written.lowest, written.highest);
         if (p[0] == kFeetechTorque && p[1] == 1 && p[at + 1] == 0) clear_overload(motor);
         if (p[0] == kFeetechTorque && p[1] == 1) written.torque = p[at + 1] == 1 && !written.overload;
       }
@@ -139,7 +149,11 @@ void FeetechEmulator::receive(size_t, std::span<const uint8_t> bytes, const Time
         const int motor = index_of(p[at]);
         if (motor < 0) continue;
         feetech::Packet status{p[at], motors_[static_cast<size_t>(motor)].overload ? kOverloadBit : uint8_t{0}, {}};
-        for (const int value : {steps(motor), static_cast<int>(std::lround(velocity(motor) * kStepsPerRad))}) {
+        const Motor& read = motors_[static_cast<size_t>(motor)];
+        const auto speed = static_cast<int>(std::lround(velocity(motor) * kStepsPerRad));
+        const auto words = p[0] == kFeetechLimits ? std::vector<int>{read.lowest, read.highest, kFeetechOthers}
+                                                  : std::vector<int>{steps(motor), speed};
+        for (const int value : words) {
           const uint16_t word = feetech::sign_magnitude(value);
           status.parameters.push_back(static_cast<uint8_t>(word));
           status.parameters.push_back(static_cast<uint8_t>(word >> 8));

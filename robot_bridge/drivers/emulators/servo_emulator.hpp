@@ -25,14 +25,22 @@ class ServoEmulator : public Emulator {
   void restart() override;
   const JointVector& position() const override { return joints_.position; }
   const std::string& fault() const override { return fault_; }
+  /// Writes a motor's position limits, steps, as a manufacturer's tool does.
+  void set_limits(int motor, int lowest, int highest) {
+    motors_[static_cast<size_t>(motor)].lowest = lowest;
+    motors_[static_cast<size_t>(motor)].highest = highest;
+  }
 
  protected:
   struct Motor {
+    int lowest = 0, highest = 4095;  // position limits in its EEPROM, steps
     bool torque = false, overload = false;
     int goal = 0;
     int watchdog = 0;  // of Dynamixel: units of 20 ms; -1: expired
   };
 
+  /// Switches a motor off and on: its EEPROM keeps its limits.
+  static void boot(Motor& motor) { motor = {.lowest = motor.lowest, .highest = motor.highest}; }
   /// Index of the motor with this id, or -1.
   int index_of(int id) const;
   int steps(int motor) const;        ///< measured position
@@ -53,7 +61,7 @@ class ServoEmulator : public Emulator {
   int64_t answers_from_ms_ = 0;
 };
 
-/// Dynamixel X series: watchdog, hardware error, reboot.
+/// Dynamixel X series: watchdog, hardware error, reboot. Goals beyond a motor's limits are ignored.
 class DynamixelEmulator : public ServoEmulator {
  public:
   using ServoEmulator::ServoEmulator;
@@ -64,7 +72,8 @@ class DynamixelEmulator : public ServoEmulator {
   dynamixel::Stream stream_;
 };
 
-/// Feetech STS3215: no watchdog; an overload ends when the torque is switched off.
+/// Feetech STS3215: no watchdog; an overload ends when the torque is switched off. Goals beyond a motor's limits are
+/// clamped.
 class FeetechEmulator : public ServoEmulator {
  public:
   using ServoEmulator::ServoEmulator;

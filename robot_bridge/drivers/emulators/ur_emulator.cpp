@@ -176,6 +176,7 @@ void UrEmulator::step_program() {
   program.last_count = integers_[0];
   if (integers_[1] == 1) {
     const JointVector wanted = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(doubles_.data());
+    if (!wanted.allFinite()) return protective_stop("servoj: a position that is not finite");
     const JointVector largest = kStepMargin * step_s() * chain_.velocity();
     if (((wanted - target_).cwiseAbs() - largest).maxCoeff() > 0) return protective_stop("servoj: a step too far");
     target_ = wanted;

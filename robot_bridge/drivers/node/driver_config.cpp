@@ -110,6 +110,8 @@ void add_servo_keys(ConfigKeys<DriverConfig>& keys) {
 ServoOptions servo_options(const RobotConfig& robot, const DriverConfig& config) {
   ServoOptions options = config.servo;
   const auto joints = static_cast<size_t>(robot.chain.size());
+  options.lower = robot.chain.lower();
+  options.upper = robot.chain.upper();
   for (size_t i = 0; config.servo.motor_ids.empty() && i < joints; ++i)
     options.motor_ids.push_back(static_cast<int>(i) + 1);
   const auto fits = [&](const auto& values) { return values.empty() || values.size() == joints; };

@@ -2,8 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
-#include <cstdlib>
-#include <multireach/bridge_request_t.hpp>
+#include <algorithm>
+#include <multireach/bridge_state_t.hpp>
+#include <utility>
 
 #include "kinematics/default_limits.hpp"
 #include "runtime/channels.hpp"
@@ -15,6 +16,8 @@ namespace {
 constexpr double kImpossible = 1e6;       // rad or m, rad/s or m/s
 constexpr double kLimitTolerance = 1e-6;  // rad or m
 constexpr int64_t kMaxAge = 1000000;      // us, from images whose time is the wall clock's to their commands
+constexpr int64_t kGone = 1000000;        // us: a bridge or robot that was not heard for so long
+constexpr size_t kMostHeard = 16;
 
 bool is_valid(const std::optional<JointVector>& values) {
   return values && values->allFinite() && values->cwiseAbs().maxCoeff() < kImpossible;
@@ -32,14 +35,16 @@ DriverNode::DriverNode(const RobotConfig& robot, std::unique_ptr<Driver> driver,
       options_(options),
       wall_clock_(std::move(wall_clock)),
       state_period_us_(robot.state_period_us),
-      joint_names_(joint_names(robot.chain)) {
+      joint_names_(joint_names(robot.chain)),
+      follower_(limits_, options.command_timeout_us) {
   if (!options.simulated) return;
   WireOutbox wire;  // a driver that is enabled before it is connected has nothing to send yet
   driver_->enable(now(), wire);
 }
 
 std::vector<std::string_view> DriverNode::inputs() const {
-  std::vector<std::string_view> channels{channel::kJointCommand, channel::kBridgeRequest};
+  std::vector<std::string_view> channels{channel::kJointCommand, channel::kBridgeRequest, channel::kBridgeState,
+                                         channel::kRobotState};
   port_.append_inputs(channels);
   return channels;
 }
@@ -49,6 +54,10 @@ Receipt DriverNode::receive(std::string_view channel, std::span<const uint8_t> b
     receive_command(bytes, out);
   } else if (channel == channel::kBridgeRequest) {
     receive_request(bytes, out);
+  } else if (channel == channel::kBridgeState) {
+    receive_bridge_state(bytes);
+  } else if (channel == channel::kRobotState) {
+    receive_robot_state(bytes);
   } else {
     ++counters_.received;
     port_.receive(channel, bytes, now(), out);
@@ -56,8 +65,18 @@ Receipt DriverNode::receive(std::string_view channel, std::span<const uint8_t> b
   return {Receipt::Effect::kConsumed};
 }
 
-/// Why a command of the followed bridge is refused; null when it is not.
-const char* DriverNode::fault_of(const joint_command_t& command, JointVector& position, JointVector& velocity) const {
+/// Whether a command's time is now: commands that follow from recorded images have another. The wall clock is asked
+/// only where the commands begin, or their own time steps: a step of the clock must not end a motion.
+bool DriverNode::is_of_now(const joint_command_t& command) const {
+  if (options_.simulated || options_.accept_recorded) return true;
+  const int64_t expected =
+      follower_.following() ? commanded_utime_ + (utime_ - commanded_us_) : std::max<int64_t>(0, wall_clock_());
+  return command.utime > expected - kMaxAge && command.utime < expected + kMaxAge;
+}
+
+/// Why a command is refused; null when it is not.
+const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& position, JointVector& velocity) {
+  if (const char* refusal = commands_.refusal_of(command, run(), utime_)) return refusal;
   const auto positions = from_fields(chain_, command.joint_name, command.joint_position);
   const auto velocities = from_fields(chain_, command.joint_name, command.joint_velocity);
   if (!is_valid(positions) || !is_valid(velocities) || !plausible_utime(command.utime))
@@ -67,11 +86,11 @@ const char* DriverNode::fault_of(const joint_command_t& command, JointVector& po
   if (chain_.limit_excess(position) > kLimitTolerance) return "refused a command beyond the joints' limits";
   if (driver_->status().phase != DriverStatus::Phase::kReady || !reading_)
     return "refused commands while the robot is not ready";
-  if (ramp_) return "refused commands while the arm decelerates";
-  if (!options_.simulated && !options_.accept_recorded && std::abs(command.utime - now().wall_us) > kMaxAge)
+  if (follower_.stopping()) return "refused commands while the arm decelerates";
+  if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
-  if (!commanded_ && (position - reading_->position).cwiseAbs().maxCoeff() > options_.max_start_distance)
+  if (!follower_.following() && (position - reading_->position).cwiseAbs().maxCoeff() > options_.max_start_distance)
     return "refused commands that begin far from the arm";
   return nullptr;
 }
@@ -79,38 +98,69 @@ const char* DriverNode::fault_of(const joint_command_t& command, JointVector& po
 void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
   const auto command = decode_and_count<joint_command_t>(bytes);
   if (!command) return;
-  const bool accepted = commands_.accepts(*command, run(), utime_);
-  counters_.dropped = commands_.missing();
   JointVector position, velocity;
-  const char* refusal = accepted ? fault_of(*command, position, velocity) : commands_.refusal();
+  const char* refusal = refusal_of(*command, position, velocity);
+  counters_.dropped = commands_.missing();
   if (refusal) {
     ++counters_.refused;
     refusal_ = refusal;
     return;
   }
-  if (!commanded_) blend_.emplace(limits_, reading_->position - position, command->utime);
-  if (blend_) blend_->apply(command->utime, position, velocity);
-  if (blend_ && blend_->over(command->utime)) blend_.reset();
-  const double seconds = static_cast<double>(command->utime - commanded_utime_) * 1e-6;
-  JointVector acceleration = JointVector::Zero(chain_.size());
-  if (commanded_ && seconds > 0 && seconds < 0.01) {
-    acceleration = ((velocity - commanded_->velocity) / seconds).cwiseMax(-limits_.acceleration);
-    acceleration = acceleration.cwiseMin(limits_.acceleration).eval();
-  }
-  commanded_ = robot_bridge::MotionState{position, velocity, acceleration};
+  commands_.obey(*command, utime_);
+  const auto& state = follower_.command(position, velocity, command->utime, reading_->position, utime_);
   commanded_utime_ = command->utime;
   commanded_us_ = utime_;
   command_sequence_ = command->sequence;
+  pass_on(state, command->utime, out);
+}
+
+/// The one place that commands the robot.
+void DriverNode::pass_on(const robot_bridge::MotionState& state, int64_t utime, Outbox& out) {
+  if (!state.position.allFinite() || !state.velocity.allFinite()) return;
   WireOutbox wire;
-  driver_->command(position, velocity, command->utime, now(), wire);
+  driver_->command(state.position, state.velocity, utime, now(), wire);
   port_.send(wire, now(), out);
+}
+
+void DriverNode::receive_bridge_state(std::span<const uint8_t> bytes) {
+  const auto state = decode_and_count<bridge_state_t>(bytes);
+  if (state && (bridges_.size() < kMostHeard || bridges_.contains(state->run)))
+    bridges_[state->run] = {utime_, state->robot_run};
+}
+
+void DriverNode::receive_robot_state(std::span<const uint8_t> bytes) {
+  const auto state = decode_and_count<robot_state_t>(bytes);
+  if (state && state->run != run() && (robots_.size() < kMostHeard || robots_.contains(state->run)))
+    robots_[state->run] = {utime_, state->run};
+}
+
+/// A bridge that follows a robot which is there means that one. Before this driver's first ROBOT_STATE, and after a
+/// restart, its bridge knows no robot or one that has gone.
+bool DriverNode::means_this_robot(const Heard& bridge) const {
+  return bridge.robot_run == run() || !robots_.contains(bridge.robot_run);
+}
+
+/// Why a request to enable or to reset is not obeyed; null when it is.
+const char* DriverNode::refusal_of(const bridge_request_t& request) const {
+  constexpr const char* kOther = "refused a request to another bridge";
+  if (follower_.following()) return request.run == commands_.bridge_run() ? nullptr : kOther;
+  const auto asked = bridges_.find(request.run);
+  if (asked == bridges_.end() || !means_this_robot(asked->second)) return kOther;
+  const auto meant = std::ranges::count_if(bridges_, [&](const auto& each) { return means_this_robot(each.second); });
+  return meant > 1 ? "refused a request, as two bridges are running for this robot" : nullptr;
 }
 
 void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto request = decode_and_count<bridge_request_t>(bytes);
   if (!request || (request->request != 0 && request->request == request_)) return;
-  const bool other_bridge = commanded_ && request->run != commands_.bridge_run();
-  if (other_bridge || (request->kind != bridge_request_t::ENABLE && request->kind != bridge_request_t::RESET)) return;
+  if (request->kind != bridge_request_t::ENABLE && request->kind != bridge_request_t::RESET) return;
+  for (auto* heard : {&bridges_, &robots_})
+    std::erase_if(*heard, [&](const auto& each) { return utime_ - each.second.us > kGone; });
+  if (const char* refusal = refusal_of(*request)) {
+    ++counters_.refused;
+    refusal_ = refusal;
+    return;
+  }
   request_ = request->request;
   WireOutbox wire;
   if (request->kind == bridge_request_t::ENABLE) {
@@ -121,26 +171,11 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   port_.send(wire, now(), out);
 }
 
-/// Decelerates the arm when its commands end.
+/// Decelerates the arm where commands are missing.
 void DriverNode::watch_commands(Outbox& out) {
-  if (driver_->status().phase != DriverStatus::Phase::kReady) {
-    commanded_.reset();
-    ramp_.reset();
-    return;
-  }
-  if (!commanded_ || utime_ - commanded_us_ <= options_.command_timeout_us) return;
-  if (!ramp_) {
-    ramp_.emplace(limits_, *commanded_);
-    commanded_us_ = utime_ - options_.command_timeout_us - kTickUs;
-  }
-  const int64_t elapsed = utime_ - commanded_us_ - options_.command_timeout_us;
-  const robot_bridge::MotionState& state = ramp_->at(static_cast<double>(elapsed) * 1e-6);
-  WireOutbox wire;
-  driver_->command(state.position, state.velocity, commanded_utime_ + elapsed, now(), wire);
-  port_.send(wire, now(), out);
-  if (!ramp_->at_rest()) return;
-  ramp_.reset();
-  commanded_.reset();
+  if (driver_->status().phase != DriverStatus::Phase::kReady) return follower_.forget();
+  int64_t utime = 0;
+  if (const auto* state = follower_.missing(utime_, utime)) pass_on(*state, utime, out);
 }
 
 /// The one place that makes a ROBOT_STATE.
@@ -174,6 +209,8 @@ void DriverNode::tick(Outbox& out) {
   const bool ready = driver_->status().phase != DriverStatus::Phase::kWaiting;
   const bool due = utime_ - published_us_ + kTickUs >= state_period_us_;  // a reading may be a tick early
   if (ready && fresh && due) publish_reading(out);
+  const RefusedMessages refused = driver_->refused();
+  counters_.refused += refused.count - std::exchange(driver_refused_, refused.count);
   report_status();
   utime_ += kTickUs;
 }
@@ -192,8 +229,9 @@ void DriverNode::report_status() {
 std::string DriverNode::state() const {
   const DriverStatus status = driver_->status();
   std::string text = status.phase == DriverStatus::Phase::kFault ? "fault: " + status.text : status.text;
-  if (commanded_) text += ramp_ ? ", decelerating" : ", following";
+  if (follower_.following()) text += follower_.stopping() ? ", decelerating" : ", following";
   if (!refusal_.empty()) text += ", " + refusal_;
+  if (const RefusedMessages refused = driver_->refused(); refused.count > 0) text += "; " + refused.text;
   return text;
 }
 

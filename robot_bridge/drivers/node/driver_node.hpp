@@ -1,30 +1,32 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
+#include <multireach/bridge_request_t.hpp>
 #include <multireach/joint_command_t.hpp>
 #include <multireach/robot_state_t.hpp>
 #include <optional>
 
+#include "robot_bridge/drivers/command_follower.hpp"
 #include "robot_bridge/drivers/driver.hpp"
 #include "robot_bridge/drivers/node/wire_port.hpp"
-#include "robot_bridge/drivers/start_blend.hpp"
-#include "robot_bridge/drivers/stop_ramp.hpp"
 #include "runtime/command_filter.hpp"
 #include "runtime/robot_config.hpp"
 
 namespace multireach::drivers {
 
 struct DriverNodeOptions {
-  int64_t command_timeout_us = 20000;  ///< without a command for this long, the driver decelerates the arm
-  double max_start_distance = 0.3;     ///< rad or m: largest distance of the first command from the measured position
-  bool simulated = false;              ///< the robot is emulated
-  bool accept_recorded = false;        ///< also obey commands that follow from recorded images, whose time is not now
+  /// Without a command for this long, the arm decelerates to standstill before commands are followed again.
+  int64_t command_timeout_us = 20000;
+  double max_start_distance = 0.3;  ///< rad or m: largest distance of the first command from the measured position
+  bool simulated = false;           ///< the robot is emulated
+  bool accept_recorded = false;     ///< also obey commands that follow from recorded images, whose time is not now
 };
 
-/// A robot's driver with its messages: receives JOINT_COMMAND and BRIDGE_REQUEST, sends ROBOT_STATE while the robot
-/// obeys commands. It passes the commands of one bridge on, and adds two things: the deceleration after they ended,
-/// and, where they begin at another position than the arm's, a smooth transition from the arm to them.
+/// A robot's driver with its messages: receives JOINT_COMMAND, BRIDGE_REQUEST and BRIDGE_STATE, sends ROBOT_STATE while
+/// the robot obeys commands. It passes the commands of one bridge on, and adds two things: a deceleration where
+/// commands are missing, and a smooth transition to commands that begin elsewhere (CommandFollower).
 class DriverNode : public Node {
  public:
   /// `wall_clock`: microseconds since 1970.
@@ -44,11 +46,23 @@ class DriverNode : public Node {
   static constexpr int64_t kTickUs = 1000;
 
  private:
+  /// When another process was heard last.
+  struct Heard {
+    int64_t us = 0;
+    int64_t robot_run = 0;  ///< of the robot that a bridge commands, or would
+  };
+
   Time now() const { return {utime_, wall_clock_()}; }
   void receive_command(std::span<const uint8_t> bytes, Outbox& out);
   void receive_request(std::span<const uint8_t> bytes, Outbox& out);
-  const char* fault_of(const joint_command_t& command, JointVector& position, JointVector& velocity) const;
+  void receive_bridge_state(std::span<const uint8_t> bytes);
+  void receive_robot_state(std::span<const uint8_t> bytes);
+  bool means_this_robot(const Heard& bridge) const;
+  const char* refusal_of(const joint_command_t& command, JointVector& position, JointVector& velocity);
+  bool is_of_now(const joint_command_t& command) const;
+  const char* refusal_of(const bridge_request_t& request) const;
   void watch_commands(Outbox& out);
+  void pass_on(const robot_bridge::MotionState& state, int64_t utime, Outbox& out);
   void publish_reading(Outbox& out);
   void report_status();
 
@@ -63,12 +77,12 @@ class DriverNode : public Node {
 
   int64_t utime_ = 0;
   CommandFilter commands_;
-  std::string refusal_;  // of the newest refused command
+  std::string refusal_;         // of the newest refused command or request
+  int64_t driver_refused_ = 0;  // messages of the robot, as counted in counters_.refused
   int64_t request_ = 0;
-  std::optional<robot_bridge::MotionState> commanded_;  // the last command, while the arm follows commands
-  int64_t commanded_us_ = 0, commanded_utime_ = 0, command_sequence_ = -1;
-  std::optional<StopRamp> ramp_;
-  std::optional<StartBlend> blend_;
+  std::map<int64_t, Heard> bridges_, robots_;  // by run; other robots than this one
+  CommandFollower follower_;
+  int64_t commanded_us_ = 0, commanded_utime_ = 0, command_sequence_ = -1;  // of the last command
   std::optional<Reading> reading_;
   int64_t sequence_ = 0, published_us_ = INT64_MIN / 2;
   std::string reported_;

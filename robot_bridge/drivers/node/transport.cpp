@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "runtime/files.hpp"
@@ -21,6 +22,7 @@ namespace multireach::drivers {
 namespace {
 
 constexpr int64_t kRetryPeriod = 500000;         // us
+constexpr int64_t kConnectTimeout = 3000000;     // us; the kernel's own takes two minutes
 constexpr size_t kMaxPending = size_t{1} << 16;  // bytes that the other side has not taken yet
 
 /// A file descriptor that never blocks.
@@ -42,7 +44,7 @@ class DescriptorTransport : public Transport {
   bool send(std::span<const uint8_t> bytes) override {
     pending_.insert(pending_.end(), bytes.begin(), bytes.end());
     while (!pending_.empty()) {
-      const ssize_t count = ::write(descriptor_, pending_.data(), pending_.size());
+      const ssize_t count = write_some();
       if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) break;
       if (count <= 0) return false;
       pending_.erase(pending_.begin(), pending_.begin() + count);
@@ -61,6 +63,13 @@ class DescriptorTransport : public Transport {
 
   int descriptor_ = -1;
   std::vector<uint8_t> pending_;
+
+ private:
+  /// Without the signal SIGPIPE, which would end the process, when the other side has closed a socket.
+  ssize_t write_some() const {
+    const ssize_t count = ::send(descriptor_, pending_.data(), pending_.size(), MSG_NOSIGNAL);
+    return count < 0 && errno == ENOTSOCK ? ::write(descriptor_, pending_.data(), pending_.size()) : count;
+  }
 };
 
 void set_no_delay(int socket) {
@@ -86,7 +95,10 @@ class TcpClient : public DescriptorTransport {
     connected_ = false;
     if (descriptor_ >= 0) {
       pollfd state{descriptor_, POLLOUT, 0};
-      if (::poll(&state, 1, 0) == 0) return false;
+      if (::poll(&state, 1, 0) == 0) {
+        if (now_us - next_attempt_us_ > kConnectTimeout - kRetryPeriod) close_descriptor();
+        return false;
+      }
       int error = 0;
       socklen_t size = sizeof error;
       ::getsockopt(descriptor_, SOL_SOCKET, SO_ERROR, &error, &size);
@@ -202,17 +214,22 @@ class PseudoTerminal : public DescriptorTransport {
     descriptor_ = ::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (descriptor_ < 0 || ::grantpt(descriptor_) != 0 || ::unlockpt(descriptor_) != 0)
       throw InputError(std::string("no pseudo-terminal can be made: ") + strerror(errno));
-    const char* device = ::ptsname(descriptor_);
+    device_ = ::ptsname(descriptor_);
     // Kept open, so that the terminal persists while no driver has opened it.
-    slave_ = ::open(device, O_RDWR | O_NOCTTY | O_CLOEXEC);
+    slave_ = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
     set_raw(slave_, B1000000);
-    ::unlink(path_.c_str());
-    if (::symlink(device, path_.c_str()) != 0)
-      throw InputError("'" + path_ + "' cannot be made a link to the pseudo-terminal: " + strerror(errno));
+    if (is_left_behind()) ::unlink(path_.c_str());
+    if (::symlink(device_.c_str(), path_.c_str()) == 0) return;
+    const int error = errno;
+    ::close(slave_);
+    throw InputError("the emulated serial port cannot be made: '" + path_ + "'" +
+                     (error == EEXIST ? " exists" : std::string(": ") + strerror(error)) +
+                     "; --device names another path, for emulator and driver");
   }
   ~PseudoTerminal() override {
     ::close(slave_);
-    ::unlink(path_.c_str());
+    std::error_code error;
+    if (std::filesystem::read_symlink(path_, error) == device_) ::unlink(path_.c_str());
   }
   PseudoTerminal(const PseudoTerminal&) = delete;
   PseudoTerminal& operator=(const PseudoTerminal&) = delete;
@@ -221,7 +238,14 @@ class PseudoTerminal : public DescriptorTransport {
   void close() override {}
 
  private:
-  std::string path_;
+  /// Whether the path is a link to a pseudo-terminal that is gone, of an emulator that was killed.
+  bool is_left_behind() const {
+    std::error_code error;
+    const std::string target = std::filesystem::read_symlink(path_, error).string();
+    return !error && target.starts_with("/dev/pts/") && (target == device_ || ::access(target.c_str(), F_OK) != 0);
+  }
+
+  std::string path_, device_;
   int slave_ = -1;
 };
 

@@ -33,13 +33,18 @@ TEST_P(Drivers, MoveForLongWithoutARefusal) {
   EXPECT_EQ(loop.driver().counters().refused, refused_before) << loop.driver().state();
   EXPECT_EQ(loop.driver().counters().dropped, 0);
   EXPECT_GT(loop.fastest_share, 0.15) << "the arm moves";
+  EXPECT_LT(loop.commands.fastest, 1.001);
+  EXPECT_LT(loop.commands.hardest, 1.02) << "a difference of positions, of a motion with jerk";
   EXPECT_LT(loop.fastest_share, 1.1);
 }
+
+// The commands keep the limits; where a driver joins them after a gap, it adds at most half of each limit.
+constexpr double kLargestShare = 1.55;
 
 /// One seeded fault, for a random time, in the middle of a motion. Returns its name.
 std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts_ms) {
   lasts_ms = static_cast<int64_t>(random.uniform(1, 5, 3000));
-  switch (static_cast<int>(random.uniform(2, 0, 7))) {
+  switch (static_cast<int>(random.uniform(2, 0, 9))) {
     case 0:
       loop.faults.cut = true;
       return "the wire is cut";
@@ -59,6 +64,12 @@ std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts
     case 5:
       loop.sends_setpoints = false;
       return "no set-points";
+    case 6:
+      loop.command_loss = random.uniform(3, 0.01, 0.9);
+      return "loss of commands";
+    case 7:
+      loop.commands_held_until_ms = loop.now_ms() + static_cast<int64_t>(random.uniform(3, 1, 60));
+      return "a gap in the commands";
     default:
       loop.emulator().restart();
       return "the robot's controller is restarted";
@@ -84,6 +95,8 @@ TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
     EXPECT_TRUE(loop.recover()) << "driver: " << loop.driver().state() << "; bridge: " << loop.bridge().state()
                                 << "; emulator: " << loop.emulator().fault();
     EXPECT_LT(loop.fastest_share, 3.05) << "also while it recovers";
+    EXPECT_LT(loop.commands.fastest, kLargestShare) << "on the wire";
+    EXPECT_LT(loop.commands.hardest, kLargestShare) << "on the wire";
   }
 }
 
@@ -98,6 +111,8 @@ TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
   loop.run(500);
   EXPECT_LT((loop.emulator().position() - there).cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_LT(loop.fastest_share, 1.1) << "no faster while it stops";
+  EXPECT_LT(loop.commands.fastest, 1.001);
+  EXPECT_LT(loop.commands.hardest, 1.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Drivers,

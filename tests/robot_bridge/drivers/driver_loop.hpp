@@ -84,16 +84,81 @@ class MemoryTransport : public drivers::Transport {
   bool serial_, open_ = false;
 };
 
+/// How fast and how hard what a driver commands is, as shares of the limits of robot.yaml: one sample in each
+/// millisecond, over every uninterrupted stretch of them.
+class CommandCheck {
+ public:
+  explicit CommandCheck(const RobotConfig& robot)
+      : limits_(robot_bridge::motion_limits(robot.chain, 1, robot.joint_acceleration_limits, robot.joint_jerk_limits)) {
+  }
+
+  void commanded(const JointVector& position) { newest_ = position; }
+  void end_millisecond() {
+    if (!newest_) {
+      samples_.clear();
+      return;
+    }
+    samples_.push_back(*std::exchange(newest_, std::nullopt));
+    if (samples_.size() > 3) samples_.pop_front();
+    const size_t n = samples_.size();
+    if (n < 2) return;
+    const JointVector speed = (samples_[n - 1] - samples_[n - 2]) * 1e3;
+    fastest = std::max(fastest, speed.cwiseAbs().cwiseQuotient(limits_.velocity).maxCoeff());
+    if (n < 3) return;
+    const JointVector acceleration = (samples_[2] - 2 * samples_[1] + samples_[0]) * 1e6;
+    hardest = std::max(hardest, acceleration.cwiseAbs().cwiseQuotient(limits_.acceleration).maxCoeff());
+  }
+
+  double fastest = 0, hardest = 0;
+
+ private:
+  robot_bridge::MotionLimits limits_;
+  std::deque<JointVector> samples_;
+  std::optional<JointVector> newest_;
+};
+
+/// Passes everything on to a driver, and the commands also to a check.
+class CheckedDriver : public drivers::Driver {
+ public:
+  CheckedDriver(std::unique_ptr<drivers::Driver> driver, CommandCheck& check)
+      : driver_(std::move(driver)), check_(&check) {}
+
+  std::vector<drivers::Link> links() const override { return driver_->links(); }
+  void link_changed(size_t link, bool up, const drivers::Time& now, drivers::WireOutbox& out) override {
+    driver_->link_changed(link, up, now, out);
+  }
+  void receive(size_t link, std::span<const uint8_t> bytes, const drivers::Time& now,
+               drivers::WireOutbox& out) override {
+    driver_->receive(link, bytes, now, out);
+  }
+  void tick(const drivers::Time& now, drivers::WireOutbox& out) override { driver_->tick(now, out); }
+  void command(const JointVector& position, const JointVector& velocity, int64_t utime, const drivers::Time& now,
+               drivers::WireOutbox& out) override {
+    check_->commanded(position);
+    driver_->command(position, velocity, utime, now, out);
+  }
+  void enable(const drivers::Time& now, drivers::WireOutbox& out) override { driver_->enable(now, out); }
+  void reset(const drivers::Time& now, drivers::WireOutbox& out) override { driver_->reset(now, out); }
+  std::optional<drivers::Reading> take_reading() override { return driver_->take_reading(); }
+  drivers::DriverStatus status() const override { return driver_->status(); }
+  drivers::RefusedMessages refused() const override { return driver_->refused(); }
+
+ private:
+  std::unique_ptr<drivers::Driver> driver_;
+  CommandCheck* check_;
+};
+
 /// Bridge, driver and emulator in one thread and in virtual time, with a sender of set-points that moves all joints to
 /// and fro.
 class DriverLoop {
  public:
   explicit DriverLoop(const RobotConfig& robot, const std::string& name = "",
                       const drivers::DriverNodeOptions& options = {})
-      : robot_(robot), bridge_(robot) {
+      : commands(robot), robot_(robot), bridge_(robot) {
     spdlog::set_level(spdlog::level::err);
     auto config = drivers::driver_config_from(robot, name);
-    auto driver = drivers::make_driver(robot, config);
+    std::unique_ptr<drivers::Driver> driver =
+        std::make_unique<CheckedDriver>(drivers::make_driver(robot, config), commands);
     auto emulated = drivers::make_emulator(robot, config);
     drivers::Transports driver_side, emulator_side;
     for (const drivers::Link& link : driver->links()) {
@@ -109,14 +174,15 @@ class DriverLoop {
       driver_side.push_back(std::make_unique<MemoryTransport>(from_robot, to_robot, now_ms_, faults, serial));
       emulator_side.push_back(std::make_unique<MemoryTransport>(to_robot, from_robot, now_ms_, faults, serial));
     }
-    const auto wall = [this] { return kWallOrigin + now_ms_ * 1000; };
+    const auto driver_wall = [this] { return kWallOrigin + now_ms_ * 1000 + driver_clock_error_us; };
+    const auto robot_wall = [this] { return kWallOrigin + now_ms_ * 1000 + robot_clock_error_us; };
     auto node_options = options;
     node_options.simulated = true;
     node_options.command_timeout_us = config.node.command_timeout_us;
     node_options.max_start_distance = config.node.max_start_distance;
-    driver_ =
-        std::make_unique<drivers::DriverNode>(robot, std::move(driver), std::move(driver_side), node_options, wall);
-    emulator_ = std::make_unique<drivers::EmulatorNode>(std::move(emulated), std::move(emulator_side), wall);
+    driver_ = std::make_unique<drivers::DriverNode>(robot, std::move(driver), std::move(driver_side), node_options,
+                                                    driver_wall);
+    emulator_ = std::make_unique<drivers::EmulatorNode>(std::move(emulated), std::move(emulator_side), robot_wall);
     previous_ = emulator().position();
   }
 
@@ -138,6 +204,7 @@ class DriverLoop {
       driver_->tick(out);
       emulator_->tick(out);
       route(out);
+      commands.end_millisecond();
       const JointVector& q = emulator().position();
       const JointVector speed = (q - previous_) * 1e3;
       fastest_share = std::max(fastest_share, (speed.array().abs() / robot_.chain.velocity().array()).maxCoeff());
@@ -166,6 +233,7 @@ class DriverLoop {
   /// `multireach-robot reset` until the bridge accepts, and the controller is restarted.
   bool recover() {
     faults = WireFaults{};
+    command_loss = 0;
     sends_setpoints = bridge_stalls = false;
     emulator().restart();
     run(1000);
@@ -185,6 +253,9 @@ class DriverLoop {
     return bridge_state.state == bridge_state_t::RUNNING;
   }
 
+  /// Another process on the LCM group sends this.
+  void inject(std::string_view channel, const std::vector<uint8_t>& bytes) { pass({channel, bytes}); }
+
   drivers::Emulator& emulator() { return emulator_->emulator(); }
   drivers::DriverNode& driver() { return *driver_; }
   BridgeNode& bridge() { return bridge_; }
@@ -193,7 +264,11 @@ class DriverLoop {
 
   WireFaults faults;
   bool sends_setpoints = true, bridge_stalls = false;
-  double fastest_share = 0;  ///< largest measured joint speed, as a share of the robot.yaml's limits
+  int64_t driver_clock_error_us = 0, robot_clock_error_us = 0;  ///< of the wall clocks of their computers
+  CommandCheck commands;                                        ///< of the driver to its robot
+  double command_loss = 0;             ///< share of the bridge's commands that the network loses
+  int64_t commands_held_until_ms = 0;  ///< the network delivers none of the bridge's commands
+  double fastest_share = 0;            ///< largest measured joint speed, as a share of the robot.yaml's limits
   bridge_state_t bridge_state{};
   std::vector<robot_state_t> robot_states;  ///< all
   std::vector<std::pair<int64_t, std::vector<uint8_t>>>
@@ -242,6 +317,8 @@ class DriverLoop {
 
   void route(Outbox& out) {
     for (OutMessage& message : std::exchange(out, {})) {
+      const bool command = message.channel == channel::kJointCommand;
+      if (command && (now_ms_ < commands_held_until_ms || faults.happens(command_loss))) continue;
       const bool wire = std::ranges::find(lcm_, message.channel) != lcm_.end();
       if (wire && (faults.cut || faults.happens(faults.loss))) {
         ++faults.lost;

@@ -1,6 +1,7 @@
 // What every driver has in common: which commands it obeys, when it sends nothing, and the template.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "robot_bridge/drivers/node/driver_node.hpp"
@@ -47,7 +48,7 @@ class TemplateDriverTest : public ::testing::Test {
     transports.push_back(std::move(echo.driver_side));
     node = std::make_unique<drivers::DriverNode>(robot, std::make_unique<drivers::TemplateDriver>(4, "the robot", 5000),
                                                  std::move(transports), drivers::DriverNodeOptions{},
-                                                 [this] { return 1000 * echo.now_ms; });
+                                                 [this] { return 1000 * echo.now_ms + clock_error_us; });
     node->set_run(77);
   }
   void run(int64_t ms) {
@@ -80,7 +81,7 @@ class TemplateDriverTest : public ::testing::Test {
   EchoRobot echo;
   std::unique_ptr<drivers::DriverNode> node;
   Outbox out;
-  int64_t sequence = 0;
+  int64_t sequence = 0, clock_error_us = 0;
   JointVector start = (JointVector(4) << 0.2, -0.3, -0.2, -0.9).finished();
   JointVector zero = JointVector::Zero(4);
 };
@@ -94,23 +95,24 @@ TEST_F(TemplateDriverTest, MeasuresAndCommands) {
   EXPECT_EQ(node->state(), "ready");
   JointVector q = start;
   for (int k = 0; k < 50; ++k) {
-    q[0] += 1e-3;
-    send(command(q, JointVector::Unit(4, 0)));
+    const double t = 1e-3 * k;
+    q[0] = start[0] + 10 * t * t;
+    send(command(q, 20 * t * JointVector::Unit(4, 0)));
     run(1);
   }
   EXPECT_EQ(node->counters().refused, 0);
-  EXPECT_NEAR(newest_state()->joint_position[0], q[0], 5e-3);
+  EXPECT_NEAR(newest_state()->joint_position[0], q[0], 5e-3) << "of 24 mrad";
   EXPECT_EQ(node->state(), "ready, following");
 }
 
 TEST_F(TemplateDriverTest, RefusesByName) {
-  const auto refused = [&](const joint_command_t& message, const std::string& why) {
+  const auto refused = [&](const joint_command_t& message, const std::string& why, bool following = false) {
     const auto before = node->counters().refused;
     const size_t received = echo.received;
     send(message);
     run(2);
     EXPECT_EQ(node->counters().refused, before + 1) << why;
-    EXPECT_EQ(echo.received, received) << why;
+    EXPECT_EQ(echo.received > received, following) << why;
     EXPECT_NE(node->state().find(why), std::string::npos) << node->state();
   };
   refused(command(start, zero), "while the robot is not ready");
@@ -132,7 +134,7 @@ TEST_F(TemplateDriverTest, RefusesByName) {
   run(2);
   other = command(start, zero);
   other.run = 6;
-  refused(other, "of another bridge");
+  refused(other, "of another bridge", true);
 }
 
 TEST_F(TemplateDriverTest, RefusesCommandsThatFollowFromRecordedImages) {
@@ -145,6 +147,161 @@ TEST_F(TemplateDriverTest, RefusesCommandsThatFollowFromRecordedImages) {
   EXPECT_NE(node->state().find("--accept-recorded"), std::string::npos) << node->state();
   send(command(here, JointVector::Zero(4)));
   EXPECT_EQ(node->counters().refused, 1);
+}
+
+TEST_F(TemplateDriverTest, AStepOfTheWallClockEndsNoMotion) {
+  run(20);
+  for (const int64_t step : {int64_t{0}, int64_t{3600000000}, int64_t{-7200000000}}) {
+    clock_error_us += step;
+    for (int k = 0; k < 50; ++k) {
+      send(command(start, zero));
+      run(1);
+    }
+    EXPECT_EQ(node->counters().refused, 0) << step << ": " << node->state();
+    EXPECT_EQ(node->state(), "ready, following");
+  }
+  // But a stream whose own time steps, as when recorded images take over, is judged anew.
+  auto recorded = command(start, zero);
+  recorded.utime += 86400000000;
+  send(recorded);
+  EXPECT_EQ(node->counters().refused, 1);
+  EXPECT_NE(node->state().find("--accept-recorded"), std::string::npos) << node->state();
+}
+
+TEST_F(TemplateDriverTest, ABridgeWhoseCommandsAreRefusedOwnsNothing) {
+  run(20);
+  auto far = command(start + JointVector::Constant(4, -0.31), zero);
+  far.run = 6;
+  send(far);
+  EXPECT_EQ(node->counters().refused, 1);
+  send(command(start, zero));
+  run(2);
+  EXPECT_EQ(node->counters().refused, 1) << node->state();
+  EXPECT_NE(node->state().find("ready, following"), std::string::npos) << node->state();
+  // Nor does it keep what it had.
+  for (int k = 0; k < 200; ++k) {
+    auto bad = command(start, zero);
+    bad.joint_position[0] = NAN;
+    send(bad);
+    run(1);
+  }
+  auto other = command(start, zero);
+  other.run = 6;
+  const auto refused = node->counters().refused;
+  send(other);
+  EXPECT_EQ(node->counters().refused, refused) << node->state();
+}
+
+TEST_F(TemplateDriverTest, TimesAtTheEndsOfTheirRangeAreRefused) {
+  run(20);
+  for (const int64_t utime : {INT64_MIN, INT64_MIN + 1, int64_t{-1}, INT64_MAX - 1, INT64_MAX}) {
+    for (const bool before : {true, false}) {
+      SCOPED_TRACE(utime);
+      auto message = command(start, zero);
+      message.utime = utime;
+      if (before) message.sequence = utime;
+      const auto refused = node->counters().refused;
+      send(message);
+      run(1);
+      EXPECT_EQ(node->counters().refused, refused + 1);
+    }
+  }
+  send(command(start, zero));
+  run(1);
+  EXPECT_NE(node->state().find("ready, following"), std::string::npos) << node->state();
+}
+
+/// Counts what it is asked for.
+class CountingDriver : public drivers::Driver {
+ public:
+  std::vector<drivers::Link> links() const override { return {}; }
+  void receive(size_t, std::span<const uint8_t>, const drivers::Time&, drivers::WireOutbox&) override {}
+  void tick(const drivers::Time&, drivers::WireOutbox&) override {}
+  void command(const JointVector& position, const JointVector& velocity, int64_t, const drivers::Time&,
+               drivers::WireOutbox&) override {
+    EXPECT_TRUE(position.allFinite() && velocity.allFinite());
+  }
+  void enable(const drivers::Time&, drivers::WireOutbox&) override { ++enabled; }
+  void reset(const drivers::Time&, drivers::WireOutbox&) override { ++resets; }
+  std::optional<drivers::Reading> take_reading() override {
+    return drivers::Reading{JointVector::Zero(4), JointVector::Zero(4), JointVector::Zero(4)};
+  }
+  DriverStatus status() const override { return {DriverStatus::Phase::kReady, "ready"}; }
+
+  int enabled = 0, resets = 0;
+};
+
+class IdleDriver : public ::testing::Test {
+ protected:
+  IdleDriver() { node.set_run(77); }
+  void ask(int8_t kind, int64_t bridge) {
+    bridge_request_t request{};
+    request.kind = kind;
+    request.run = bridge;
+    request.request = ++requests;
+    node.receive(channel::kBridgeRequest, *encode(request), out);
+    node.tick(out);
+  }
+  /// The bridge of that run answers, as it does to every request.
+  void bridge_says(int64_t bridge, int64_t robot_run) {
+    bridge_state_t state{};
+    state.run = bridge;
+    state.robot_run = robot_run;
+    node.receive(channel::kBridgeState, *encode(state), out);
+  }
+  void robot_says(int64_t run) {
+    robot_state_t state{};
+    state.run = run;
+    node.receive(channel::kRobotState, *encode(state), out);
+  }
+  void wait(int64_t ms) {
+    for (int64_t k = 0; k < ms; ++k) node.tick(out);
+  }
+
+  const RobotConfig robot = robot_named("hoap2");
+  CountingDriver* driver = new CountingDriver;
+  drivers::DriverNode node{robot, std::unique_ptr<drivers::Driver>(driver), {}, {}, [] { return int64_t{0}; }};
+  Outbox out;
+  int64_t requests = 0;
+};
+
+TEST_F(IdleDriver, ObeysOnlyRequestsToItsOwnBridge) {
+  ask(bridge_request_t::ENABLE, 5);
+  EXPECT_EQ(driver->enabled, 0) << "of a bridge that nobody has heard, as in an old log";
+  bridge_says(5, 0);  // knows no robot yet
+  ask(bridge_request_t::ENABLE, 6);
+  EXPECT_EQ(driver->enabled, 0);
+  ask(bridge_request_t::ENABLE, 5);
+  EXPECT_EQ(driver->enabled, 1);
+  ask(bridge_request_t::RESET, 5);
+  EXPECT_EQ(driver->resets, 1);
+}
+
+TEST_F(IdleDriver, IsNotMeantByTheBridgeOfAnotherRobot) {
+  robot_says(78);
+  bridge_says(5, 78);
+  ask(bridge_request_t::ENABLE, 5);
+  EXPECT_EQ(driver->enabled, 0);
+  bridge_says(6, 77);
+  ask(bridge_request_t::ENABLE, 6);
+  EXPECT_EQ(driver->enabled, 1);
+  wait(2000);  // the other robot has gone; so has the run that this driver had before its restart
+  bridge_says(5, 78);
+  ask(bridge_request_t::ENABLE, 5);
+  EXPECT_EQ(driver->enabled, 2);
+}
+
+TEST_F(IdleDriver, ObeysNobodyBetweenTwoBridges) {
+  bridge_says(5, 77);
+  bridge_says(6, 77);
+  ask(bridge_request_t::ENABLE, 5);
+  ask(bridge_request_t::ENABLE, 6);
+  EXPECT_EQ(driver->enabled, 0);
+  EXPECT_NE(node.state().find("two bridges"), std::string::npos) << node.state();
+  wait(2000);
+  bridge_says(5, 77);
+  ask(bridge_request_t::ENABLE, 5);
+  EXPECT_EQ(driver->enabled, 1) << "the other has gone";
 }
 
 TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
@@ -161,12 +318,11 @@ TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
     run(1);
     position.push_back(echo.q[0]);
   }
-  // Held for the time-out, then a ramp: 60 rad/s^2 stop 1 rad/s within 17 ms and the jerk limit's share.
-  EXPECT_EQ(position[15], position[1]);
-  EXPECT_GT(position.back(), position[15] + 0.005);
-  EXPECT_LT(position.back(), position[15] + 0.05);
-  EXPECT_EQ(position.back(), position[200]);
-  for (size_t k = 24; k < position.size(); ++k) {
+  // 60 rad/s^2 stop 1 rad/s within 17 ms and the jerk limit's share; from the first missing command on.
+  EXPECT_GT(position.back(), position[1] + 0.005);
+  EXPECT_LT(position.back(), position[1] + 0.05);
+  EXPECT_EQ(position.back(), position[100]);
+  for (size_t k = 3; k < position.size(); ++k) {
     const double acceleration = (position[k] - 2 * position[k - 1] + position[k - 2]) * 1e6;
     EXPECT_LT(std::abs(acceleration), 60 * 1.01) << k;
   }

@@ -1,6 +1,7 @@
 // The iiwa's protocol: published fingerprints, the start guard, the rate, and what the emulator refuses.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <drake/lcmt_iiwa_command.hpp>
 #include <drake/lcmt_iiwa_status.hpp>
 #include <drake/lcmt_panda_command.hpp>
@@ -117,14 +118,73 @@ TEST_F(IiwaWire, TheLastPositionIsHeldForEverAndLimitsAreClampedSilently) {
   EXPECT_NEAR(emulator.position()[0], 169 * std::numbers::pi / 180, 1e-6);
 }
 
-TEST(IiwaDriver, AWrongNumberOfJointsIsNamed) {
-  drivers::IiwaDriver driver(6);
+TEST_F(IiwaWire, ACommandThatIsNotFiniteEndsTheDriver) {
+  wait(1000);
+  JointVector q = start;
+  q[3] = std::nan("");
+  send(q);
+  wait(10);
+  EXPECT_EQ(emulator.fault(), "a command that is not finite");
+  EXPECT_TRUE(emulator.position().allFinite());
+}
+
+drake::lcmt_iiwa_status status_of(int joints, double position, int64_t utime) {
   drake::lcmt_iiwa_status status{};
-  status.num_joints = 7;
+  status.utime = utime;
+  status.num_joints = joints;
   for (auto* field : {&status.joint_position_measured, &status.joint_velocity_estimated,
                       &status.joint_position_commanded, &status.joint_position_ipo, &status.joint_torque_measured,
                       &status.joint_torque_commanded, &status.joint_torque_external})
-    field->resize(7);
+    field->resize(static_cast<size_t>(joints));
+  status.joint_position_measured.assign(static_cast<size_t>(joints), position);
+  return status;
+}
+
+TEST(IiwaDriver, KeepsFollowingTheFirstArmBesideOthers) {
+  DriverLoop loop(robot_named("iiwa14"));
+  loop.run(4000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.driver().state();
+  const int64_t clock = 1700000000000000;
+  const auto goes_on = [&](const std::string& why) {
+    loop.run(500);
+    EXPECT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING) << loop.bridge_state.cause;
+    EXPECT_NE(loop.driver().state().find("ready, following"), std::string::npos) << loop.driver().state();
+    EXPECT_NE(loop.driver().state().find(why), std::string::npos) << loop.driver().state();
+    EXPECT_GT(loop.driver().counters().refused, 0);
+    EXPECT_EQ(loop.emulator().fault(), "");
+  };
+  loop.inject("IIWA_STATUS", *encode(status_of(14, 0, clock + loop.now_ms() * 1000)));
+  goes_on("of another number of joints");
+  for (int k = 0; k < 100; ++k) {
+    loop.inject("IIWA_STATUS", *encode(status_of(7, -1.2, clock + loop.now_ms() * 1000)));
+    loop.run(5);
+  }
+  goes_on("of another arm");
+  for (const int64_t utime : {INT64_MIN, INT64_MAX, clock - 3, int64_t{0}}) {
+    loop.inject("IIWA_STATUS", *encode(status_of(7, 0.3, utime)));
+    loop.run(20);
+  }
+  goes_on("IIWA_STATUS");
+}
+
+TEST(IiwaDriver, AReorderedStatusIsIgnored) {
+  DriverLoop loop(robot_named("iiwa14"));
+  loop.run(4000);
+  loop.keep_messages = true;
+  loop.run(500);
+  const auto before = loop.robot_states.back();
+  auto old = status_of(7, 0, 1700000000000000 + (loop.now_ms() - 60) * 1000);
+  for (size_t i = 0; i < 7; ++i) old.joint_position_measured[i] = before.joint_position[i] - 0.02;
+  loop.inject("IIWA_STATUS", *encode(old));
+  loop.run(1);
+  for (size_t i = 0; i < 7; ++i)
+    EXPECT_NEAR(loop.robot_states.back().joint_position[i], before.joint_position[i], 0.01);
+  EXPECT_NE(loop.driver().state().find("older"), std::string::npos) << loop.driver().state();
+}
+
+TEST(IiwaDriver, AWrongNumberOfJointsIsNamed) {
+  drivers::IiwaDriver driver(6);
+  const auto status = status_of(7, 0, 0);
   WireOutbox out;
   driver.receive(0, *encode(status), {0, 0}, out);
   EXPECT_EQ(driver.status().text, "IIWA_STATUS has another number of joints than robot.yaml");

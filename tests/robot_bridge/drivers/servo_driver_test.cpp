@@ -108,6 +108,65 @@ TEST(ServoBus, AnOverloadIsNamedAndResetCuresIt) {
   }
 }
 
+// What a motor may do by its EEPROM is read before its torque is switched on: beyond it, a Dynamixel ignores goals, and
+// would go to the goal of before; a Feetech clamps them.
+TEST(ServoBus, AMotorWithNarrowerLimitsThanItsJointIsAFault) {
+  for (const bool is_dynamixel : {true, false}) {
+    SCOPED_TRACE(is_dynamixel);
+    DriverLoop loop(is_dynamixel ? with_dynamixel() : robot_named("so101"));
+    auto& emulator = dynamic_cast<drivers::ServoEmulator&>(loop.emulator());
+    emulator.set_limits(3, 1500, 2600);
+    const JointVector start = emulator.position();
+    loop.run(3000);
+    EXPECT_NE(loop.driver().state().find("fault: motor 4: its own position limits (EEPROM) are 1500 to 2600"),
+              std::string::npos)
+        << loop.driver().state();
+    EXPECT_NE(loop.bridge_state.state, bridge_state_t::RUNNING);
+    EXPECT_LT((emulator.position() - start).cwiseAbs().maxCoeff(), 1e-6) << "nothing has moved";
+    emulator.set_limits(3, 0, 4095);
+    loop.ask(bridge_request_t::RESET);
+    loop.run(2000);
+    EXPECT_NE(loop.driver().state().find("ready"), std::string::npos) << loop.driver().state();
+    EXPECT_LT(loop.fastest_share, 1.1);
+  }
+}
+
+TEST(ServoBus, AMotorOutsideItsOwnLimitsDoesNotLeap) {
+  for (const bool is_dynamixel : {true, false}) {
+    SCOPED_TRACE(is_dynamixel);
+    const RobotConfig robot = is_dynamixel ? with_dynamixel() : robot_named("so101");
+    auto config = drivers::driver_config_from(robot, "");
+    drivers::ServoOptions options = config.servo;
+    const JointVector start = JointVector::Constant(5, 0.5);
+    options.lower = JointVector::Constant(5, -0.1);
+    options.upper = JointVector::Constant(5, 0.1);
+    std::unique_ptr<drivers::ServoEmulator> emulator;
+    std::unique_ptr<drivers::Driver> driver;
+    if (is_dynamixel) {
+      emulator = std::make_unique<drivers::DynamixelEmulator>(robot.chain, start, options);
+      driver = std::make_unique<drivers::DynamixelDriver>(5, options);
+    } else {
+      emulator = std::make_unique<drivers::FeetechEmulator>(robot.chain, start, options);
+      driver = std::make_unique<drivers::FeetechDriver>(5, options);
+    }
+    emulator->set_limits(1, 1900, 2200);  // it is at 2374
+    drivers::WireOutbox to_robot, to_driver;
+    driver->enable({0, 0}, to_robot);
+    driver->link_changed(0, true, {0, 0}, to_robot);
+    for (int64_t us = 1000; us < 1000000; us += 1000) {
+      for (const auto& message : std::exchange(to_robot, {})) emulator->receive(0, message.bytes, {us, us}, to_driver);
+      for (const auto& message : std::exchange(to_driver, {})) driver->receive(0, message.bytes, {us, us}, to_robot);
+      driver->tick({us, us}, to_robot);
+      emulator->tick({us, us}, to_driver);
+    }
+    EXPECT_EQ(driver->status().phase, drivers::DriverStatus::Phase::kFault);
+    EXPECT_NE(driver->status().text.find("motor 2 is at 2374 steps, outside its own position limits of 1900 to 2200"),
+              std::string::npos)
+        << driver->status().text;
+    EXPECT_EQ(emulator->position(), start);
+  }
+}
+
 TEST(ServoBus, ANoisyLineIsNoFault) {
   DriverLoop loop(robot_named("so101"));
   loop.run(3000);

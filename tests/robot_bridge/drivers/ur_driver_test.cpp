@@ -2,6 +2,8 @@
 // program, protective stops.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "robot_bridge/drivers/emulators/ur_emulator.hpp"
 #include "robot_bridge/drivers/ur_driver.hpp"
 #include "tests/robot_bridge/drivers/driver_loop.hpp"
@@ -91,6 +93,94 @@ TEST(UrDriver, PowersTheRobotOnOnlyWhenItIsEnabled) {
   run(6000);
   EXPECT_EQ(driver.status().text, "ready");
   EXPECT_EQ(emulator.program(), drivers::ur_program({}, 1));
+  // Registers that are not finite, which this driver never writes.
+  rtde::Writer data;
+  data.u8(1).i32(7).i32(1);
+  for (int i = 0; i < 6; ++i) data.real(std::nan(""));
+  emulator.receive(0, rtde::encode(rtde::Type::kData, data.bytes()), {us, us}, to_driver);
+  for (int k = 0; k < 2; ++k) emulator.tick({us += 1000, us}, to_driver);
+  EXPECT_EQ(emulator.fault(), "protective stop: servoj: a position that is not finite");
+  EXPECT_TRUE(emulator.position().allFinite());
+}
+
+// A controller that is still booting, or hangs, accepts the connections and says nothing.
+TEST(UrDriver, AControllerThatNeverAnswersIsNamedAndConnectedAgain) {
+  drivers::UrDriver driver({});
+  WireOutbox out;
+  int64_t us = 0;
+  const auto closes = [&](int64_t ms) {
+    int count = 0;
+    for (const int64_t end = us + ms * 1000; us < end;) {
+      driver.tick({us += 1000, us}, out);
+      for (const auto& message : std::exchange(out, {})) {
+        if (!message.close || message.link != 0) continue;
+        ++count;
+        driver.link_changed(0, false, {us, us}, out);
+        driver.link_changed(0, true, {us, us}, out);
+      }
+    }
+    return count;
+  };
+  for (size_t link = 0; link < 3; ++link) driver.link_changed(link, true, {0, 0}, out);
+  EXPECT_EQ(closes(1900), 0);
+  EXPECT_EQ(driver.status().text, "starting RTDE");
+  EXPECT_GE(closes(8000), 2);
+  EXPECT_EQ(driver.status().phase, drivers::DriverStatus::Phase::kFault);
+  EXPECT_NE(driver.status().text.find("port 30004, but does not answer"), std::string::npos) << driver.status().text;
+  // At each step of the set-up: here it answers once, and no more.
+  driver.receive(0, rtde::encode(rtde::Type::kVersion, rtde::Writer().u8(1).bytes()), {us, us}, out);
+  EXPECT_GE(closes(4000), 1);
+  EXPECT_EQ(driver.status().phase, drivers::DriverStatus::Phase::kFault);
+}
+
+TEST(UrDriver, RecoversWhenTheControllerAnswersAtLast) {
+  const RobotConfig robot = robot_named("ur5e");
+  drivers::UrDriver driver({});
+  WireOutbox to_robot, to_driver;
+  std::optional<drivers::UrEmulator> emulator;
+  driver.enable({0, 0}, to_robot);
+  for (size_t link = 0; link < 3; ++link) driver.link_changed(link, true, {0, 0}, to_robot);
+  for (int64_t us = 1000; us < 20000000; us += 1000) {
+    if (us == 5000000) {  // has booted; each connection is a new one
+      emulator.emplace(robot.chain, JointVector::Zero(6), true);
+      for (size_t link = 1; link < 3; ++link) emulator->link_changed(link, true, {us, us}, to_driver);
+    }
+    for (const auto& message : std::exchange(to_robot, {})) {
+      if (message.close) {
+        driver.link_changed(message.link, false, {us, us}, to_robot);
+        driver.link_changed(message.link, true, {us, us}, to_robot);
+        if (emulator) emulator->link_changed(message.link, true, {us, us}, to_driver);
+      } else if (emulator) {
+        emulator->receive(message.link, message.bytes, {us, us}, to_driver);
+      }
+    }
+    for (const auto& message : std::exchange(to_driver, {}))
+      driver.receive(message.link, message.bytes, {us, us}, to_robot);
+    driver.tick({us, us}, to_robot);
+    if (emulator) emulator->tick({us, us}, to_driver);
+  }
+  EXPECT_EQ(driver.status().text, "ready");
+}
+
+TEST(UrDriver, ADashboardServerThatNeverAnswersIsNamed) {
+  const RobotConfig robot = robot_named("ur5e");
+  drivers::UrDriver driver({});
+  drivers::UrEmulator emulator(robot.chain, JointVector::Zero(6), true);
+  WireOutbox to_robot, to_driver;
+  driver.enable({0, 0}, to_robot);
+  for (size_t link = 0; link < 3; ++link) driver.link_changed(link, true, {0, 0}, to_robot);
+  emulator.link_changed(0, true, {0, 0}, to_driver);
+  for (int64_t us = 1000; us < 12000000; us += 1000) {
+    for (const auto& message : std::exchange(to_robot, {})) {
+      if (message.link == 0) emulator.receive(0, message.bytes, {us, us}, to_driver);
+    }
+    for (const auto& message : std::exchange(to_driver, {}))
+      driver.receive(message.link, message.bytes, {us, us}, to_robot);
+    driver.tick({us, us}, to_robot);
+    emulator.tick({us, us}, to_driver);
+  }
+  EXPECT_EQ(driver.status().phase, drivers::DriverStatus::Phase::kFault);
+  EXPECT_NE(driver.status().text.find("port 29999"), std::string::npos) << driver.status().text;
 }
 
 TEST(UrDriver, AProtectiveStopIsUnlockedAfterFiveSeconds) {

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "robot_bridge/drivers/join_blend.hpp"
+#include "robot_bridge/drivers/stop_ramp.hpp"
+
+namespace multireach::drivers {
+
+/// What a driver sends: the bridge's commands as they are; from the first one that is missing on, a deceleration; and
+/// from a deceleration, or from an arm that is elsewhere, a smooth transition to the commands. Position and velocity
+/// are continuous throughout. After `timeout_us` without a command, the arm decelerates to standstill before it follows
+/// again. It is told the time.
+class CommandFollower {
+ public:
+  CommandFollower(const robot_bridge::MotionLimits& limits, int64_t timeout_us)
+      : limits_(limits), timeout_us_(timeout_us) {}
+
+  /// Whether commands are followed, or the arm decelerates after them.
+  bool following() const { return sent_.has_value(); }
+  /// Whether commands are refused until the arm is at standstill.
+  bool stopping() const { return stopping_; }
+
+  /// A command has arrived: `utime` is its nominal time, `arm` the measured position, which counts where none are
+  /// followed. Requires !stopping(). Returns what to send for its time.
+  const robot_bridge::MotionState& command(const JointVector& position, const JointVector& velocity, int64_t utime,
+                                           const JointVector& arm, int64_t now_us);
+  /// Call once in each millisecond: what to send where a command is missing; null otherwise. `utime` gets its nominal
+  /// time.
+  const robot_bridge::MotionState* missing(int64_t now_us, int64_t& utime);
+  /// The robot does not obey any more.
+  void forget();
+
+ private:
+  robot_bridge::MotionLimits limits_;
+  int64_t timeout_us_;
+  std::optional<robot_bridge::MotionState> sent_;  // last, while commands are followed
+  robot_bridge::MotionState last_;                 // sent at the end of a deceleration
+  JointVector velocity_;                           // of the last command, without the blend
+  int64_t utime_ = 0, now_us_ = 0;                 // of the last command
+  std::optional<StopRamp> ramp_;
+  bool stopping_ = false;
+  std::optional<JoinBlend> blend_;
+  double blended_s_ = 0;
+  JointVector lowest_, highest_;                     // positions during the blend
+  std::optional<robot_bridge::MotionState> joined_;  // what the blend began with, in the same millisecond
+  int64_t joined_us_ = 0;
+};
+
+}  // namespace multireach::drivers
