@@ -134,16 +134,18 @@ double angle_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 TEST(Chessboard, ItsSizeIsFound) {
   const RenderedSession& session = RenderedSession::get();
-  const BoardRenderer left(session.rig.left);
+  const BoardRenderer left(session.rig.left), right(session.rig.right);
   int found = 0;
   for (size_t k = 0; k < session.poses.size(); ++k) {
-    const auto size = find_board_size(left.render(session.poses[k], 2 * k));
+    const auto size = find_board_size(left.render(session.poses[k], 2 * k),
+                                      right.render(session.rig.X_RL * session.poses[k], 2 * k + 1));
     if (!size) continue;
     ++found;
     EXPECT_EQ(*size, cv::Size(kBoard.columns, kBoard.rows)) << k;
   }
   EXPECT_GT(found, static_cast<int>(session.poses.size()) / 2);
-  EXPECT_FALSE(find_board_size(cv::Mat(240, 320, CV_8UC1, cv::Scalar(128))));
+  const cv::Mat grey(240, 320, CV_8UC1, cv::Scalar(128));
+  EXPECT_FALSE(find_board_size(grey, grey));
 }
 
 TEST(Chessboard, CornersAreFoundWhereTheyAre) {

@@ -155,7 +155,7 @@ TEST_F(Page, AsksTheBridgeWhatTheUserAsks) {
   state.request = asked()[0].request;
   state.request_accepted = true;
   receive(channel::kBridgeState, state);
-  tick(1);
+  tick(BridgeAsker::kOthersAnswer / BridgeAsker::kTickUs + 2);  // other bridges may answer, too
   ASSERT_EQ(sent(Kind::kAnswer).size(), 1U);
   EXPECT_EQ(sent(Kind::kAnswer)[0]["answer"], "pause");
   EXPECT_EQ(sent(Kind::kAnswer)[0]["accepted"], true);
@@ -167,10 +167,8 @@ TEST_F(Page, StopIsSentWithinATickAlsoWhileAnotherRequestWaits) {
   tick(1);
   browsers_.requests = {R"({"request": "stop"})"};
   tick(1);
-  ASSERT_EQ(asked().size(), 2U);
-  EXPECT_EQ(asked()[0].kind, bridge_request_t::SPEED);
-  EXPECT_EQ(asked()[0].speed, 0.25);
-  EXPECT_EQ(asked()[1].kind, bridge_request_t::DISABLE);
+  ASSERT_EQ(asked().size(), 1U) << "the speed waits for the bridge's run, and is dropped by the stop";
+  EXPECT_EQ(asked()[0].kind, bridge_request_t::DISABLE);
 }
 
 TEST_F(Page, RefusesWhatIsNoRequestWithASentence) {

@@ -80,14 +80,20 @@ std::optional<Corners> find_board(const cv::Mat& grey, const Board& board) {
   return corners;
 }
 
-std::optional<cv::Size> find_board_size(const cv::Mat& grey) {
+std::optional<cv::Size> find_board_size(const cv::Mat& left, const cv::Mat& right) {
   constexpr int kLeast = 3;
-  Corners corners;
-  cv::Mat cells;
-  if (!cv::findChessboardCornersSB(grey, {kLeast, kLeast}, corners, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER,
-                                   cells))
-    return std::nullopt;
-  return cv::Size(std::max(cells.cols, cells.rows), std::min(cells.cols, cells.rows));
+  std::optional<cv::Size> size;
+  for (const cv::Mat* grey : {&left, &right}) {
+    Corners corners;
+    cv::Mat cells;
+    if (!cv::findChessboardCornersSB(*grey, {kLeast, kLeast}, corners,
+                                     cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER, cells))
+      return std::nullopt;
+    const cv::Size found(std::max(cells.cols, cells.rows), std::min(cells.cols, cells.rows));
+    if (size && found != *size) return std::nullopt;
+    size = found;
+  }
+  return size;
 }
 
 void match_corner_order(const Board& board, const Corners& left, Corners& right) {

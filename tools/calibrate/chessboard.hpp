@@ -22,9 +22,10 @@ using Corners = std::vector<cv::Point2f>;
 /// visible. Which end of the board comes first may vary between images.
 [[nodiscard]] std::optional<Corners> find_board(const cv::Mat& grey, const Board& board);
 
-/// How many inner corners, columns x rows with more columns than rows, the board in an image has; nothing where none is
-/// found. The square's side is unknown.
-[[nodiscard]] std::optional<cv::Size> find_board_size(const cv::Mat& grey);
+/// How many inner corners, columns x rows with more columns than rows, the board in a pair of grey images has; nothing
+/// where none is found, or where the images show different ones: of a board in part, or at a slant, OpenCV's search may
+/// find a smaller grid. The square's side is unknown.
+[[nodiscard]] std::optional<cv::Size> find_board_size(const cv::Mat& left, const cv::Mat& right);
 
 /// Reorders the right image's corners to correspond to the left image's. Requires cameras that are upright relative to
 /// each other, so that the directions from the board's centre to its corners are similar in both images.

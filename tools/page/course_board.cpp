@@ -51,7 +51,7 @@ BoardLook look_for_board(const images_t& message, Board board) {
   if (board.columns == 0) {
     std::optional<cv::Size> size;
     try {
-      size = find_board_size(left);
+      size = find_board_size(left, right);
     } catch (const cv::Exception&) {  // OpenCV's search fails on some images
     }
     if (!size) return look;
