@@ -29,6 +29,7 @@ await reached('after the arrows');
 
 // By mouse: the handle is where the scene says, and is dragged.
 await page.click('[data-view="front"]');
+await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
 const at = await page.evaluate(() => window.touchHandle());
 const box = await page.locator('#scene').boundingBox();
 const [x, y] = [box.x + at.x, box.y + at.y];

@@ -125,8 +125,9 @@ void PageNode::refuse(const std::string& why) {
   answer("page", false, why);
 }
 
-void PageNode::answer(const std::string& word, bool accepted, const std::string& text) {
-  browsers_.send(Outgoing::Kind::kAnswer, text_of({{"answer", word}, {"accepted", accepted}, {"text", text}}));
+void PageNode::answer(const std::string& word, bool accepted, const std::string& text, const std::string& client) {
+  browsers_.send(Outgoing::Kind::kAnswer,
+                 text_of({{"answer", word}, {"accepted", accepted}, {"text", text}, {"client", client}}));
 }
 
 void PageNode::handle_requests(Outbox& out) {
@@ -148,7 +149,10 @@ void PageNode::handle_request(const nlohmann::json& request, Outbox& out) {
   const auto found = request.find("request");
   const std::string word = found != request.end() && found->is_string() ? found->get<std::string>() : "";
   if (Touch::knows(word)) {
-    if (const auto done = touch_.handle(request, next_tick_us_, out)) answer(word, done->accepted, done->text);
+    const auto client = request.find("client");
+    if (const auto done = touch_.handle(request, next_tick_us_, out))
+      answer(word, done->accepted, done->text,
+             client != request.end() && client->is_string() ? client->get<std::string>() : "");
     return;
   }
   if (word == "course" && course_) {

@@ -52,7 +52,8 @@ class PageNode : public Node {
   void receive_debug_picture(std::span<const uint8_t> bytes);
   void handle_requests(Outbox& out);
   void handle_request(const nlohmann::json& request, Outbox& out);
-  void answer(const std::string& word, bool accepted, const std::string& text);
+  /// `client`: the one of several browsers that asked; "" for all.
+  void answer(const std::string& word, bool accepted, const std::string& text, const std::string& client = "");
   void ask_bridge(Outbox& out);
   void send_frame();
   void refuse(const std::string& why);

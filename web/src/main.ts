@@ -155,6 +155,7 @@ const connection = new Connection({
     if (waiting.length > kMostWaiting) waiting.shift();
   },
   answer: answer => {
+    if (answer.client && answer.client !== touch.client) return;
     controls.answer(answer);
     log?.answer(answer);
     touch.answer(answer);

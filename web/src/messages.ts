@@ -43,7 +43,8 @@ export interface Comparison {
   compared: number; hand_distance_m: number; hand_at_us: number;
   first: {channel: string; name: string; utime: number; at_us: number; field: string; values: [string, string]} | null;
 }
-export interface Answer { answer: string; accepted: boolean; text: string }
+/** `client`: the browser that asked, where not all are meant. */
+export interface Answer { answer: string; accepted: boolean; text: string; client?: string }
 export type Picture = {side: 'left' | 'right' | 'pair'; jpeg: Blob};
 
 /** The joint positions of a message by joint name. */

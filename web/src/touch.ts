@@ -22,7 +22,7 @@ function clientId(): string {
 }
 
 export class Touch {
-  private readonly client = clientId();
+  readonly client = clientId();
   private readonly handle: THREE.Group;
   private readonly arrow = new THREE.ArrowHelper(new THREE.Vector3(1, 0, 0), new THREE.Vector3(), 0.1, kHandle);
   private readonly raycaster = new THREE.Raycaster();
@@ -245,6 +245,8 @@ export class Touch {
 
   private aim(event: PointerEvent) {
     const {left, top, width, height} = this.scene.canvas.getBoundingClientRect();
+    this.scene.camera.updateMatrixWorld();  // the last frame may be older than the last change
+    this.handle.updateMatrixWorld();
     this.raycaster.setFromCamera(new THREE.Vector2(2 * (event.clientX - left) / width - 1, 1 - 2 * (event.clientY - top) / height), this.scene.camera);
   }
 
