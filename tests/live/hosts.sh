@@ -32,7 +32,10 @@ interrupted() {
   sleep 1.5; on robot "$bin/multireach-robot" --lcm-url "$url" status >"$work/unplugged"
   grep -q '^armed' "$work/unplugged" || failed "unplugged, the bridge is '$(cat "$work/unplugged")'"
   sleep 0.5; ip link set to_eyes up
-  sleep 3; on robot "$bin/multireach-robot" --lcm-url "$url" status >"$work/plugged"
+  for _ in $(seq 15); do
+    sleep 0.2; on robot "$bin/multireach-robot" --lcm-url "$url" status >"$work/plugged"
+    grep -q '^running' "$work/plugged" && break
+  done
   grep -q '^running' "$work/plugged" || failed "plugged in again, the bridge is '$(cat "$work/plugged")'"
   both_ended
   name=robot
