@@ -27,10 +27,6 @@ class CameraSource {
   /// Time at which the next pair is due, microseconds.
   virtual int64_t next_utime() const = 0;
   virtual int64_t period_us() const = 0;
-  /// Whether pairs that cannot be sent in time are left out, as by a real camera, instead of sent late.
-  virtual bool drops_late_pairs() const { return false; }
-  /// Leaves out the next `pairs` pairs.
-  virtual void skip(int64_t /*pairs*/) {}
   /// For NODE_STATUS.
   virtual std::string state() const { return "running"; }
 };
@@ -47,8 +43,6 @@ class CameraNode : public Node {
   std::optional<int64_t> next_tick() const override;
   int64_t tick_period_us() const override { return source_->period_us(); }
   void tick(Outbox& out) override;
-  LateTicks late_ticks() const override { return source_->drops_late_pairs() ? LateTicks::kSkip : LateTicks::kCompute; }
-  void skip_ticks(int64_t pairs) override { source_->skip(pairs); }
   bool finished() const override { return finished_; }
   std::string state() const override { return finished_ ? "finished" : source_->state(); }
 

@@ -379,18 +379,6 @@ TEST(BridgeNode, RecordsSetpointsThatAreRefusedForTheirTime) {
   EXPECT_EQ(bridge.counters().refused, 1);
 }
 
-TEST(CameraNode, ARenderingThatIsTooSlowLeavesPairsOutAndNumbersTheOthersWithoutGaps) {
-  CameraNode camera(std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml"));
-  ASSERT_EQ(camera.late_ticks(), LateTicks::kSkip);
-  Outbox first, second;
-  camera.tick(first);
-  camera.skip_ticks(3);
-  camera.tick(second);
-  const auto a = last_of<target_t>(first, channel::kTargetTruth), b = last_of<target_t>(second, channel::kTargetTruth);
-  EXPECT_NEAR(static_cast<double>(b.utime - a.utime), 4e6 / 30, 1);  // times are in whole microseconds
-  EXPECT_EQ(b.pair_sequence, a.pair_sequence + 1);
-}
-
 TEST(VisionNode, AnUnreadableImageGivesNoMatch) {
   VisionNode vision(VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml"));
   CameraNode camera(std::make_unique<RenderSource>(MULTIREACH_SOURCE_DIR "/logs/reach.yaml"));
