@@ -34,11 +34,11 @@ class Standstills {
   void require_held() const;
 
  private:
-  struct Current {
+  struct Current {  // value-initialised: Clang does not take initialisers here in an optional
     HandEyeSample mean;
-    int64_t begin_utime = 0;
-    int count = 0;
-    bool target_moved = false;
+    int64_t begin_utime;
+    int count;
+    bool target_moved;
   };
   double still_m_;
   std::optional<Current> current_;
