@@ -29,8 +29,8 @@ std::vector<TimedEvent> by_utime(const LogIndex& log, const LogIndex::Series& se
     if (const auto utime = message_utime(log.event(i))) events.push_back({*utime, i});
   }
   std::ranges::stable_sort(events, {}, &TimedEvent::utime);
-  const auto repeated = std::ranges::unique(events, {}, &TimedEvent::utime);
-  events.erase(repeated.begin(), repeated.end());
+  const auto same_time = [](const TimedEvent& a, const TimedEvent& b) { return a.utime == b.utime; };
+  events.erase(std::unique(events.begin(), events.end(), same_time), events.end());
   return events;
 }
 
