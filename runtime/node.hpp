@@ -188,7 +188,7 @@ class SequenceGapCounter {
   int64_t restart(int64_t sequence, int64_t run) {
     newest_ = sequence;
     run_ = run;
-    arrived_ = ~uint64_t{0};  // what came before this counter is nobody's loss
+    arrived_ = ~uint64_t{0};  // earlier messages are not counted as lost
     unsure_ = -1;
     return 0;
   }

@@ -20,7 +20,7 @@ namespace multireach {
 ///   /log/picture?run&event|at&side[&width] an image as JPEG: side left, right or pair (vision's debug picture); at a
 ///                                          time, of the newest stereo pair
 ///
-/// What is no longer there (a run that was removed) is answered by status 204, without content.
+/// A run that was removed is answered by status 204, without content.
 class LogAnswers {
  public:
   explicit LogAnswers(const ShownRuns& runs) : runs_(runs) {}
