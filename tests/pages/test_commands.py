@@ -22,7 +22,7 @@ RUN = [
     "tools/multireach log export mcap run.lcm -o run.mcap",
     "multireach-log info run.lcm",
     "multireach-log check run.lcm",
-    "multireach-log cut run.lcm -o part.lcm --from 1 --until 2",
+    "multireach-log cut run.lcm -o part.lcm --from 4 --until 5",
     "multireach-log filter run.lcm -o joints.lcm --channel 'JOINT_*' ROBOT_STATE",
     "multireach-log merge part.lcm joints.lcm -o merged.lcm",
     "multireach-log export csv run.lcm -o tables",
