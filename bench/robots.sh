@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Every arm with its driver and emulator, as a user starts it, one after the other. Prints a table for docs/robots.md: exit code, places
 # reached, the worst error of these, what the emulated robot and the driver refused, and where the arm stopped.
-# Then, how regularly each robot was commanded on its wire, and how late after the newest JOINT_COMMAND, at the driver.
+# Then, from a set-point to the wire: the time from JOINT_SETPOINT to the first JOINT_COMMAND that shows it, by arrival at the recorder; the
+# time in the driver, from a JOINT_COMMAND to the bytes for the robot; and how regularly the robot was commanded.
 #   bench/robots.sh [ARM ...]     default: all; so101_dynamixel is the SO-101 as if its motors were Dynamixel
 set -uo pipefail
 export LC_NUMERIC=C
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+bin=$root/build/release/bin
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 field() { tr -d ' \n' <"$1" | grep -o "\"$2\":[^,}]*" | cut -d: -f2; }
@@ -25,9 +27,12 @@ for arm in "$@"; do
   driver=$(awk '/^driver:/ { found = 1 } found && /name:/ { print $2; exit }' "$folder/robot.yaml")
   out=$work/out.json
   export MULTIREACH_WIRE_REPORT=$work/$arm.wire
-  XDG_STATE_HOME=$work/state "$root/tools/launch.sh" --no-setup --robot "$folder" --driver "$driver" --emulator --isolated --json "$out" >"$work/report" 2>"$work/err"
+  XDG_STATE_HOME=$work/state "$root/tools/launch.sh" --no-setup --robot "$folder" --driver "$driver" --emulator --isolated --record "$work/run.lcm" --json "$out" >"$work/report" 2>"$work/err"
   code=$?
-  [ $code -eq 0 ] || failed=1
+  if [ $code -ne 0 ]; then
+    failed=1
+    tail -n 25 "$work/err" "$work/report" >&2
+  fi
   if [ ! -s "$out" ]; then
     echo "| $arm | $driver | $code | $(tail -n 1 "$work/err") | | | | |"
     continue
@@ -38,14 +43,17 @@ for arm in "$@"; do
   restarts=$(field "$out" restarts | awk '{ sum += $1 } END { print sum + 0 }')
   printf '| `%s` | `%s` | %d | %d | %.2f | %s | %s | %s |\n' "$arm" "$driver" "$code" "$reached" "${worst:-nan}" \
     "$(grep -c 'emulated robot has stopped' "$work/err")" "${refused:-?}" "${restarts:-?}"
+  "$bin/multireach-log" latency "$work/run.lcm" | awk '/^JOINT_SETPOINT -> JOINT_COMMAND/ { print $4, $6, $7 }' >"$work/$arm.latency"
+  rm -f "$work/run.lcm"
   [ -z "${MULTIREACH_KEEP:-}" ] || cp "$out" "$MULTIREACH_KEEP/$arm.json"
 done
 echo
-echo "| arm | commands on the wire | period p50, p99, max, ms | after \`JOINT_COMMAND\` p50, p99, max, ms |"
-echo "|---|---|---|---|"
+echo "| arm | \`JOINT_SETPOINT\` to \`JOINT_COMMAND\` p50, p99, max, ms | in the driver p50, p99, max, ms | commands on the wire | period p50, p99, max, ms |"
+echo "|---|---|---|---|---|"
 for arm in "$@"; do
   [ -s "$work/$arm.wire" ] || continue
+  read -r median most_of longest <"$work/$arm.latency"
   tr -d ' \n' <"$work/$arm.wire" | sed -E 's/.*"delay_ms":\{"max":([^,]*),"p50":([^,]*),"p99":([^}]*)\},"messages":([^,]*),"period_ms":\{"max":([^,]*),"p50":([^,]*),"p99":([^}]*)\}.*/\1 \2 \3 \4 \5 \6 \7/' |
-    awk -v arm="$arm" '{ printf "| `%s` | %d | %.2f, %.2f, %.2f | %.2f, %.2f, %.2f |\n", arm, $4, $6, $7, $5, $2, $3, $1 }'
+    awk -v arm="$arm" -v bridge="$median, $most_of, $longest" '{ printf "| `%s` | %s | %.3f, %.3f, %.3f | %d | %.2f, %.2f, %.2f |\n", arm, bridge, $2, $3, $1, $4, $6, $7, $5 }'
 done
 exit $failed
