@@ -2,20 +2,26 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "robot_bridge/drivers/join_blend.hpp"
 #include "robot_bridge/drivers/stop_ramp.hpp"
 
 namespace multireach::drivers {
 
-/// What a driver sends: the bridge's commands as they are; from the first one that is missing on, a deceleration; and
-/// from a deceleration, or from an arm that is elsewhere, a smooth transition to the commands. Position and velocity
-/// are continuous throughout. After `timeout_us` without a command, the arm decelerates to standstill before it follows
-/// again. It is told the time.
+/// What a driver sends: the bridge's commands as they are; where one to three in a row are missing, their
+/// extrapolation, then a deceleration; and from these, or from an arm that is elsewhere, a smooth transition to the
+/// commands. Position and velocity are continuous throughout. After `timeout_us` without a command, the arm decelerates
+/// to standstill before it follows again. It is told the time.
+///
+/// Every discontinuity gets a transition of its own, which ends at its time whatever comes after it: commands that
+/// often miss their millisecond by a little still lead the arm to where they are.
 class CommandFollower {
  public:
   CommandFollower(const robot_bridge::MotionLimits& limits, int64_t timeout_us)
-      : limits_(limits), timeout_us_(timeout_us) {}
+      : limits_(limits), timeout_us_(timeout_us) {
+    transitions_.reserve(kMostTransitions);
+  }
 
   /// Whether commands are followed, or the arm decelerates after them.
   bool following() const { return sent_.has_value(); }
@@ -33,18 +39,31 @@ class CommandFollower {
   void forget();
 
  private:
+  /// What remains of a discontinuity of the commands.
+  struct Transition {
+    JoinBlend blend;
+    double elapsed_s;
+  };
+  static constexpr size_t kMostTransitions = 32;
+
+  void add_transitions(double ahead_s, robot_bridge::MotionState& state) const;
+  void keep_positions_allowed(robot_bridge::MotionState& state) const;
+  robot_bridge::MotionState extrapolated(int64_t elapsed_us) const;
+  robot_bridge::MotionState between_commands(int64_t elapsed_us);
+  void begin_transition(robot_bridge::MotionState& state);
+
   robot_bridge::MotionLimits limits_;
   int64_t timeout_us_;
   std::optional<robot_bridge::MotionState> sent_;  // last, while commands are followed
   robot_bridge::MotionState last_;                 // sent at the end of a deceleration
-  JointVector velocity_;                           // of the last command, without the blend
+  robot_bridge::MotionState command_;              // the last, without transitions
   int64_t utime_ = 0, now_us_ = 0;                 // of the last command
+  bool missed_ = false;                            // a command, since the last one
   std::optional<StopRamp> ramp_;
   bool stopping_ = false;
-  std::optional<JoinBlend> blend_;
-  double blended_s_ = 0;
-  JointVector lowest_, highest_;                     // positions during the blend
-  std::optional<robot_bridge::MotionState> joined_;  // what the blend began with, in the same millisecond
+  std::vector<Transition> transitions_;
+  JointVector lowest_, highest_;                     // positions allowed during transitions
+  std::optional<robot_bridge::MotionState> joined_;  // what the last transition began with, in the same millisecond
   int64_t joined_us_ = 0;
 };
 

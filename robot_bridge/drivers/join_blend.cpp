@@ -42,7 +42,7 @@ JoinBlend::JoinBlend(const robot_bridge::MotionLimits& limits, const robot_bridg
     if (keeps(limits, i) || duration_s_ > kLongest) {
       ++i;
     } else {
-      duration_s_ *= 1.2;
+      duration_s_ *= 1.1;
       i = 0;
     }
   }

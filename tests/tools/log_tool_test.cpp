@@ -127,6 +127,33 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }
 
+TEST_F(LogTool, TheReportNamesTheFaultsOfTheBridge) {
+  LogWriter log(path("run"));
+  int64_t k = 0;
+  const auto state = [&](int8_t value, const std::string& cause, int64_t run) {
+    bridge_state_t message{};
+    message.utime = 500'000 * ++k;
+    message.run = run;
+    message.state = value;
+    message.cause = cause;
+    log.write(message.utime, "BRIDGE_STATE", *encode(message));
+  };
+  state(bridge_state_t::RUNNING, "", 1);
+  state(bridge_state_t::STOPPING, "set-points are late", 1);
+  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);  // 1.5 s
+  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);
+  state(bridge_state_t::RUNNING, "", 2);  // of another bridge
+  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);
+  state(bridge_state_t::RUNNING, "", 1);
+  state(bridge_state_t::FAULT, "the robot was restarted", 1);  // 4 s
+  log.close();
+  const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
+  ASSERT_EQ(report.json["bridge_faults"].size(), 2u) << report.json["bridge_faults"];
+  EXPECT_DOUBLE_EQ(report.json["bridge_faults"][0]["at_s"].get<double>(), 1.5);
+  const std::string table = table_of(report.json);
+  EXPECT_NE(table.find("bridge in a fault from 4.00 s: the robot was restarted\n"), std::string::npos) << table;
+}
+
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {
   const std::string log = write("log", 200);
   const auto size = std::filesystem::file_size(log);

@@ -69,6 +69,10 @@ std::string table_of(const json& report) {
     table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(),
                          lost["end_s"].get<double>(), lost["frames"].get<int>());
   }
+  for (const json& fault : report["bridge_faults"]) {
+    table += fmt::format("bridge in a fault from {:.2f} s: {}\n", fault["at_s"].get<double>(),
+                         fault["cause"].get<std::string>());
+  }
   if (report["vision_error_mm"].is_object()) {
     const json& error = report["vision_error_mm"];
     table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <multireach/bridge_state_t.hpp>
 #include <multireach/controller_state_t.hpp>
 #include <multireach/joint_command_t.hpp>
 #include <multireach/joint_setpoint_t.hpp>
@@ -161,6 +162,32 @@ struct CommandStream {
   static constexpr int64_t kPeriodUs = 1000;
 };
 
+/// The faults of the bridges, in the order of their receipt.
+struct BridgeFaults {
+  struct Fault {
+    int64_t utime;  ///< message time of the first state that says so
+    std::string cause;
+  };
+  std::vector<Fault> faults;
+
+  void add(const bridge_state_t& state) {
+    std::string& current = current_[state.run];
+    const std::string cause = state.state == bridge_state_t::FAULT ? state.cause : "";
+    if (!cause.empty() && cause != current) faults.push_back({state.utime, cause});
+    current = cause;
+  }
+  json to_json(int64_t origin) const {
+    json list = json::array();
+    for (const Fault& fault : faults) {
+      list.push_back({{"at_s", static_cast<double>(fault.utime - origin) * 1e-6}, {"cause", fault.cause}});
+    }
+    return list;
+  }
+
+ private:
+  std::map<int64_t, std::string> current_;  // by the bridge's run; empty: no fault
+};
+
 std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
   std::vector<Dwell> dwells;
   Dwell current;
@@ -265,6 +292,7 @@ class RunReporter::Data {
   std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, NodeRecord> nodes;
+  BridgeFaults bridge_faults;
   int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
   /// Runs of the publishers of a channel.
   std::map<std::string, std::set<int64_t>, std::less<>> publishers;
@@ -290,6 +318,9 @@ class RunReporter::Data {
       add_command(event);
     } else if (event.channel == channel::kRobotState) {
       add_robot_state(event);
+    } else if (event.channel == channel::kBridgeState) {
+      const auto state = decode<bridge_state_t>(event.data);
+      if (state && plausible_utime(state->utime)) bridge_faults.add(*state);
     } else if (event.channel == channel::kNodeStatus) {
       const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
       if (status) nodes[status->node].add(*status, event.utime);
@@ -398,6 +429,7 @@ RunReport RunReporter::report() const {
   out["reaches"] = reaches;
   out["reached"] = reached;
   out["unreachable"] = unreachable;
+  out["bridge_faults"] = run.bridge_faults.to_json(origin);
   out["lost_intervals"] = lost_intervals_of(run.targets, origin);
   out["vision_error_mm"] = vision_error_of(run.targets, run.truths);
   out["max_limit_violation_rad"] = run.limit_excess;

@@ -135,6 +135,56 @@ TEST_F(Following, ALongGapEndsInARampToStandstill) {
   EXPECT_GT(ticks, 20) << "of the time-out";
 }
 
+// After a pause of all processes, the bridge begins again from rest while the arm still moves; then commands and
+// milliseconds come in a random order, as where both clocks tick at the same time. Each missing command once began the
+// transition anew, so the arm kept its speed beside that of the commands: twice the limit.
+TEST_F(Following, ArrivesAtTheCommandsHoweverOftenOneMissesItsMillisecond) {
+  // A quintic that begins with 1.9 rad/s decelerates by at most 10 rad/s^2, half of the limit, in 0.75 s, or up to a
+  // tenth longer; it passes 0.198 of speed times duration, beside what the arm went in 9 ms.
+  constexpr double kFarthest = 0.198 * 1.9 * 1.1 * 0.75 + 9e-3 * 1.9;
+  const CounterRandom random(31);
+  uint64_t counter = 0;
+  for (int run = 0; run < 100; ++run) {
+    SCOPED_TRACE("seed 31, run " + std::to_string(run));
+    const double late_share = random.uniform(counter++, 0, 0.6);
+    follower.forget();
+    sent_.reset();
+    positions.clear();
+    const auto command = [&](double position, double velocity, int64_t ms) {
+      sent_ = follower.command(JointVector::Constant(1, position), JointVector::Constant(1, velocity), ms * 1000, arm,
+                               now_us);
+    };
+    // 1.9 rad/s of 2, then 9 ms without commands, then from rest with 10 rad/s^2 to 1.9 rad/s again.
+    arm[0] = -2;
+    int64_t ms = 0;
+    for (; ms < 1000; ++ms) {
+      command(-2 + 1.9e-3 * static_cast<double>(ms), 1.9, ms);
+      tick();
+    }
+    for (int k = 0; k < 9; ++k) tick();
+    fastest = hardest = 0;
+    const double begin = -2 + 1.9;
+    int waiting = 0;
+    double position = 0;
+    const auto next = [&](int k) {
+      const double t = 1e-3 * k, ramp = 0.19;
+      position = begin + (t < ramp ? 5 * t * t : 5 * ramp * ramp + 1.9 * (t - ramp));
+      command(position, std::min(10 * t, 1.9), ms + k);
+    };
+    for (int k = 0; k < 1000; ++k) {
+      ++waiting;
+      if (random.uniform(counter++) >= late_share) {
+        for (; waiting > 0; --waiting) next(k + 1 - waiting);
+      }
+      tick();
+      EXPECT_LT(std::abs(positions.back() - position), kFarthest + 3e-3 * waiting)
+          << k << ": at most 3 rad/s more while commands wait";
+    }
+    EXPECT_NEAR(positions.back(), position, 0.02) << "the commands of some milliseconds";
+    EXPECT_LT(fastest, 2 * 1.5);
+  }
+}
+
 // Random losses, pauses and bursts of random joints' states: no step, whatever comes when.
 TEST_F(Following, NoScheduleOfCommandsMakesAStep) {
   const CounterRandom random(11);
