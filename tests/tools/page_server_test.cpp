@@ -129,6 +129,29 @@ TEST_F(PageServing, ABrowserThatReadsNothingDelaysNobodyAndEndsWithTheServer) {
   EXPECT_NE(other.read_until("the answer").find("the answer"), std::string::npos);
 }
 
+// A browser takes what follows a cut message as the rest of it, then ends with "Invalid frame header".
+TEST_F(PageServing, ABrowserThatTakesOnlyAPartOfAMessageGetsNoOtherOne) {
+  PageServer server(options());
+  Connection slow(server.port());
+  slow.send(upgrade("http://127.0.0.1", "secret"));
+  while (server.count() < 1) std::this_thread::yield();
+  const std::string large(1000000, 'x');
+  for (int i = 0; i < 50; ++i) {
+    server.send(Outgoing::Kind::kFrame, large);
+    std::this_thread::yield();
+  }
+  while (server.count() > 0) std::this_thread::yield();
+  const std::string text = slow.read_until("never");
+  size_t at = text.find("\r\n\r\n") + 4, frames = 0;
+  for (; at < text.size(); ++frames) {
+    ASSERT_EQ(text[at], '\x81') << frames;  // a whole message of text
+    ASSERT_LT(at + 10, text.size());
+    const int length = text[at + 1];
+    at += length < 126 ? 2 + static_cast<size_t>(length) : 10 + large.size();
+  }
+  EXPECT_GE(frames, 2u) << "the greeting, and one that is cut";
+}
+
 TEST_F(PageServing, ListensAtASocketThatAnotherProgramOpened) {
   const int socket = open_listening_socket("127.0.0.1", 0);
   const int port = listening_port(socket);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kMessages = "/messages";
 constexpr std::string_view kQuestions = "/log/";
-constexpr const char* kWriteTimeout = "1500";  // ms: a browser that takes nothing for so long is disconnected
+constexpr const char* kWriteTimeout = "3000";  // ms: a browser that takes nothing for so long is disconnected
 // Everything comes from this server, and no other page may show this one inside itself.
 constexpr const char* kHeaders =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
@@ -55,9 +55,13 @@ struct Browser {
   OutgoingQueue queue;
   std::thread writer;
 
+  /// A browser that did not take all of a message in time would read the next one as the rest of it: it is
+  /// disconnected, and connects again.
   void write() {
     while (const auto next = queue.pop()) {
-      if (mg_websocket_write(connection, opcode_of(next->kind), next->bytes->data(), next->bytes->size()) <= 0) return;
+      const auto size = next->bytes->size();
+      const int written = mg_websocket_write(connection, opcode_of(next->kind), next->bytes->data(), size);
+      if (written <= 0 || static_cast<size_t>(written) < size) return mg_close_connection(connection);
     }
   }
 };
