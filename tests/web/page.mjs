@@ -30,7 +30,8 @@ for (const node of ['bridge', 'controller', 'page', 'robot_sim', 'vision']) awai
 await contains('#reach', 'target ball');
 await contains('#reach', 'mm away');
 await contains('#rates', 'joint command');
-check((await page.locator('#plots canvas').count()) === 4, 'there are no four plots');
+const plots = await page.locator('#plots canvas').count();
+check(plots === 8, `there are ${plots} plots, not eight`);
 const sentBefore = (await numbers('bridge'))[5];
 await page.waitForFunction(before => {
   const row = [...document.querySelectorAll('#nodes tr')].find(each => each.firstChild.textContent === 'bridge');
