@@ -29,7 +29,7 @@ CONTENTS = {
     "Folders": [],
 }
 API = "api/index.html"  # by Doxygen, if it is there
-PAGE_SOURCES = {".svg", ".png", ".jpg"}  # copied as they are
+PAGE_SOURCES = {".svg", ".png", ".jpg", ".webp"}  # copied as they are
 MAX_SHOWN_BYTES = 300_000
 
 STYLE = """

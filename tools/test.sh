@@ -38,7 +38,7 @@ stage() {
 }
 sources() { git ls-files '*.cpp' '*.hpp'; }
 format() { sources | xargs clang-format --dry-run --Werror; }
-scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/view.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page,keys}.sh; }
+scripts() { shellcheck tools/*.sh tools/multireach web/build.sh docs/pictures/{view,reach}.sh cmake/debian/{postinst,postrm,prerm} cmake/debian/python/prerm tests/package/run.sh tests/full/{debian_package,many_machines}.sh tests/live/{launched,supervision,recorder,stacks,two_hosts,systemd_units,doctor,view_page,keys}.sh; }
 # tests PRESET OPTION...: runs tests by ctest; for the end of this script's output, keeps the last lines of those that failed, also in a
 # first run of two.
 tests() {
