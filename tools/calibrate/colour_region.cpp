@@ -15,6 +15,8 @@ namespace {
 using Feature = Eigen::Vector3d;  // chroma U, V and the logarithm of Y
 
 constexpr int kStart = 3;          // pixels, half size of the patch around the click
+constexpr double kOfStart = 0.5;   // least share of the patch that a region contains
+constexpr double kDrift = 0.2;     // of the mean chroma from that of the patch: farther away it is another colour
 constexpr double kLargest = 0.25;  // share of the image: a larger region is not one object
 
 /// The features of all pixels of an image.
@@ -134,16 +136,22 @@ cv::Mat gradient_of(const cv::Mat& bgr) {
   return steepest;
 }
 
+/// How well a region is set off: of regions with a border of equal contrast, the most compact and the largest.
+double score_of(const cv::Mat& gradient, const cv::Mat& region) {
+  return border_contrast(gradient, region) * std::pow(solidity(region), 2) * std::pow(cv::countNonZero(region), 0.1);
+}
+
 /// Grows regions from a patch around the click, with several limits of similarity, and returns the one with the border
 /// of highest contrast.
-cv::Mat grown(const cv::Mat& bgr, const cv::Point& click) {
+cv::Mat grown(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Point& click) {
   const cv::Rect whole({0, 0}, bgr.size());
   const Features features(bgr);
-  const cv::Mat gradient = gradient_of(bgr);
+  const cv::Rect start = cv::Rect(click.x - kStart, click.y - kStart, 2 * kStart + 1, 2 * kStart + 1) & whole;
   cv::Mat patch = cv::Mat::zeros(bgr.size(), CV_8UC1), best = patch;
-  patch(cv::Rect(click.x - kStart, click.y - kStart, 2 * kStart + 1, 2 * kStart + 1) & whole) = 255;
+  patch(start) = 255;
   best = patch;
-  double best_contrast = 0;
+  const Distribution clicked(features, patch);
+  double best_score = 0;
   constexpr int kRounds = 4;
   for (const double sigmas : {3.0, 2.5, 2.0, 1.5}) {
     cv::Mat region = patch;
@@ -159,10 +167,12 @@ cv::Mat grown(const cv::Mat& bgr, const cv::Point& click) {
       region = component_at(near, click);
       const int pixels = cv::countNonZero(region);
       if (pixels == 0 || pixels > kLargest * whole.area()) break;
-      // Of regions with equal contrast, the most compact and the largest.
-      const double contrast = border_contrast(gradient, region) * std::pow(solidity(region), 2) * std::pow(pixels, 0.1);
-      if (contrast <= best_contrast) continue;
-      best_contrast = contrast;
+      // A region that has left the click has drifted to the colours of its surroundings.
+      if (cv::countNonZero(region(start)) < kOfStart * start.area()) break;
+      if ((Distribution(features, region).mean - clicked.mean).head<2>().norm() > kDrift) break;
+      const double score = score_of(gradient, region);
+      if (score <= best_score) continue;
+      best_score = score;
       best = region;
     }
   }
@@ -170,7 +180,7 @@ cv::Mat grown(const cv::Mat& bgr, const cv::Point& click) {
 }
 
 /// Cuts the object from its surroundings. Returns `region` when the cut contradicts it.
-cv::Mat cut(const cv::Mat& bgr, const cv::Mat& region, const cv::Point& click) {
+cv::Mat cut(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Mat& region, const cv::Point& click) {
   const cv::Rect whole({0, 0}, bgr.size()), box = cv::boundingRect(region);
   const auto widened = [&](double share, int least) {
     const int margin = std::max(least, static_cast<int>(share * std::max(box.width, box.height)));
@@ -194,14 +204,16 @@ cv::Mat cut(const cv::Mat& bgr, const cv::Mat& region, const cv::Point& click) {
   cv::morphologyEx(found, found, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
   found = component_at(found, click);
   const double ratio = static_cast<double>(cv::countNonZero(found)) / cv::countNonZero(region);
-  constexpr double kLeast = 0.6, kMost = 2.5;
-  return ratio > kLeast && ratio < kMost ? found : region;
+  constexpr double kLeast = 0.6, kMost = 2.5, kSet = 0.9;
+  if (!(ratio > kLeast && ratio < kMost)) return region;
+  return score_of(gradient, found) >= kSet * score_of(gradient, region) ? found : region;
 }
 
 }  // namespace
 
 ObjectRegion region_around(const cv::Mat& bgr, const cv::Point& click) {
-  const cv::Mat mask = cut(bgr, grown(bgr, click), click);
+  const cv::Mat gradient = gradient_of(bgr);
+  const cv::Mat mask = cut(bgr, gradient, grown(bgr, gradient, click), click);
   return {cv::boundingRect(mask), mask};
 }
 

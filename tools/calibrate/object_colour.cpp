@@ -11,16 +11,56 @@
 namespace multireach {
 namespace {
 
+constexpr double kFewest = 0.25;  // least share of the region's area that the finder must find
+constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
+
+/// The shares of a blob's pixels in a region's mask, or box.
+double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
+  double area = 0;
+  for (const vision::Run& run : blob.runs) {
+    if (region.mask.empty()) {
+      area += (cv::Rect(run.begin, run.row, run.end - run.begin, 1) & region.box).area();
+    } else {
+      area += cv::countNonZero(region.mask.row(run.row).colRange(run.begin, run.end));
+    }
+  }
+  return area;
+}
+
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
 std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture";
   if (found.blobs.empty()) return "with the learned colours nothing is found, not even the object";
-  const vision::Blob& largest = found.blobs[0];
-  const cv::Point at(cvRound(largest.centroid.x()), cvRound(largest.centroid.y()));
-  if (region.box.contains(at)) return {};
-  return fmt::format("with the learned colours another object is found, at {},{}", at.x, at.y);
+  const vision::Blob* object = nullptr;
+  double inside = 0;
+  for (const vision::Blob& blob : found.blobs) {
+    const double area = area_inside(blob, region);
+    if (area <= inside) continue;
+    inside = area;
+    object = &blob;
+  }
+  const auto middle = [](const vision::Blob& blob) {
+    return cv::Point(cvRound(blob.centroid.x()), cvRound(blob.centroid.y()));
+  };
+  if (!object) {
+    const cv::Point at = middle(found.blobs[0]);
+    return fmt::format("with the learned colours another object is found, at {},{}, and not this one", at.x, at.y);
+  }
+  if (inside < 0.5 * object->area) {
+    return "with the learned colours the object is found together with much of what is around it";
+  }
+  for (const vision::Blob& blob : found.blobs) {
+    if (&blob == object || blob.area < kSimilar * object->area) continue;
+    const cv::Point at = middle(blob);
+    return fmt::format("with the learned colours another object is found, at {},{}, {:.0f} % as large as this one",
+                       at.x, at.y, 100 * blob.area / object->area);
+  }
+  const double whole = region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
+  if (inside < kFewest * whole)
+    return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * inside / whole);
+  return {};
 }
 
 }  // namespace

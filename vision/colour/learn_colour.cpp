@@ -1,5 +1,6 @@
 #include "vision/colour/learn_colour.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +19,7 @@ constexpr double kMoreFrequent = 2;  // an object colour is this many times more
 constexpr double kMinObject = 0.2;   // smallest share of object colours in the rectangle
 constexpr double kEnough = 0.3;      // smallest share of object pixels with known colour, i.e. not overexposed
 constexpr double kSwamped = 0.05;    // misclassified background share above which brightness limits are tried
+constexpr double kWideness = 0.03;   // share of the object that a tolerance wider by one sigma must add
 constexpr double kClean = 0.002;     // misclassified share of the background that is acceptable
 
 ChromaSample sample_of(const cv::Vec3b& pixel) {
@@ -102,6 +104,7 @@ double share_of_members(const ColourModel& model, const std::vector<ChromaSample
 /// The image and the object's pixels in it, for trying a model with the blob finder.
 struct Trial {
   cv::Mat bgr, mask;  // empty where the object's pixels are not known
+  cv::Mat alike;      // pixels of other objects of the same colour; empty where there are none
   cv::Rect box;       // of the mask, widened: other blobs do not touch it
   double area = 0;    // of the mask, pixels
 };
@@ -114,11 +117,22 @@ struct Pictures {
 struct Grade {
   double kept, background;
   double clutter = 0;  // area of blobs of other things, relative to the object's
-  /// 1 % of the background misclassified costs as much as 10 % of the object missed; blobs cost their area.
-  double score() const { return kept - 10 * background - std::min(1.0, clutter); }
+  /// 1 % of the background misclassified costs as much as 10 % of the object missed; blobs cost by their area.
+  double score() const { return kept - 10 * background - clutter / (1 + clutter); }
 };
 
-/// What the finder finds beside the object, relative to the object's area.
+/// Pixels of a blob that are not in `mask`; all where it is empty.
+double area_outside(const Blob& blob, const cv::Mat& mask) {
+  if (mask.empty()) return blob.area;
+  double area = 0;
+  for (const Run& run : blob.runs) {
+    const auto* row = mask.ptr<uint8_t>(run.row);
+    area += static_cast<double>(std::count(row + run.begin, row + run.end, uint8_t{0}));
+  }
+  return area;
+}
+
+/// What the finder finds beside the object and others of its colour, relative to the object's area.
 double clutter_of(const ColourModel& model, const Trial& trial) {
   if (trial.mask.empty()) return 0;
   BlobFinder finder;
@@ -127,7 +141,7 @@ double clutter_of(const ColourModel& model, const Trial& trial) {
   if (found.too_many_runs) return 1e3;
   double area = 0;
   for (const Blob& blob : found.blobs) {
-    if ((blob.box & trial.box).empty()) area += blob.area;
+    if ((blob.box & trial.box).empty()) area += area_outside(blob, trial.alike);
     // A blob that contains the object and much else.
     if (!(blob.box & trial.box).empty()) area += std::max(0.0, blob.area - 1.5 * trial.area);
   }
@@ -139,33 +153,51 @@ Grade grade(const ColourModel& model, const Pictures& pictures) {
           clutter_of(model, pictures.trial)};
 }
 
-/// Sets the widest tolerance that excludes the background; if there is none, the one with the best score.
-void choose_tolerance(ColourModel& model, const Pictures& pictures) {
-  double best_score = -1e9, best = model.tolerance;
-  for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
-    model.tolerance = tolerance;
-    const Grade now = grade(model, pictures);
-    if (now.background <= kClean && now.clutter == 0) return;
-    if (now.score() <= best_score) continue;
-    best_score = now.score();
-    best = tolerance;
-  }
-  model.tolerance = best;
-}
-
-/// Adds components for the background pixels that are classified as the object, if that improves the score.
-void add_background(ColourModel& model, const Pictures& pictures) {
+/// Cuts the background pixels that are classified as the object out of the model, by components for them, if that
+/// improves the score. Returns the grade.
+Grade cut_background(ColourModel& model, const Pictures& pictures) {
+  model.background.clear();
+  Grade best = grade(model, pictures);
+  if (best.background <= kClean && best.clutter == 0) return best;
   const ChromaClassifier test(model, {});
   std::vector<ChromaSample> confused;
   for (const ChromaSample& sample : pictures.rest) {
     if (sample.luma >= kDark && !clipped(sample) && test.contains(sample.colour)) confused.push_back(sample);
   }
-  if (confused.empty()) return;
-  ColourModel with = model;
-  with.background = fit_chroma(confused, 3);
+  if (confused.empty()) return best;
+  const std::vector<ChromaComponent> components = fit_chroma(confused, 3);
   const double share = total_weight(confused) / total_weight(pictures.rest);
-  for (ChromaComponent& component : with.background) component.weight *= share;
-  if (grade(with, pictures).score() > grade(model, pictures).score()) model = with;
+  // The shares of the object and of its background differ from picture to picture, so the score chooses.
+  ColourModel chosen = model;
+  for (const double factor : {1.0, 10.0, 100.0}) {
+    ColourModel with = model;
+    with.background = components;
+    for (ChromaComponent& component : with.background) component.weight *= share * factor;
+    const Grade now = grade(with, pictures);
+    if (now.score() <= best.score()) continue;
+    best = now;
+    chosen = with;
+  }
+  model = chosen;
+  return best;
+}
+
+/// Sets the tolerance with the best score, with the background cut out or not. Objects that this picture does not show
+/// may have similar colours, so what a tolerance beyond the usual one adds must be worth it.
+void choose_tolerance(ColourModel& model, const Pictures& pictures, bool cut) {
+  constexpr double kUsual = 3;
+  double best_score = -1e9;
+  ColourModel best = model;
+  for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
+    ColourModel with = model;
+    with.tolerance = tolerance;
+    const Grade now = cut ? cut_background(with, pictures) : grade(with, pictures);
+    const double score = now.score() - kWideness * std::max(0.0, tolerance - kUsual);
+    if (score <= best_score) continue;
+    best_score = score;
+    best = with;
+  }
+  model = best;
 }
 
 /// Sets a limit of brightness that separates the object from background pixels of its chroma. Returns false, and
@@ -239,7 +271,8 @@ void limit_brightness(ColourModel& model, const Pictures& pictures) {
 /// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
 /// limit of brightness.
 bool tune(ColourModel& model, const Pictures& pictures) {
-  choose_tolerance(model, pictures);
+  ColourModel cut = model;
+  choose_tolerance(model, pictures, false);
   const Grade by_chroma = grade(model, pictures);
   bool by_brightness = false;
   if (by_chroma.background > kSwamped) {
@@ -248,11 +281,15 @@ bool tune(ColourModel& model, const Pictures& pictures) {
     by_brightness = separate_by_brightness(limited, pictures);
     if (by_brightness) {
       model = limited;
-      choose_tolerance(model, pictures);
+      choose_tolerance(model, pictures, false);
     }
   }
-  const Grade now = grade(model, pictures);
-  if (now.background > kClean || now.clutter > 0) add_background(model, pictures);
+  // Cut by the colours around the object, its chroma may distinguish it after all.
+  choose_tolerance(cut, pictures, true);
+  if (!by_brightness || grade(cut, pictures).score() > grade(model, pictures).score()) {
+    model = cut;
+    by_brightness = false;
+  }
   if (!by_brightness) limit_brightness(model, pictures);
   return by_brightness;
 }
@@ -285,8 +322,8 @@ LearnedColour failed(Status status) {
   return result;
 }
 
-/// Learns from the samples of object and background.
-LearnedColour learn(const Pictures& pictures) {
+/// The samples of the object whose colour is known; none where too many are overexposed.
+std::vector<ChromaSample> coloured_samples(const Pictures& pictures) {
   const double object = total_weight(pictures.object);
   std::vector<ChromaSample> coloured = pictures.object;
   std::erase_if(coloured, clipped);
@@ -295,8 +332,15 @@ LearnedColour learn(const Pictures& pictures) {
     // colour is unknown.
     coloured = pictures.object;
     std::erase_if(coloured, overexposed);
-    if (total_weight(coloured) < kEnough * object) return failed(Status::kOverexposed);
+    if (total_weight(coloured) < kEnough * object) coloured.clear();
   }
+  return coloured;
+}
+
+/// Learns from the samples of object and background.
+LearnedColour learn(const Pictures& pictures) {
+  std::vector<ChromaSample> coloured = coloured_samples(pictures);
+  if (coloured.empty()) return failed(Status::kOverexposed);
   std::erase_if(coloured, [](const ChromaSample& sample) { return sample.luma < kDark; });
   LearnedColour result;
   result.model.object = fit_chroma(coloured, 3);
@@ -318,6 +362,41 @@ LearnedColour learn(const Pictures& pictures) {
     result = {Status::kLearned, model, now.kept, now.background, by_brightness};
   }
   return result;
+}
+
+/// Whether the mean chroma of a blob is that of a component: within its standard deviation, not only in its tails.
+bool is_alike(const cv::Mat& bgr, const Blob& blob, const ChromaComponent& component) {
+  constexpr double kDistance = 1.2;
+  Eigen::Vector2d sum(0, 0);
+  for (const Run& run : blob.runs) {
+    for (int column = run.begin; column < run.end; ++column)
+      sum += sample_of(bgr.at<cv::Vec3b>(run.row, column)).chroma;
+  }
+  const Eigen::Vector2d from = sum / blob.area - component.mean;
+  return from.dot(component.covariance.inverse() * from) < kDistance * kDistance;
+}
+
+/// Marks other objects of the object's main colour, with a border in which colours mix.
+cv::Mat objects_alike(const Pictures& pictures) {
+  constexpr double kTolerance = 2, kLeastArea = 0.1, kMostArea = 25;
+  constexpr double kSolid = 0.4;  // least share of its box: a ball's is 0.8, that of a texture is less
+  constexpr int kBorder = 7;      // pixels
+  const Trial& trial = pictures.trial;
+  ColourModel main;
+  main.object = fit_chroma(coloured_samples(pictures), 1);
+  main.tolerance = kTolerance;
+  if (main.object.empty()) return {};
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(trial.bgr, {0, 0, trial.bgr.cols, trial.bgr.rows}, ColourTable(main),
+                                       {.min_area = kLeastArea * trial.area, .most = 64});
+  cv::Mat alike = cv::Mat::zeros(trial.mask.size(), CV_8UC1);
+  for (const Blob& blob : found.blobs) {
+    if (!(blob.box & trial.box).empty() || blob.area > kMostArea * trial.area) continue;
+    if (blob.area < kSolid * blob.box.area() || !is_alike(trial.bgr, blob, main.object[0])) continue;
+    for (const Run& run : blob.runs) alike.row(run.row).colRange(run.begin, run.end) = 255;
+  }
+  cv::dilate(alike, alike, cv::getStructuringElement(cv::MORPH_ELLIPSE, {kBorder, kBorder}));
+  return alike;
 }
 
 }  // namespace
@@ -351,12 +430,16 @@ LearnedColour learn_colour_of(const cv::Mat& bgr, const cv::Mat& mask) {
   if (cv::countNonZero(inner) < kFewest / 2) inner = mask;
   cv::dilate(mask, outer, disc(2 * kBorder + 1));
   const cv::Rect whole(0, 0, bgr.cols, bgr.rows), box = cv::boundingRect(mask);
-  pictures.trial = {bgr, mask, box + cv::Size(2, 2), static_cast<double>(cv::countNonZero(mask))};
+  pictures.trial = {bgr, mask, {}, box + cv::Size(2, 2), static_cast<double>(cv::countNonZero(mask))};
   pictures.trial.box = (pictures.trial.box - cv::Point(1, 1)) & whole;
   if (pictures.trial.area < kFewest) return failed(Status::kBadRectangle);
   pictures.object = samples_of(bgr, box, inner, true, 8000);
   pictures.rest = samples_of(bgr, whole, outer, false, 30000);
   if (pictures.object.empty()) return failed(Status::kBadRectangle);
+  // Other objects of the same colour must not cut this one up: they are not background.
+  pictures.trial.alike = objects_alike(pictures);
+  if (cv::countNonZero(pictures.trial.alike) > 0)
+    pictures.rest = samples_of(bgr, whole, outer | pictures.trial.alike, false, 30000);
   return learn(pictures);
 }
 

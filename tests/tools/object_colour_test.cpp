@@ -1,0 +1,154 @@
+// Regions that clicks propose, and colours learned from them, on generated pictures of shaded balls.
+#include "tools/calibrate/object_colour.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "numeric/random.hpp"
+#include "vision/colour/find.hpp"
+
+namespace multireach {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 240;
+
+struct Ball {
+  cv::Point centre;
+  double radius = 20;
+  Rgb colour;
+};
+
+/// A part of the picture with one colour and a fine texture, pixel by pixel of its brightness.
+struct Patch {
+  cv::Rect box;
+  Rgb colour;
+};
+
+/// Shaded balls, each with a highlight and a dark side, before patches on a grey wall; blurred as by a lens, with
+/// noise.
+cv::Mat picture(const std::vector<Ball>& balls, const std::vector<Patch>& patches, uint64_t seed) {
+  cv::Mat image(kHeight, kWidth, CV_32FC3, cv::Scalar(150, 152, 150));
+  const CounterRandom random(seed);
+  uint64_t counter = 0;
+  for (const Patch& patch : patches) {
+    for (int row = patch.box.y; row < patch.box.br().y; ++row) {
+      for (int column = patch.box.x; column < patch.box.br().x; ++column) {
+        const auto bright = static_cast<float>(random.uniform(counter++, 0.85, 1.15));
+        image.at<cv::Vec3f>(row, column) =
+            bright * cv::Vec3f(static_cast<float>(patch.colour.b), static_cast<float>(patch.colour.g),
+                               static_cast<float>(patch.colour.r));
+      }
+    }
+  }
+  for (const Ball& ball : balls) {
+    for (int row = 0; row < kHeight; ++row) {
+      for (int column = 0; column < kWidth; ++column) {
+        const double x = (column - ball.centre.x) / ball.radius, y = (row - ball.centre.y) / ball.radius;
+        if (x * x + y * y > 1) continue;
+        const double z = std::sqrt(1 - x * x - y * y), lit = -0.4 * x - 0.6 * y + 0.69 * z;
+        const double shade = 0.35 + 0.75 * std::max(0.0, lit), shine = 120 * std::pow(std::max(0.0, lit), 40);
+        const auto channel = [&](double value) { return static_cast<float>(std::min(255.0, value * shade + shine)); };
+        image.at<cv::Vec3f>(row, column) = {channel(ball.colour.b), channel(ball.colour.g), channel(ball.colour.r)};
+      }
+    }
+  }
+  cv::GaussianBlur(image, image, {0, 0}, 1);
+  for (int row = 0; row < kHeight; ++row) {
+    for (int column = 0; column < kWidth; ++column) {
+      for (int k = 0; k < 3; ++k)
+        image.at<cv::Vec3f>(row, column)[k] += static_cast<float>(random.uniform(counter++, -4, 4));
+    }
+  }
+  cv::Mat bytes;
+  image.convertTo(bytes, CV_8UC3);
+  std::vector<uint8_t> jpeg;
+  cv::imencode(".jpg", bytes, jpeg, {cv::IMWRITE_JPEG_QUALITY, 85});
+  return cv::imdecode(jpeg, cv::IMREAD_COLOR);
+}
+
+/// Share of the union of a region and a ball's disc that both have.
+double overlap(const ObjectRegion& region, const Ball& ball) {
+  cv::Mat disc = cv::Mat::zeros(region.mask.size(), CV_8UC1);
+  cv::circle(disc, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
+  return static_cast<double>(cv::countNonZero(disc & region.mask)) / cv::countNonZero(disc | region.mask);
+}
+
+const Rgb kRed{190, 60, 85}, kOrange{220, 120, 30}, kYellow{185, 195, 105}, kWood{172, 135, 82}, kSkin{190, 120, 110};
+
+TEST(ObjectRegion, ReachesFromTheDarkSideToTheHighlight) {
+  for (const Rgb& colour : {kRed, kOrange, kYellow, Rgb{40, 90, 180}}) {
+    const Ball ball{{150, 110}, 22, colour};
+    const cv::Mat image = picture({ball}, {}, 1);
+    EXPECT_GT(overlap(region_around(image, ball.centre + cv::Point(4, 3)), ball), 0.8) << colour.r;
+  }
+}
+
+TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
+  // A door of nearly the ball's hue, with a border of much contrast to the white wall around it.
+  for (const double radius : {10.0, 14.0, 20.0}) {
+    const Ball ball{{150, 110}, radius, kYellow};
+    const cv::Mat image = picture({ball}, {{{0, 0, kWidth, kHeight}, {235, 238, 236}}, {{110, 10, 80, 220}, kWood}}, 1);
+    EXPECT_GT(overlap(region_around(image, ball.centre), ball), 0.8) << radius;
+  }
+}
+
+/// A colour learned from a click at the middle of a ball.
+ObjectColour learned(const cv::Mat& image, const Ball& ball) {
+  return learn_object(image, region_around(image, ball.centre));
+}
+
+TEST(ObjectColourOf, IsCutByColoursNearIt) {
+  // A carpet of colours from skin nearly to the ball's red: the model ends there, but keeps most of the ball.
+  const Ball ball{{150, 110}, 20, kRed};
+  std::vector<Patch> carpet;
+  const CounterRandom random(9);
+  for (int k = 0; k < 192; ++k) {
+    const auto n = static_cast<uint64_t>(k);
+    const double t = random.uniform(2 * n, 0.15, 1), bright = random.uniform(2 * n + 1, 0.2, 1);
+    const auto mixed = [&](double red, double skin) { return bright * (red + t * (skin - red)); };
+    carpet.push_back(
+        {{k % 16 * 20, k / 16 * 20, 20, 20}, {mixed(kRed.r, kSkin.r), mixed(kRed.g, kSkin.g), mixed(kRed.b, kSkin.b)}});
+  }
+  const ObjectColour object = learned(picture({ball}, carpet, 2), ball);
+  EXPECT_EQ(object.fault, "");
+  EXPECT_GT(object.colour.kept, 0.6);
+  EXPECT_LT(object.colour.background, 0.01);
+}
+
+TEST(ObjectColourOf, IsNotWiderThanTheObjectNeeds) {
+  // Nothing else in the picture has a colour: still a ball of a redder orange, which it does not show, is another one.
+  const Ball orange{{150, 110}, 20, kOrange}, red{{150, 110}, 20, {215, 95, 40}};
+  const ObjectColour object = learned(picture({orange}, {}, 3), orange);
+  EXPECT_EQ(object.fault, "");
+  EXPECT_GT(object.colour.kept, 0.9);
+  vision::BlobFinder finder;
+  const cv::Mat other = picture({red}, {}, 4);
+  const auto found = finder.find(other, {0, 0, kWidth, kHeight}, vision::ColourTable(object.colour.model));
+  EXPECT_TRUE(found.blobs.empty());
+}
+
+TEST(ObjectColourOf, IsNotCutUpByOthersOfTheSameColour) {
+  const Ball ball{{60, 60}, 20, kOrange};
+  const std::vector<Ball> alike{ball, {{160, 60}, 24, kOrange}, {{250, 60}, 18, kOrange}, {{100, 170}, 22, kOrange}};
+  const ObjectColour object = learned(picture(alike, {}, 5), ball);
+  EXPECT_GT(object.colour.kept, 0.8);
+}
+
+TEST(ObjectColourOf, IsRefusedWhereAnotherObjectPasses) {
+  const Ball ball{{60, 110}, 20, kOrange};
+  for (const double radius : {9.0, 19.0, 30.0}) {
+    const cv::Mat image = picture({ball, {{220, 120}, radius, kOrange}}, {}, 6);
+    const std::string fault = learned(image, ball).fault;
+    if (radius < 10) {
+      EXPECT_EQ(fault, "") << "a quarter of its area: the object stands out";
+    } else {
+      EXPECT_NE(fault.find("another object is found, at 2"), std::string::npos) << radius << ": " << fault;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace multireach
