@@ -10,8 +10,7 @@
 #include "bench/real/baseline.hpp"
 #include "bench/real/real_set.hpp"
 #include "runtime/image_file.hpp"
-#include "tools/calibrate/colour_region.hpp"
-#include "vision/colour/learn_colour.hpp"
+#include "tools/calibrate/object_colour.hpp"
 #include "vision/stereo_vision.hpp"
 
 namespace multireach::bench {
@@ -50,7 +49,7 @@ struct Score {
 /// One object, learned from one click, through a whole video.
 struct Run {
   size_t object = 0, click_image = 0;
-  std::string fault;  // why the colour was not learned
+  std::string fault;  // why the colour was not learned, or is refused
   std::unique_ptr<vision::StereoVision> ours;
   std::unique_ptr<Baseline> baseline;
   Score ours_score, baseline_score;
@@ -65,14 +64,28 @@ vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourMode
   return options;
 }
 
-void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, Run& run) {
-  run.baseline = std::make_unique<Baseline>(image, click);
-  const vision::LearnedColour learned = vision::learn_colour_of(image, region_around(image, click).mask);
-  if (learned.status != vision::LearnedColour::Status::kLearned) {
-    run.fault = description(learned.status);
-    return;
+/// A colour learned from a click as `calibrate colour` learns it, or why that refuses it.
+struct Clicked {
+  std::optional<vision::ColourModel> model;
+  std::string fault;
+};
+
+Clicked learn_click(const cv::Mat& image, const cv::Point& click) {
+  try {
+    const ObjectColour object = learn_object(image, region_around(image, click));
+    return {object.colour.model, object.fault};
+  } catch (const std::runtime_error& fault) {
+    return {std::nullopt, fault.what()};
   }
-  run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, learned.model, learned.model)});
+}
+
+/// `all`: also tracks with a colour that is refused.
+void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, bool all, Run& run) {
+  run.baseline = std::make_unique<Baseline>(image, click);
+  const Clicked learned = learn_click(image, click);
+  run.fault = learned.fault;
+  if (!learned.model || (!run.fault.empty() && !all)) return;
+  run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, *learned.model, *learned.model)});
 }
 
 /// The images to learn an object's colour from: those that the set names, or `clicks` spread evenly over its labels.
@@ -87,7 +100,7 @@ std::vector<size_t> click_images(const LabelledObject& object, int clicks) {
 }
 
 /// The runs of a video: each object, learned from each of its clicks.
-std::vector<Run> runs_of(const RealSet& set, int clicks) {
+std::vector<Run> runs_of(const RealSet& set, int clicks, bool all) {
   std::vector<Run> runs;
   for (size_t k = 0; k < set.labelled.size(); ++k) {
     for (const size_t number : click_images(set.labelled[k], clicks)) {
@@ -98,7 +111,7 @@ std::vector<Run> runs_of(const RealSet& set, int clicks) {
       Run& run = runs.emplace_back();
       run.object = k;
       run.click_image = number;
-      learn(set, image, point, run);
+      learn(set, image, point, all, run);
     }
   }
   return runs;
@@ -132,43 +145,53 @@ double percent(int part, int all) {
   return all > 0 ? 100.0 * part / all : 0;
 }
 
+/// The sum of several scores.
+void add(Score& sum, const Score& one) {
+  sum.labelled += one.labelled;
+  sum.right += one.right;
+  sum.between += one.between;
+  sum.wrong += one.wrong;
+  sum.by_contour += one.by_contour;
+  sum.elsewhere += one.elsewhere;
+  sum.errors_px.insert(sum.errors_px.end(), one.errors_px.begin(), one.errors_px.end());
+}
+
 void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
   for (size_t k = 0; k < set.labelled.size(); ++k) {
     Score ours, baseline;
     double least = 100, most_wrong = 0, baseline_least = 100;
+    int clicks = 0, refused = 0;
     for (const Run& run : runs) {
       if (run.object != k) continue;
-      for (auto [sum, one] : {std::pair(&ours, &run.ours_score), {&baseline, &run.baseline_score}}) {
-        sum->labelled += one->labelled;
-        sum->right += one->right;
-        sum->between += one->between;
-        sum->wrong += one->wrong;
-        sum->by_contour += one->by_contour;
-        sum->elsewhere += one->elsewhere;
-        sum->errors_px.insert(sum->errors_px.end(), one->errors_px.begin(), one->errors_px.end());
-      }
-      least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
-      most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
+      ++clicks;
+      refused += !run.ours;
+      add(baseline, run.baseline_score);
       baseline_least = std::min(baseline_least, percent(run.baseline_score.right, run.baseline_score.labelled));
+      if (run.ours) {
+        add(ours, run.ours_score);
+        least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
+        most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
+      }
       if (!verbose) continue;
       std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; baseline %d, %d. %s\n",
                   set.labelled[k].name.c_str(), run.click_image, run.ours_score.right, run.ours_score.wrong,
                   run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong, run.fault.c_str());
       for (const auto& [reason, count] : run.reasons) std::printf("      %d %s\n", count, reason.c_str());
     }
-    const int all = ours.labelled;
-    std::printf("| %s | %s | %s | %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f (%.1f) | %.1f | %.2f |\n",
-                set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), all,
-                percent(ours.right, all), least, percent(ours.wrong, all), most_wrong,
-                percent(all - ours.right - ours.between - ours.wrong, all), percent(ours.by_contour, all),
-                ours.median_px(), percent(baseline.right, all), baseline_least, percent(baseline.wrong, all),
-                baseline.median_px());
+    const int taken = ours.labelled, all = baseline.labelled;
+    std::printf(
+        "| %s | %s | %s | %d of %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | %.1f |\n",
+        set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), refused, clicks,
+        percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong,
+        percent(taken - ours.right - ours.between - ours.wrong, taken), percent(ours.by_contour, taken),
+        ours.median_px(), percent(ours.right, all), percent(baseline.right, all), baseline_least,
+        percent(baseline.wrong, all));
   }
   std::fflush(stdout);
 }
 
-void run_video(const RealSet& set, int clicks, bool verbose) {
-  std::vector<Run> runs = runs_of(set, clicks);
+void run_video(const RealSet& set, int clicks, bool all, bool verbose) {
+  std::vector<Run> runs = runs_of(set, clicks, all);
   for (size_t k = 0; k < set.images.size(); ++k) {
     const cv::Mat left = read_image(set.images[k]);
     cv::Mat right(left.size(), left.type());
@@ -184,7 +207,7 @@ double outside_range(const StillObject& object, double depth_m) {
   return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
 }
 
-void run_still(const RealSet& set) {
+void run_still(const RealSet& set, bool all) {
   for (const StillObject& object : set.still) {
     const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
     const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
@@ -192,13 +215,12 @@ void run_still(const RealSet& set) {
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
     const double baseline_mm =
         a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x + set.disparity_offset_px)) : NAN;
-    const auto left = vision::learn_colour_of(set.left, region_around(set.left, object.click).mask);
-    const auto right = vision::learn_colour_of(set.right, region_around(set.right, in_right).mask);
-    const char* answer = "not learned";
+    const Clicked left = learn_click(set.left, object.click), right = learn_click(set.right, in_right);
+    const std::string fault = left.fault.empty() ? right.fault : left.fault;
+    std::string answer = fault;
     double error_mm = NAN, sigmas = NAN;
-    using Status = vision::LearnedColour::Status;
-    if (left.status == Status::kLearned && right.status == Status::kLearned) {
-      vision::StereoTracker tracker(options_of(set.rig, left.model, right.model));
+    if (left.model && right.model && (fault.empty() || all)) {
+      vision::StereoTracker tracker(options_of(set.rig, *left.model, *right.model));
       const vision::StereoMatch match = tracker.find(set.left, set.right);
       answer = description(match.status);
       if (match.status == vision::StereoMatch::Status::kSeen) {
@@ -211,12 +233,12 @@ void run_still(const RealSet& set) {
     }
     std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
                 set.for_test ? "test" : "tuning", object.name.c_str(), object.whole ? "whole" : "a part",
-                object.least_m, object.most_m, answer, error_mm, sigmas, baseline_mm);
+                object.least_m, object.most_m, answer.c_str(), error_mm, sigmas, baseline_mm);
   }
   std::fflush(stdout);
 }
 
-int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
+int measure(const std::vector<std::string>& folders, int clicks, bool all, bool verbose) {
   std::vector<RealSet> videos, pairs;
   for (const std::string& folder : folders) {
     RealSet set = RealSet::load(folder);
@@ -224,23 +246,21 @@ int measure(const std::vector<std::string>& folders, int clicks, bool verbose) {
   }
   if (!videos.empty()) {
     std::printf(
-        "Per cent of labelled images, over all clicks (%d for an object, or those that the set names); in brackets the "
-        "worst click. Right: TRACKED within %.0f px of the "
-        "label. Wrong: beyond %.0f px.\n\n"
-        "| video | use | object | images x clicks | right | wrong | no answer | by contour | median px | baseline: "
-        "right "
-        "| "
-        "wrong | median px |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "Per cent of labelled images, over all clicks that are not refused (%d for an object, or those that the set "
+        "names); in brackets the worst click. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. Of "
+        "all: a refused click counts as no answer. The baseline answers to every click.\n\n"
+        "| video | use | object | clicks refused | right | wrong | no answer | by contour | median px | right, of all "
+        "| baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         clicks, kRight, kWrong);
   }
-  for (const RealSet& set : videos) run_video(set, clicks, verbose);
+  for (const RealSet& set : videos) run_video(set, clicks, all, verbose);
   if (!pairs.empty()) {
     std::printf(
         "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | baseline outside "
         "by, "
         "mm |\n|---|---|---|---|---|---|---|---|---|\n");
   }
-  for (const RealSet& set : pairs) run_still(set);
+  for (const RealSet& set : pairs) run_still(set, all);
   return 0;
 }
 
@@ -252,15 +272,16 @@ int main(int argc, char** argv) {
       "Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV baseline.");
   std::vector<std::string> folders;
   int clicks = 5;
-  bool verbose = false;
+  bool verbose = false, all = false;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
   app.add_option("--clicks", clicks, "images of each object that the colour is learned from, one after the other")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  app.add_flag("--refused", all, "track also with colours that calibrate colour refuses");
   app.add_flag("--verbose", verbose, "a line for each run and image as well");
   CLI11_PARSE(app, argc, argv);
   try {
-    return multireach::bench::measure(folders, clicks, verbose);
+    return multireach::bench::measure(folders, clicks, all, verbose);
   } catch (const std::exception& fault) {
     std::fprintf(stderr, "multireach-bench-real: %s\n", fault.what());
     return 2;
