@@ -138,6 +138,32 @@ TEST(Light, AdaptsByLittleAndWithinBounds) {
   EXPECT_NEAR(shift.blue, 1, 1e-3);
 }
 
+TEST(Light, AnotherObjectDoesNotChangeTheGains) {
+  // The disc's colour passes, but in the tails of the model: light that changes slowly is not the reason.
+  AdaptedColourModel lit(model_of({.references = {{220, 40, 110}}, .tolerance = 0.36}));
+  const auto disc = [&](const Rgb& colour) {
+    cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(120, 120, 120));
+    for (int row = 0; row < kHeight; ++row) {
+      for (int column = 0; column < kWidth; ++column) {
+        if (std::hypot(column - 80, row - 60) < kRadius)
+          image.at<cv::Vec3b>(row, column) =
+              cv::Vec3b(cv::saturate_cast<uint8_t>(colour.b), cv::saturate_cast<uint8_t>(colour.g),
+                        cv::saturate_cast<uint8_t>(colour.r));
+      }
+    }
+    BlobFinder finder;
+    const FoundBlobs found = finder.find(image, {0, 0, kWidth, kHeight}, lit.members({}));
+    return found.blobs.empty() ? IlluminationSample{} : lit.sample({}, image, found.blobs[0]);
+  };
+  const IlluminationSample own = disc({220, 43, 110}), other = disc({206, 54, 124});
+  ASSERT_GT(own.pixels, 30);
+  ASSERT_GT(other.pixels, 30) << "the other object must pass";
+  EXPECT_LT(own.deviation, 1);
+  EXPECT_GT(other.deviation, 2);
+  EXPECT_NE(adapted({}, own, 1), WhiteBalanceGains());
+  EXPECT_EQ(adapted({}, other, 1), WhiteBalanceGains());
+}
+
 TEST(Light, TheAnswerDependsOnTheShiftAlone) {
   const ColourModel model = model_of({.references = {{220, 40, 110}}, .tolerance = 0.36});
   AdaptedColourModel walked(model), fresh(model);

@@ -1,6 +1,7 @@
 #include "vision/colour/chroma_classifier.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "numeric/natural_log.hpp"
 
@@ -95,6 +96,14 @@ bool ChromaClassifier::contains(const Rgb& pixel) const {
   if (!(luma > 0)) return true;  // min_luma is 0: black pixels belong, although their chroma is undefined
   if (pixel.r >= kClipped && pixel.g >= kClipped && pixel.b >= kClipped) return false;
   return std::ranges::any_of(object_, [&](const Component& component) { return fits(component, pixel); });
+}
+
+double ChromaClassifier::deviation(const Rgb& colour) const {
+  Chroma chroma = chroma_of_pixel(colour.r, colour.g, colour.b);
+  chroma.uu = chroma.uv = chroma.vv = 0;
+  double least = distance2(object_.front(), chroma);
+  for (const Component& component : object_) least = std::min(least, distance2(component, chroma));
+  return std::sqrt(least);
 }
 
 Rgb ChromaClassifier::expected(const Rgb& pixel) const {

@@ -17,6 +17,8 @@ class ChromaClassifier {
   /// The colour that an object pixel (neither clipped nor black) would have in the light in which the model was
   /// learned: the mean of the nearest component at the pixel's brightness.
   Rgb expected(const Rgb& pixel) const;
+  /// Mahalanobis distance of a colour from the nearest component, pixel noise not counted.
+  double deviation(const Rgb& colour) const;
 
  private:
   struct Component {

@@ -9,7 +9,8 @@ namespace {
 constexpr int64_t kMinPixels = 30;
 constexpr int kDark = 16;       // grey levels: below, the camera's offset outweighs the effect of the light
 constexpr double kRate = 0.15;  // share of the error per frame: lags 7 % when white balance drifts by 50 % in a second
-constexpr double kMaxStep = 0.05;     // relative, per frame: limits the effect of a wrong blob
+constexpr double kMaxStep = 0.05;  // relative, per frame: limits the effect of a wrong blob
+constexpr double kSameColour = 2;  // standard deviations of the learned colour; its own mean deviates by less than one
 constexpr double kRelaxation = 0.01;  // share of the error per frame: halves it in two seconds at 30 Hz
 constexpr double kQuantum = 1.0 / 64;
 
@@ -34,7 +35,7 @@ WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSamp
   const Rgb &seen = sample.seen, &expected = sample.expected;
   const bool usable = sample.pixels >= kMinPixels && seen.r > 0 && seen.g > 0 && seen.b > 0 && expected.r > 0 &&
                       expected.g > 0 && expected.b > 0;
-  if (!usable || !(quality > 0)) return gains;
+  if (!usable || !(quality > 0) || sample.deviation > kSameColour) return gains;
   const double rate = kRate * std::min(quality, 1.0);
   return {towards(gains.red, expected.r * seen.g / (expected.g * seen.r), rate),
           towards(gains.blue, expected.b * seen.g / (expected.g * seen.b), rate)};
@@ -80,6 +81,7 @@ IlluminationSample AdaptedColourModel::sample(const WhiteBalanceGains& gains, co
       sample.expected += test_.expected(seen);
     }
   }
+  if (sample.pixels > 0 && luma_of(sample.seen) > 0) sample.deviation = test_.deviation(sample.seen);
   return sample;
 }
 

@@ -14,11 +14,13 @@ namespace multireach::vision {
 struct IlluminationSample {
   int64_t pixels = 0;
   Rgb seen, expected;
+  double deviation = 0;  ///< of the mean colour from the model in the current light, standard deviations
 };
 
 /// The gains after a frame in which the object was seen. They move towards the sample's by a step that grows with
 /// `quality` (0 to 1: confidence that the blob is the object and nothing else), a few per cent at most, within the
-/// bounds of WhiteBalanceGains. With few pixels they do not change.
+/// bounds of WhiteBalanceGains. With few pixels they do not change, nor by an object whose mean colour is in the tails
+/// of the model: light changes slowly, so that is another object.
 WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSample& sample, double quality);
 /// The gains after a frame in which the object was not seen: they return slowly to 1, because wrong gains may be the
 /// cause.
