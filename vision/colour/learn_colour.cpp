@@ -170,6 +170,7 @@ Grade cut_background(ColourModel& model, const Pictures& pictures) {
   // The shares of the object and of its background differ from picture to picture, so the score chooses.
   ColourModel chosen = model;
   for (const double factor : {1.0, 10.0, 100.0}) {
+    if (factor > 1 && pictures.trial.mask.empty()) break;  // the object's share is not known
     ColourModel with = model;
     with.background = components;
     for (ChromaComponent& component : with.background) component.weight *= share * factor;
@@ -192,7 +193,13 @@ void choose_tolerance(ColourModel& model, const Pictures& pictures, bool cut) {
     ColourModel with = model;
     with.tolerance = tolerance;
     const Grade now = cut ? cut_background(with, pictures) : grade(with, pictures);
-    const double score = now.score() - kWideness * std::max(0.0, tolerance - kUsual);
+    // What a rectangle shows besides the object hides how much a tolerance gains: the widest that is clean.
+    const bool rectangle = pictures.trial.mask.empty();
+    if (rectangle && now.background <= kClean) {
+      model = with;
+      return;
+    }
+    const double score = now.score() - (rectangle ? 0 : kWideness * std::max(0.0, tolerance - kUsual));
     if (score <= best_score) continue;
     best_score = score;
     best = with;
@@ -283,6 +290,10 @@ bool tune(ColourModel& model, const Pictures& pictures) {
       model = limited;
       choose_tolerance(model, pictures, false);
     }
+  }
+  if (pictures.trial.mask.empty()) {
+    cut_background(model, pictures);
+    return by_brightness;
   }
   // Cut by the colours around the object, its chroma may distinguish it after all.
   choose_tolerance(cut, pictures, true);
