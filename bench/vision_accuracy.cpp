@@ -25,16 +25,17 @@ struct Background {
   SceneOptions scene;
 };
 
-std::vector<Background> backgrounds(double wall_distance_m) {
-  const SceneOptions base{.wall_distance_m = wall_distance_m, .noise_grey_levels = 3, .rays_per_side = 16};
+std::vector<Background> backgrounds(double wall_distance_m, uint64_t first_seed) {
+  const SceneOptions base{
+      .seed = first_seed, .wall_distance_m = wall_distance_m, .noise_grey_levels = 3, .rays_per_side = 16};
   SceneOptions dark = base, bright = base, fine = base;
-  dark.seed = 2;
+  dark.seed = first_seed + 1;
   dark.wall_grey = 8;
   dark.wall_contrast = 0.15;
-  bright.seed = 3;
+  bright.seed = first_seed + 2;
   bright.wall_grey = 190;
   bright.wall_contrast = 0.4;
-  fine.seed = 4;
+  fine.seed = first_seed + 3;
   fine.wall_grey = 60;
   fine.wall_contrast = 1.3;
   fine.wall_fineness = 5.4 / wall_distance_m;  // keeps the texture's pitch in the image constant
@@ -48,6 +49,10 @@ struct Case {
   double occlusion = 0;
   bool neighbour = false;
   bool distorted = false;
+  double motion_px = 0;  // during the exposure, in a direction of its own in each image pair
+  double highlight = 0;  // grey levels
+  bool stripe = false;
+  bool radius_unknown = false;
   double most_rms_mm = 0;
   bool expect_occluded = false;  // expected status: kOccludedTooMuch
 };
@@ -57,10 +62,25 @@ std::vector<Case> cases() {
       {.name = "0.5 m", .most_rms_mm = 0.35},
       {.name = "0.5 m, lens distortion", .distorted = true, .most_rms_mm = 0.35},
       {.name = "1 to 2 m", .near_m = 1, .far_m = 2, .most_rms_mm = 3.5},
-      {.name = "0.5 m, JPEG q90", .jpeg_quality = 90, .most_rms_mm = 0.8},
       {.name = "0.5 m, similar hue touches", .neighbour = true, .most_rms_mm = 0.35},
+      {.name = "0.5 m, JPEG q95", .jpeg_quality = 95, .most_rms_mm = 0.8},
+      {.name = "0.5 m, JPEG q90", .jpeg_quality = 90, .most_rms_mm = 0.8},
+      {.name = "0.5 m, JPEG q75", .jpeg_quality = 75},
+      {.name = "1 to 2 m, JPEG q90", .near_m = 1, .far_m = 2, .jpeg_quality = 90},
+      {.name = "1 to 2 m, JPEG q75", .near_m = 1, .far_m = 2, .jpeg_quality = 75},
       {.name = "0.5 m, one tenth occluded", .occlusion = 0.1, .most_rms_mm = 4},
       {.name = "0.5 m, three tenths occluded", .occlusion = 0.3, .most_rms_mm = 0, .expect_occluded = true},
+      {.name = "0.5 m, half occluded, radius unknown", .occlusion = 0.5, .radius_unknown = true},
+      {.name = "0.5 m, highlight", .highlight = 150},
+      {.name = "0.5 m, highlight, JPEG q90", .jpeg_quality = 90, .highlight = 150},
+      {.name = "0.5 m, stripe", .stripe = true},
+      {.name = "0.5 m, stripe, JPEG q90", .jpeg_quality = 90, .stripe = true},
+      {.name = "0.5 m, motion of 4 px", .motion_px = 4},
+      {.name = "0.5 m, motion of 8 px", .motion_px = 8},
+      {.name = "0.5 m, motion of 8 px, JPEG q90", .jpeg_quality = 90, .motion_px = 8},
+      {.name = "0.5 m, motion of 12 px", .motion_px = 12},
+      {.name = "0.5 m, motion of 20 px", .motion_px = 20},
+      {.name = "0.5 m, motion of 20 px, radius unknown", .motion_px = 20, .radius_unknown = true},
   };
 }
 
@@ -84,13 +104,16 @@ struct StereoRenderer {
 };
 
 struct Statistics {
-  int shown = 0, seen = 0, declared = 0, by_edges = 0;
+  int shown = 0, seen = 0, declared = 0, by_edges = 0, inside = 0;
   double nees = 0, square = 0, occlusion = 0, epipolar_z2 = 0;
   std::vector<double> errors_m;
   Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
 
   void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance) {
-    nees += apart.dot(covariance.ldlt().solve(apart));
+    constexpr double kChi2 = 7.815;  // 95 % of chi^2 with three degrees of freedom
+    const double squared_sigmas = apart.dot(covariance.ldlt().solve(apart));
+    nees += squared_sigmas;
+    inside += squared_sigmas < kChi2;
     square += apart.squaredNorm();
     errors_m.push_back(apart.norm());
     error += apart.array();
@@ -99,21 +122,30 @@ struct Statistics {
   }
   int located() const { return static_cast<int>(errors_m.size()); }
   double rms_mm() const { return errors_m.empty() ? 0 : 1000 * std::sqrt(square / located()); }
+  double median_mm() const {
+    std::vector<double> sorted = errors_m;
+    std::ranges::sort(sorted);
+    return sorted.empty() ? 0 : 1000 * sorted[sorted.size() / 2];
+  }
+  double inside_percent() const { return errors_m.empty() ? 0 : 100.0 * inside / located(); }
   double nees_per_dimension() const { return errors_m.empty() ? 0 : nees / located() / 3; }
 };
 
 class Accuracy {
  public:
-  Accuracy(int positions, uint64_t seed, bool radius_known, bool verbose)
-      : positions_(positions), seed_(seed), radius_known_(radius_known), verbose_(verbose) {}
+  Accuracy(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose)
+      : positions_(positions), seed_(seed), first_wall_(first_wall), radius_known_(radius_known), verbose_(verbose) {}
 
   Statistics run(const Case& c) {
     const StereoRig rig = rig_of(c.distorted);
-    const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9);
+    const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9, first_wall_);
     const double radius = walls[0].scene.ball_radius_m;
     vision::MatchOptions options;
-    if (radius_known_) options.radius_m = radius;
-    vision::SphereContourFitter left_measurer(rig.left), right_measurer(rig.right);
+    const bool radius_known = radius_known_ && !c.radius_unknown;
+    if (radius_known) options.radius_m = radius;
+    const double least_seen =
+        radius_known ? vision::SphereContourFitter::kOfASphere : vision::SphereContourFitter::kOfAnything;
+    vision::SphereContourFitter left_measurer(rig.left, least_seen), right_measurer(rig.right, least_seen);
     Statistics sums;
     for (size_t wall = 0; wall < walls.size(); ++wall) {
       const StereoRenderer& renderer = renderer_of(c, walls[wall], rig);
@@ -127,6 +159,15 @@ class Accuracy {
         const double angle = random.uniform(3, 0, 6.283185307179586);
         if (c.occlusion > 0) look.occluder = Occluder{.occlusion = c.occlusion, .angle_rad = angle};
         if (c.neighbour) look.neighbour = Neighbour{.angle_rad = angle, .radius_m = random.uniform(4, 0.008, 0.03)};
+        if (c.motion_px > 0) {
+          const Eigen::Vector3d way_L(std::cos(angle), std::sin(angle), 0);
+          look.motion_W = rig.X_WL.linear() * way_L * (c.motion_px * z / rig.left.fx);
+        }
+        look.highlight = c.highlight;
+        if (c.stripe) {
+          const Eigen::Vector3d axis(random.uniform(5, -1, 1), random.uniform(6, -1, 1), random.uniform(7, -1, 1));
+          look.stripe = Stripe{.axis_W = axis.normalized()};
+        }
         const auto stream = static_cast<uint64_t>(2 * k);
         const auto left = contours(renderer.left.render(p_WB, stream, look), c, left_measurer);
         const auto right = contours(renderer.right.render(p_WB, stream + 1, look), c, right_measurer);
@@ -143,11 +184,14 @@ class Accuracy {
     std::ranges::sort(sorted);
     const double n = std::max(1, s.located());
     const Eigen::Array3d bias = 1000 * s.error / n, each = s.normalised2 / n;
-    std::printf("| %s | %d | %d | %d | %d | %.3f | %.3f | %.3f | %.2f %.2f %.2f | %.3f %.3f %.3f | %.2f | %.3f |\n",
-                name, s.shown, s.seen, s.declared, s.by_edges, s.rms_mm(),
-                sorted.empty() ? 0 : 1000 * sorted[sorted.size() * 95 / 100], sorted.empty() ? 0 : 1000 * sorted.back(),
-                each.x(), each.y(), each.z(), bias.x(), bias.y(), bias.z(), s.nees_per_dimension(),
-                s.shown > 0 ? s.occlusion / s.shown : 0);
+    std::printf(
+        "| %s | %d | %d | %d | %d | %.3f | %.3f | %.3f | %.3f | %.2f %.2f %.2f | %.3f %.3f %.3f | %.2f | %.0f %% | "
+        "%.3f "
+        "|\n",
+        name, s.shown, s.seen, s.declared, s.by_edges, s.median_mm(), s.rms_mm(),
+        sorted.empty() ? 0 : 1000 * sorted[sorted.size() * 95 / 100], sorted.empty() ? 0 : 1000 * sorted.back(),
+        each.x(), each.y(), each.z(), bias.x(), bias.y(), bias.z(), s.nees_per_dimension(), s.inside_percent(),
+        s.shown > 0 ? s.occlusion / s.shown : 0);
     std::fflush(stdout);
   }
 
@@ -186,24 +230,27 @@ class Accuracy {
   }
 
   int positions_;
-  uint64_t seed_;
+  uint64_t seed_, first_wall_;
   bool radius_known_, verbose_;
   std::map<std::string, StereoRenderer> renderers_;
   vision::ColourTable colours_{vision::model_of({.references = {{220, 40, 110}}})};
   vision::BlobFinder finder_;
 };
 
-int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const std::string& only,
+int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, const std::string& only,
             const std::string& json_path) {
   std::printf(
       "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, seed "
-      "%llu, radius %s\n\n",
-      positions, static_cast<unsigned long long>(seed), radius_known ? "known" : "not known");
+      "%llu, walls %llu to %llu, radius %s\n\n",
+      positions, static_cast<unsigned long long>(seed), static_cast<unsigned long long>(first_wall),
+      static_cast<unsigned long long>(first_wall + 3), radius_known ? "known" : "not known");
   std::printf(
-      "| case | shown | seen | declared occluded | by edges | RMS mm | p95 | max | NEES x y z | bias mm x y z | "
-      "NEES/3 | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  Accuracy accuracy(positions, seed, radius_known, verbose);
-  nlohmann::json report = {{"positions", positions}, {"seed", seed}, {"radius_known", radius_known}};
+      "| case | shown | seen | declared occluded | by edges | median mm | RMS mm | p95 | max | NEES x y z | bias mm x "
+      "y z | "
+      "NEES/3 | inside 95 %% | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  Accuracy accuracy(positions, seed, first_wall, radius_known, verbose);
+  nlohmann::json report = {
+      {"positions", positions}, {"seed", seed}, {"first_wall", first_wall}, {"radius_known", radius_known}};
   double nees = 0;
   int located = 0;
   for (const Case& c : cases()) {
@@ -216,8 +263,10 @@ int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const
                                {"shown", sums.shown},
                                {"seen", sums.seen},
                                {"declared_occluded", sums.declared},
+                               {"median_mm", sums.median_mm()},
                                {"rms_mm", sums.rms_mm()},
                                {"aim_rms_mm", c.most_rms_mm},
+                               {"inside_95_percent", sums.inside_percent()},
                                {"nees_per_dimension", sums.nees_per_dimension()}});
   }
   report["nees_per_dimension"] = located > 0 ? nees / located / 3 : 0;
@@ -241,17 +290,18 @@ int measure(int positions, uint64_t seed, bool radius_known, bool verbose, const
 int main(int argc, char** argv) {
   CLI::App app("Position error of a rendered sphere, as a Markdown table.");
   int positions = 400;
-  uint64_t seed = 1;
+  uint64_t seed = 1, first_wall = 1;
   bool unknown_radius = false, verbose = false;
   std::string only, json;
   app.add_option("--positions", positions, "of the sphere, in each case")
       ->check(CLI::Range(4, 1000000))
       ->capture_default_str();
   app.add_option("--seed", seed, "of the positions")->capture_default_str();
+  app.add_option("--walls", first_wall, "seed of the first of the four walls")->capture_default_str();
   app.add_flag("--unknown-radius", unknown_radius, "do not tell the sphere's radius");
   app.add_flag("--by-background", verbose, "a line for each background as well");
   app.add_option("--only", only, "cases whose name contains this");
   app.add_option("--json", json, "write the results there as JSON; - for standard output");
   CLI11_PARSE(app, argc, argv);
-  return multireach::bench::measure(positions, seed, !unknown_radius, verbose, only, json);
+  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, only, json);
 }

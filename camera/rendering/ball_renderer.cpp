@@ -150,13 +150,23 @@ cv::Vec3f BallRenderer::wall_colour(const Eigen::Vector3d& origin_L, const Eigen
   return {shade * 0.95F, shade, shade * 1.02F};
 }
 
-std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const {
+std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray,
+                                                   const ImageConditions& look) const {
   const double a = ray.squaredNorm(), b = ray.dot(p_CB), r = scene_.ball_radius_m;
   const double discriminant = b * b - a * (p_CB.squaredNorm() - r * r);
   if (discriminant < 0) return std::nullopt;
   const Eigen::Vector3d normal_C = (ray * ((b - std::sqrt(discriminant)) / a) - p_CB) / r;
   const auto light = static_cast<float>(0.5 + 0.5 * std::max(0.0, normal_C.dot(light_C_)));
-  return bgr(scene_.ball_colour) * light;
+  const bool on_stripe =
+      look.stripe && std::abs(normal_C.dot(X_CW_.linear() * look.stripe->axis_W)) < look.stripe->half_width;
+  cv::Vec3f colour = bgr(on_stripe ? look.stripe->colour : scene_.ball_colour) * light;
+  if (look.highlight > 0) {
+    constexpr double kExponent = 60;
+    const double cosine = std::max(0.0, normal_C.dot((light_C_ - ray.normalized()).normalized()));
+    const auto white = static_cast<float>(look.highlight * std::pow(cosine, kExponent));
+    colour += cv::Vec3f(white, white, white);
+  }
+  return colour;
 }
 
 void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const {
@@ -178,7 +188,7 @@ void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions&
       for (int k = 0; k < grid * grid; ++k) {
         const Eigen::Vector3d ray = ray_in_pixel(column, row, (k % grid + 0.5) / grid, (k / grid + 0.5) / grid);
         auto colour = surroundings.before(ray);
-        if (!colour) colour = ball_colour(p_CB, ray);
+        if (!colour) colour = ball_colour(p_CB, ray, look);
         if (!colour) colour = surroundings.behind(ray);
         sum += colour ? *colour : image.at<cv::Vec3f>(row, column);
         hits += colour ? 1 : 0;

@@ -41,12 +41,21 @@ struct Neighbour {
   Rgb colour{200, 90, 60};
 };
 
+/// A painted band around the ball: the great circle perpendicular to `axis_W`, and what is near it.
+struct Stripe {
+  Eigen::Vector3d axis_W{0, 0, 1};  ///< unit vector
+  double half_width = 0.15;         ///< share of the ball's radius
+  Rgb colour{230, 230, 225};
+};
+
 /// What may vary from image to image.
 struct ImageConditions {
   double exposure = 1;                       ///< factor on all intensities, before noise and clipping
   std::array<double, 3> gains_rgb{1, 1, 1};  ///< white-balance gains, likewise
   std::optional<Occluder> occluder;
   std::optional<Neighbour> neighbour;
+  std::optional<Stripe> stripe{};
+  double highlight = 0;               ///< grey levels at the middle of a specular highlight (Blinn-Phong, exponent 60)
   Eigen::Vector3d motion_W{0, 0, 0};  ///< motion of the ball during the exposure, m; half-way it is at `p_WB`
 };
 
@@ -71,7 +80,8 @@ class BallRenderer {
   Eigen::Vector3d ray_in_pixel(int column, int row, double right, double down) const;
 
  private:
-  std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray) const;
+  std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray,
+                                       const ImageConditions& look) const;
   cv::Vec3f wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const;
   void draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const;
   cv::Mat exposed(const Eigen::Vector3d& p_WB, const ImageConditions& look) const;

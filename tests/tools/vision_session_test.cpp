@@ -375,11 +375,8 @@ TEST(VisionSession, SeveralTargetsByName) {
   const Cameras cameras(config.rig);
   VisionNode vision(config);
   EXPECT_EQ(vision.sent_per_input(), 2);
-  const ImageConditions look{
-      .exposure = 1,
-      .gains_rgb = {1, 1, 1},
-      .occluder = {},
-      .neighbour = Neighbour{.angle_rad = 0.3, .radius_m = 0.02, .gap_m = 0.02, .colour = {20, 120, 230}}};
+  ImageConditions look;
+  look.neighbour = Neighbour{.angle_rad = 0.3, .radius_m = 0.02, .gap_m = 0.02, .colour = {20, 120, 230}};
   for (int k = 0; k < 5; ++k) {
     const auto stream = static_cast<uint64_t>(2 * k);
     const std::vector<target_t> targets =

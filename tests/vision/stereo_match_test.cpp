@@ -143,6 +143,28 @@ TEST(StereoMatching, AWrongCalibrationContradictsAKnownRadius) {
   EXPECT_EQ(match_candidates({ball.left}, {ball.right}).status, Status::kSeen) << "3 % are not a contradiction";
 }
 
+TEST(StereoMatching, AContourOfAnotherSizeThanTheKnownOneIsTrustedLess) {
+  // Edges at wrong places on one side of the left contour: 0.3 px smaller, and its centre as far away.
+  const Pair ball = pair_of(kBall);
+  constexpr double kOffPx = 0.3, kPx = 1 / 500.0, kOneInAThousand = 16.3;
+  SphereContour smaller = ball.left;
+  smaller.value += Eigen::Vector3d(kOffPx * kPx, 0, -kOffPx * kPx);
+  const auto squared_sigmas = [](const StereoMatch& match) {
+    const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
+    return apart.dot(match.point.covariance.inverse() * apart);
+  };
+  const StereoMatch match = match_candidates({smaller}, {ball.right});
+  ASSERT_EQ(match.status, Status::kSeen);
+  EXPECT_LT(squared_sigmas(match), kOneInAThousand);
+  const StereoMatch unknown = match_candidates({smaller}, {ball.right}, std::nullopt, {});
+  EXPECT_GT(squared_sigmas(unknown), kOneInAThousand) << "without a radius there is nothing that contradicts";
+
+  SphereContour half = ball.left;  // of something else, whatever its errors are
+  half.value.z() *= 0.5;
+  half.covariance *= 400;
+  EXPECT_NE(match_candidates({half}, {ball.right}).status, Status::kSeen);
+}
+
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {
   // Far away, rays that are hundreds of rows apart in the images still pass within centimetres of each other.
   for (const double radius : {kRadius, 0.0}) {

@@ -12,8 +12,11 @@ constexpr double kModelCentre = 0.003, kModelRadius = 0.04;
 constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
 constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
 // Set on rendered balls (docs/vision.md, Errors and covariance, names them): how much the variance of what the edges
-// say grows in a small contour (pixels of radius) and in blocks of chroma, and the shared error along the light.
-constexpr double kFewPixels = 5, kBlocks = 3, kBlockPixels = 8, kOneSideOnly = 2, kOneSided = 0.25, kSharedEdges = 1.5;
+// say grows in a small contour (pixels of radius) and in blocks of chroma.
+constexpr double kFewPixels = 5, kBlocks = 3, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
+// The shared error along the light, in variances of what the edges say: usual, and in blocks of chroma.
+constexpr double kSharedEdges = 0.6, kSharedBlocks = 1.5;
+constexpr double kLeastShading = 0.1;  // share of the shading model's expected variance that is never ruled out
 // The same, of an edge whose blur along the motion has the variance v (px^2, as measured): error kMoved v^1.5, pixels,
 // and its share in the size.
 constexpr double kMoved = 0.043, kMovedSize = 0.75;
@@ -54,6 +57,35 @@ double neighbours_agree(const ContourEvidence& evidence) {
   return std::max(1.0, factor) / (1 + 0.4 * by_chance);
 }
 
+/// Ratio of the residuals' power at low spatial frequencies along the contour to that of independent residuals. The
+/// centre is the first harmonic and the size the zeroth, which the fit takes out: the next ones tell how large the
+/// errors were there.
+double low_harmonics(const ContourEvidence& evidence) {
+  constexpr size_t kFirst = 2, kLast = 5;
+  std::array<Eigen::Vector2d, kLast + 1> sums;
+  sums.fill(Eigen::Vector2d::Zero());
+  double squares = 0, weights = 0, weights2 = 0;
+  for (const ContourEdgel& edgel : evidence.edgels) {
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = evidence.points[static_cast<size_t>(edgel.point)];
+    const double z = point.residual_px / point.sigma_px * edgel.edge.outward;
+    squares += point.weight * z * z;
+    weights += point.weight;
+    weights2 += point.weight * point.weight;
+    const Eigen::Vector2d& once = edgel.edge.normal;
+    Eigen::Vector2d turned = once;
+    for (size_t harmonic = kFirst; harmonic <= kLast; ++harmonic) {
+      turned =
+          Eigen::Vector2d(turned.x() * once.x() - turned.y() * once.y(), turned.x() * once.y() + turned.y() * once.x());
+      sums[harmonic] += point.weight * z * turned;
+    }
+  }
+  if (!(squares > 0)) return 1;
+  double power = 0;
+  for (size_t harmonic = kFirst; harmonic <= kLast; ++harmonic) power += sums[harmonic].squaredNorm();
+  return power / (kLast - kFirst + 1) / weights2 / (squares / weights);
+}
+
 /// Covariance of n from the noise of the shading's fit.
 Eigen::Matrix3d shading_covariance(const ContourEvidence& evidence) {
   // Derivative of n with respect to the shading's coefficients in each channel.
@@ -85,6 +117,19 @@ double mean_shading2(const ContourEvidence& evidence) {
   return sum / weights;
 }
 
+/// Share of the edges' expected variances that is not of the shading model.
+double noise_share_of(const ContourEvidence& evidence) {
+  double sum = 0, weights = 0;
+  for (const ContourEdgel& edgel : evidence.edgels) {
+    if (edgel.point < 0) continue;
+    const ContourPoint& point = evidence.points[static_cast<size_t>(edgel.point)];
+    weights += point.weight;
+    const double share = edgel.found.shading_px / point.sigma_px;
+    sum += point.weight * (1 - share * share);
+  }
+  return weights > 0 ? sum / weights : 1;
+}
+
 /// Direction in which the object gets brighter in the image, a unit vector; zero where it is lit from the camera.
 Eigen::Vector2d light_direction(const Shading& shading) {
   const auto change = [&](int term) {
@@ -102,8 +147,13 @@ Eigen::Vector2d light_direction(const Shading& shading) {
 ContourCovariance covariance_of(const ContourEvidence& evidence) {
   const ConeFit& fit = evidence.fit;
   constexpr double kPriorPoints = 10;  // weight of the prior that the errors are as large as expected
-  const double spread = std::max(1.0, (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3));
+  // The residuals show how large the errors of the shading model are in this image; the noise is known.
+  const double noise_share = noise_share_of(evidence);
+  const double observed = (kPriorPoints + fit.points * fit.spread) / (kPriorPoints + fit.points - 3);
+  const double spread = std::max(noise_share, observed);
+  const double of_shading = std::clamp((observed - noise_share) / std::max(1e-6, 1 - noise_share), kLeastShading, 1.0);
   const Eigen::Matrix3d J = fit.cone.jacobian(), geometry = J * fit.geometry * J.transpose();
+  const double agree = 0.5 * (neighbours_agree(evidence) + low_harmonics(evidence));
   // Small contours, and chroma at half resolution, err by more than their edges scatter: few pixels, or whole blocks of
   // them, decide on the model of light and background that all edges use.
   // Beside an occluder, light and background are known on one side only.
@@ -111,9 +161,9 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   const double radius_px = fit.cone.sine() * evidence.focal_px;
   const double of_radius = (evidence.hues_blurred ? kBlockPixels : kFewPixels) / radius_px;
   const double few_pixels = 1 + of_radius * of_radius;
-  const Eigen::Matrix3d of_edges = few_pixels * blocks *
-                                   (spread * neighbours_agree(evidence) * J * fit.covariance * J.transpose() +
-                                    J * shading_covariance(evidence) * J.transpose());
+  const Eigen::Matrix3d of_edges =
+      few_pixels * blocks *
+      (spread * agree * J * fit.covariance * J.transpose() + J * shading_covariance(evidence) * J.transpose());
   // An error that all edges of one side have moves the centre of a complete contour by as much, and the centre of a
   // partly visible one by more.
   const double blur2 = kModelBlur * kModelBlur * std::max(0.0, evidence.colour_blur2 - kNoBlur);
@@ -121,11 +171,13 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   result.covariance = of_edges + (kModelCentre * kModelCentre + blur2) / 2 * geometry;
   // A shading error equal on all sides changes the size; one that differs between the lit side and the dark one moves
   // the centre along the light, alike in both images.
-  const double shading2 = mean_shading2(evidence);
+  const double shading2 = of_shading * mean_shading2(evidence);
   result.covariance(2, 2) += kOneSided * shading2 / 2 * geometry(2, 2);
   const Eigen::Vector2d light = light_direction(evidence.shading);
-  const double along2 =
-      light.dot((kOneSided * blocks * shading2 / 2 * geometry + kSharedEdges * of_edges).topLeftCorner<2, 2>() * light);
+  const double along2 = light.dot(
+      (kOneSided * blocks * shading2 / 2 * geometry + (evidence.hues_blurred ? kSharedBlocks : kSharedEdges) * of_edges)
+          .topLeftCorner<2, 2>() *
+      light);
   result.shared.col(kLight).head<2>() = std::sqrt(along2) * light;
   result.covariance += result.shared * result.shared.transpose();
   // A window that holds less than the whole of a blurred edge places it too near to its middle; either end of the image

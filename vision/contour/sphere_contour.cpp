@@ -18,10 +18,14 @@ constexpr int kMaxBorder = 16;        // rows, and columns, of the blob whose en
 constexpr double kWorstShape = 0.03;  // largest residual of an edge fit, relative to the radius
 constexpr double kLumaEdge = 0.15;    // smallest brightness share of a colour difference for measuring luma blur
 constexpr double kModelEdge = 0.01;   // error of the image model at an edge, pixels
-constexpr double kExplained = 0.4;    // of the area that missing edges make expect to be hidden
-// A blob that is this many times as long as a contour shows more than the contour does: for certain, and where its
-// edges are blurred by a motion of some 4 px (variance beyond kMoved2, px^2).
-// A disc of which three tenths are hidden is longer than itself by 1.11, for it lacks a part of its middle.
+constexpr double kPaintedEdge = 0.5;  // the same, where the surface beside it has another colour than most of it
+constexpr double kLargeEnough = 12;   // pixels of radius: a smaller contour has too few pixels inside to judge by
+// A contour with both ends missing: residual, pixels; where so much is painted; share of the area that seems occluded.
+constexpr double kRagged = 0.275, kRaggedPaint = 0.375, kSomePaint = 0.05, kBothEndsOccluded = 0.25;
+constexpr double kExplained = 0.4;  // of the area that missing edges make expect to be hidden
+// A blob that is this many times as long as a contour shows more than the contour does: for certain (a disc of which
+// three tenths are hidden measures 1.11), and where a motion of some 4 px blurs its edges (variance beyond kMoved2,
+// px^2).
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
 constexpr double kBothEndsMissing = 0.6;  // share of the contour of a moved ball that its sides, and more, must show
 
@@ -59,8 +63,7 @@ double median_of(std::vector<double>& values) {
 }
 
 struct Median {
-  double value = 0;
-  double sigma = 0;  ///< its standard deviation, from the scatter of the values
+  double value = 0, sigma = 0;  // and its standard deviation, from the scatter of the values
 };
 
 /// Median of values from neighbouring edges. Errors are taken as common to about three neighbours (kTogether).
@@ -168,16 +171,14 @@ void SphereContourFitter::learn_blur(const Search& search) {
     if (blur.luma_share > kLumaEdge) wider_samples_.push_back(blur.colour2 - blur.luma2);
   }
   const Median colour = median_with_sigma(samples_), wider = median_with_sigma(wider_samples_);
-  constexpr double kLowResolution = 0.15;  // px^2, about a third of the blur that halved chroma resolution adds
-  constexpr double kSure = 2;              // standard deviations that make the blur difference significant
+  constexpr double kLowResolution = 0.15, kSure = 2;  // px^2, a third of what halved chroma adds; standard deviations
   const bool told = 4 * wider_samples_.size() > samples_.size();
   hues_blurred_ = told && wider.value > std::max(kLowResolution, kSure * wider.sigma);
   colour_blur2_ = colour.value;
   luma_blur2_ = colour.value - wider.value;
   if (hues_blurred_) return;
   // Fuse with a prior, the blur of usual lenses in focus: small contours and textured backgrounds measure blur poorly.
-  const double usual = search.usual_blur2, usual_sigma = search.usual_blur2;  // the prior
-  const double usual2 = usual_sigma * usual_sigma, sigma2 = colour.sigma * colour.sigma;
+  const double usual = search.usual_blur2, usual2 = usual * usual, sigma2 = colour.sigma * colour.sigma;
   colour_blur2_ = luma_blur2_ = (usual2 * colour.value + sigma2 * usual) / (usual2 + sigma2);
 }
 
@@ -191,8 +192,7 @@ void SphereContourFitter::learn_parts() {
 }
 
 void SphereContourFitter::learn_sides(EdgeModel& model) {
-  // Usual slope of the background's colour. The median, because the background of some edgels contains other edges.
-  samples_.clear();
+  samples_.clear();  // the background's slopes; their median, because some of them contain other edges
   NoiseEstimator noise_estimator;
   for (ContourEdgel& edgel : edgels_) {
     if (!edgel.readable) continue;
@@ -207,7 +207,7 @@ void SphereContourFitter::learn_sides(EdgeModel& model) {
 }
 
 void SphereContourFitter::learn_shading(const EdgeModel& model) {
-  shading_.clear();
+  surface_.clear();
   constexpr size_t kEnough = 64;  // edgels to sample, at most about
   const size_t stride = 1 + (edgels_.size() - 1) / kEnough;
   for (size_t i = 0; i < edgels_.size(); i += stride) {
@@ -215,10 +215,13 @@ void SphereContourFitter::learn_shading(const EdgeModel& model) {
     // Next to an occluder, the pixels inside the contour are not the ball's.
     if (!edgel.readable || !fits_[edgel.part]) continue;
     for (int k = EdgeProfile::kReach; k > edgel.half; k -= 2)
-      shading_.add(surface_normal(profiles_[edgel.profile], edgel.edge, model.radius_px, -k),
-                   profiles_[edgel.profile].at(-k));
+      surface_.push_back(
+          {surface_normal(profiles_[edgel.profile], edgel.edge, model.radius_px, -k), profiles_[edgel.profile].at(-k)});
   }
-  shading_.solve();
+  // A small contour has too few pixels to tell paint from shading; blur mixes the surface with what is around it.
+  constexpr double kSharpEnough = 1, kStillEnough = 0.6;  // px^2
+  const bool plain = model.radius_px < kLargeEnough || colour_blur2_ > kSharpEnough || motion_.variance > kStillEnough;
+  shading_.fit(surface_, plain);
 }
 
 /// Uses the narrowest window that holds each blurred edge.
@@ -243,9 +246,9 @@ bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& mod
   EdgeProfile& profile = profiles_[edgel.profile];
   const auto again_at = [&](double at) {
     edgel.edge.at = at;
-    return read_profile(bgr, edgel.edge, profile) && measure_edge(profile, edgel.edge, model, shading_, edge);
+    return read_profile(bgr, edgel.edge, profile) && measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
   };
-  bool found = measure_edge(profile, edgel.edge, model, shading_, edge);
+  bool found = measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
   const double expected = edgel.edge.at;
   for (int away = 1; away <= search.reach_px && !found; ++away)
     found = again_at(expected + away) || again_at(expected - away);
@@ -253,6 +256,18 @@ bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& mod
   for (int again = 0; again < 2 && found && std::abs(edge.at - edgel.edge.at) > 0.75; ++again)
     found = again_at(edge.at);
   return found;
+}
+
+/// Share of the contour's length that has no edge, and whose surface is painted.
+double SphereContourFitter::painted_share(const EdgeModel& model) const {
+  double all = 0, share = 0;
+  for (const ContourEdgel& edgel : edgels_) {
+    all += edgel.length;
+    if (edgel.point >= 0 && points_[static_cast<size_t>(edgel.point)].weight > 0) continue;
+    if (edgel.readable && shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise))
+      share += edgel.length;
+  }
+  return all > 0 ? share / all : 0;
 }
 
 void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const Search& search, EdgeModel& model) {
@@ -277,10 +292,12 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
     edgel.point = static_cast<int>(points_.size());
     edgel.found = edge;
     const double of_fit2 =
-        model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.variance(edge.shading_terms);
+        model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.shading().variance(edge.shading_terms);
     const double line = edgel.edge.line,
+                 of_paint =
+                     shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise) ? kPaintedEdge : 0,
                  sigma = std::sqrt(edge.sigma_px * edge.sigma_px + edge.shading_px * edge.shading_px + of_fit2 +
-                                   kModelEdge * kModelEdge);
+                                   kModelEdge * kModelEdge + of_paint * of_paint);
     points_.push_back(edgel.edge.along_row ? contour_point(edge.at, line, Along::kRow, sigma)
                                            : contour_point(line, edge.at, Along::kColumn, sigma));
   }
@@ -309,33 +326,37 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
     RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
     if (!fit) return Verdict::kNothing;
-    if (pass < kPasses - 1) learn_blur(search);
-    if (pass == kPasses - 2) motion_ = motion_blur_of(edgels_, points_, profiles_);
     learn_parts();
+    if (pass == kPasses - 1) break;
+    learn_blur(search);
+    motion_ = motion_blur_of(edgels_, points_, profiles_);
   }
   describe(bgr, *fit, model.noise, result);
   result.motion_px = motion_.length_px();
-  // Where the object moved further than an edge's window, both ends of its image have no edges, and what is left of the
-  // contour fits anywhere along the motion.
+  // Where the object moved further than an edge's window, both ends have no edges, and the rest fits anywhere between.
   const auto polygon = polygon_of(fit->cone, camera_);
   const double longer = polygon ? half_length(blob) / half_length(*polygon) : 0;
   const bool whole = result.visible_fraction >= kOfAnything;
   // A straight border that hides the share h of a circle hides h - sin(2 pi h) / 2 pi of its area. Where edges are
-  // missing although nothing is hidden, the contour is not what it seems.
-  const double missing = 1 - result.visible_fraction;
+  // missing although nothing is hidden and the surface there is not painted, the contour is not what it seems.
+  const double paint = painted_share(model), missing = std::max(0.0, 1 - result.visible_fraction - paint);
   double sine, cosine;
   sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
   const double expected = missing - sine / (2 * std::numbers::pi);
-  const bool unexplained = !whole && !result.cut_off && result.occlusion < kExplained * expected;
+  const bool unexplained = missing > 1 - kOfAnything && !result.cut_off && result.occlusion < kExplained * expected;
   const bool moved = motion_.variance > kMoved2;
-  const bool contradicted = moved ? longer > kSlightlyLonger || result.visible_fraction < kBothEndsMissing
-                                  : unexplained || (longer > kLonger && !whole);
+  // An occluder leaves the other edges sharp. Where they are not, both ends of a fast ball are missing.
+  const bool ragged = least_seen_ == kOfASphere && !whole && result.radius_px > kLargeEnough &&
+                      result.residual_px > (paint < kSomePaint ? kRagged : kRaggedPaint);
+  const bool contradicted = moved ? longer > kSlightlyLonger || result.visible_fraction < kBothEndsMissing ||
+                                        (ragged && result.occlusion > kBothEndsOccluded)
+                                  : unexplained || ragged || (longer > kLonger && !whole);
   if (contradicted) {
     result.occlusion = SphereContour::kUnknown;
     return Verdict::kNothing;
   }
-  if (!(result.residual_px < std::max(search.small_residual, kWorstShape * result.radius_px))) return Verdict::kNothing;
-  if (result.visible_fraction < kOfASphere) return Verdict::kNothing;
+  const double most_residual = std::max(search.small_residual, kWorstShape * result.radius_px);
+  if (!(result.residual_px < most_residual) || result.visible_fraction < kOfASphere) return Verdict::kNothing;
   return result.visible_fraction < least_seen_ ? Verdict::kPart : Verdict::kAccepted;
 }
 
@@ -382,7 +403,6 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
   if (!(all > 0 && weights > 0)) return;
   result.visible_fraction = seen / all;
   result.residual_px = std::sqrt(squares / weights);
-
   // A complete contour means no occlusion, even where the blob has holes. The blob's border is not exact, so occlusion
   // is measured on a contour scaled down.
   constexpr double kWhole = 0.9;
@@ -397,7 +417,7 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
   const ContourCovariance errors = covariance_of({.edgels = edgels_,
                                                   .points = points_,
                                                   .fit = fit,
-                                                  .shading = shading_,
+                                                  .shading = shading_.shading(),
                                                   .noise = noise,
                                                   .focal_px = focal,
                                                   .d_ray_d_pixel = d_ray_d_pixel_,
@@ -410,8 +430,7 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
 }
 
 void SphereContourFitter::use_centroid(SphereContour& result) const {
-  // Centroid of the area between the ends of each row, with holes filled: they are highlights.
-  double area = 0;
+  double area = 0;  // between the ends of each row, with holes filled: they are highlights
   Eigen::Vector2d sum(0, 0);
   Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
   for (int k = 0; k < box_.height; ++k) {
@@ -435,8 +454,8 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
   result.radius_px = std::sqrt(area / std::numbers::pi);
   const Eigen::Vector2d ray = ray_of(camera_, result.centre_px, middle_ray_);
   result.value << ray, result.radius_px / focal;
-  // The centroid is the object's centre to within about a tenth of its half axes (a half axis is twice the root of the
-  // second moment) and half a pixel. The size is a rough estimate.
+  // The centroid is the object's centre to within about a tenth of its half axes (twice the root of the second moment
+  // each) and half a pixel. The size is a rough estimate.
   constexpr double kShare = 0.2, kBorder = 0.5, kSize = 0.3;
   const Eigen::Matrix2d spread = kShare * kShare * second + kBorder * kBorder * Eigen::Matrix2d::Identity();
   result.covariance.setZero();
@@ -458,10 +477,8 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
   if (verdict != Verdict::kAccepted) {
     SphereContour second;
     const Verdict of_second = fit_edges(bgr, blob, kSoft, second);
-    if (of_second > verdict) {
-      verdict = of_second;
-      result = second;
-    }
+    if (of_second > verdict) result = second;
+    verdict = std::max(verdict, of_second);
   }
   if (verdict == Verdict::kAccepted) {
     result.kind = SphereContour::Kind::kEdges;

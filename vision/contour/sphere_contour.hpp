@@ -10,6 +10,7 @@
 #include "vision/contour/edge_profile.hpp"
 #include "vision/contour/motion_blur.hpp"
 #include "vision/contour/shared_errors.hpp"
+#include "vision/contour/surface_shading.hpp"
 
 namespace multireach::vision {
 
@@ -78,6 +79,7 @@ class SphereContourFitter {
   void learn_blur(const Search& search);
   void learn_parts();
   void learn_shading(const EdgeModel& model);
+  double painted_share(const EdgeModel& model) const;
   /// What a fit to edges shows of the object.
   enum class Verdict {
     kNothing,   ///< no sphere contour, or one that does not explain the blob: the object moved, or is no sphere
@@ -98,7 +100,8 @@ class SphereContourFitter {
   std::vector<ContourEdgel> edgels_;        // in order along the contour
   std::vector<EdgeProfile> profiles_ = std::vector<EdgeProfile>(kMaxContourPoints);
   std::vector<ContourPoint> points_;
-  Shading shading_;
+  std::vector<SurfaceColour> surface_;  // colours that the shading is fitted to
+  SurfaceShading shading_;
   std::array<bool, kContourCorners> fits_;  // sides of the polygon where most edges fitted in the last pass
   // Variance of the blur across the edges, px^2: of the colour, and of the brightness only.
   double colour_blur2_ = 0, luma_blur2_ = 0;

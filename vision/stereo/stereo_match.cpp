@@ -19,6 +19,10 @@ constexpr double kRadiusBlur = 0.1;
 // or focal length that is off by this much is a calibration to be made again.
 constexpr double kSizeError = 0.04;
 
+// Variance of a contour's direction, in variances of a size error whose cause is on one side. A half circle whose edges
+// are off by d moves the centre by 0.64 d and the radius by 0.5 d.
+constexpr double kOneSided = 2;
+
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
 /// Signed distance between two viewing rays and its standard deviation, in pixels of the left camera.
@@ -115,6 +119,7 @@ class CandidateScorer {
       return;
     }
     match.point = *sphere;
+    if (prior) match.point.covariance += covariance_of_contradiction(left, right, *free);
     match.status = Status::kSeen;
     const bool only_part = left.occlusion > options_.max_occlusion || right.occlusion > options_.max_occlusion;
     const auto lost_at_border = [](const SphereContour& contour) {
@@ -131,17 +136,50 @@ class CandidateScorer {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
-    } else if (prior && !has_known_size(*free, *prior, match.both_by_contour)) {
+    } else if (prior && (!has_known_size(*free, *prior, match.both_by_contour) ||
+                         other_size(left, free->depth_left_m) || other_size(right, free->depth_right_m))) {
       match.status = Status::kWrongRadius;
     } else if (!projects_onto_both(match.point, left, right)) {
       match.status = Status::kInconsistentPair;
     }
   }
 
+  /// A contour whose size is not that of the known radius has its edges at wrong places on one side, which moves its
+  /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). Covariance of the position
+  /// from such errors, by the contradiction beyond the expected errors; zero where there is none.
+  Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
+                                              const SphereTriangulation& free) const {
+    SphereMeasurement wider_left = sphere_of(left), wider_right = sphere_of(right);
+    bool any = false;
+    const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
+      if (contour.kind != SphereContour::Kind::kEdges) return;
+      const double distance_m = depth_m * contour.ray().homogeneous().norm();
+      const double apart = contour.value.z() - options_.radius_m / distance_m;
+      const double tolerance = options_.radius_tolerance_m / distance_m;
+      const double excess2 = apart * apart - contour.covariance(2, 2) - tolerance * tolerance;
+      if (!(excess2 > 0)) return;
+      sphere.covariance.topLeftCorner<2, 2>() += kOneSided * excess2 * Eigen::Matrix2d::Identity();
+      any = true;
+    };
+    widen(wider_left, left, free.depth_left_m);
+    widen(wider_right, right, free.depth_right_m);
+    if (!any) return Eigen::Matrix3d::Zero();
+    const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
+    return wider ? Eigen::Matrix3d(wider->covariance - free.covariance) : Eigen::Matrix3d::Zero();
+  }
+
   /// Whether the radius that contours and distance give is the known one. A centroid's size is a rough estimate.
   bool has_known_size(const SphereTriangulation& free, const RadiusPrior& prior, bool by_contour) const {
     const double ratio = by_contour ? 1 + kSizeError : options_.max_size_ratio;
     return agree(free.radius_m, free.radius_sigma_m, prior.radius_m, prior.sigma_m, ratio);
+  }
+
+  /// Whether a contour has by far another size than the known radius at this depth, whatever its errors: it is not the
+  /// object's.
+  bool other_size(const SphereContour& contour, double depth_m) const {
+    if (contour.kind != SphereContour::Kind::kEdges) return false;
+    const double expected = options_.radius_m / (depth_m * contour.ray().homogeneous().norm());
+    return std::max(expected, contour.value.z()) > options_.max_size_ratio * std::min(expected, contour.value.z());
   }
 
   /// Whether a position is seen where both contours are, within their errors.
