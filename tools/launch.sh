@@ -21,7 +21,8 @@ usage() {
                     logs/reach.lcm)
   --camera SOURCE   instead of a session, run multireach-camera with these arguments, as --camera "render --config logs/reach.yaml"
   --robot DIR       folder of the robot, with robot.yaml and vision.yaml, or one that comes with multireach (default: robots/hoap2)
-  --driver NAME     instead of the simulated robot, the driver of a real one (docs/robots.md): iiwa, panda, ur, dynamixel, feetech
+  --driver NAME     instead of the simulated robot, the driver of a real one (docs/robots.md): iiwa, panda, ur, dynamixel, feetech,
+                    template
   --emulator        the driver (default: that of the robot.yaml) with an emulator of the robot instead of the robot
   --no-robot        start no robot: another process publishes ROBOT_STATE (docs/your-robot.md)
   --vision FILE     vision.yaml (default: NAME.vision.yaml next to the session NAME.lcm if it exists, else the robot's)

@@ -476,6 +476,8 @@ RunReport RunReporter::report() const {
   } else if (reached < reaches.size()) {
     report.reason = fmt::format("{} of {} reachable positions were not reached to {} mm", reaches.size() - reached,
                                 reaches.size(), 1e3 * kReached);
+    if (!run.bridge_faults.faults.empty())
+      report.reason += "; the bridge was in a fault: " + run.bridge_faults.faults.back().cause;
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else if (command_speed > kFasterThanTheLimit) {

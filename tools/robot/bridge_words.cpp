@@ -41,9 +41,9 @@ bool asks_to_move(int8_t kind) {
 }
 
 std::string refusal_of(int8_t kind) {
-  return kind == bridge_request_t::RESET
-             ? "the bridge refuses this now: there is no fault, or the robot is silent or moves"
-             : "the bridge refuses this now";
+  return kind == bridge_request_t::RESET ? "the bridge refuses this now: there is no fault (after stop or disable, "
+                                           "`enable` goes on), or the robot is silent or moves"
+                                         : "the bridge refuses this now";
 }
 
 }  // namespace multireach
