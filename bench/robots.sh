@@ -52,7 +52,8 @@ echo "| arm | \`JOINT_SETPOINT\` to \`JOINT_COMMAND\` p50, p99, max, ms | in the
 echo "|---|---|---|---|---|"
 for arm in "$@"; do
   [ -s "$work/$arm.wire" ] || continue
-  read -r median most_of longest <"$work/$arm.latency"
+  median=- most_of=- longest=-
+  [ ! -s "$work/$arm.latency" ] || read -r median most_of longest <"$work/$arm.latency"
   tr -d ' \n' <"$work/$arm.wire" | sed -E 's/.*"delay_ms":\{"max":([^,]*),"p50":([^,]*),"p99":([^}]*)\},"messages":([^,]*),"period_ms":\{"max":([^,]*),"p50":([^,]*),"p99":([^}]*)\}.*/\1 \2 \3 \4 \5 \6 \7/' |
     awk -v arm="$arm" -v bridge="$median, $most_of, $longest" '{ printf "| `%s` | %s | %.3f, %.3f, %.3f | %d | %.2f, %.2f, %.2f |\n", arm, bridge, $2, $3, $1, $4, $6, $7, $5 }'
 done

@@ -164,7 +164,7 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
     for (const Run& run : runs) {
       if (run.object != k) continue;
       ++clicks;
-      refused += !run.ours;
+      refused += !run.ours || !run.fault.empty();
       add(baseline, run.baseline_score);
       baseline_least = std::min(baseline_least, percent(run.baseline_score.right, run.baseline_score.labelled));
       if (run.ours) {

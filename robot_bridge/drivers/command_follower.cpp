@@ -28,9 +28,13 @@ void CommandFollower::add_transitions(double ahead_s, MotionState& state) const 
 
 /// The way to commands at a limit may not pass it; an arm beyond one comes back.
 void CommandFollower::keep_positions_allowed(MotionState& state) const {
-  const bool joins = !transitions_.empty();
-  state.position =
-      state.position.cwiseMax(joins ? lowest_ : limits_.lower).cwiseMin(joins ? highest_ : limits_.upper).eval();
+  const JointVector &lowest = transitions_.empty() ? limits_.lower : lowest_,
+                    &highest = transitions_.empty() ? limits_.upper : highest_;
+  for (int i = 0; i < state.position.size(); ++i) {
+    const double allowed = std::clamp(state.position[i], lowest[i], highest[i]);
+    if ((state.position[i] - allowed) * state.velocity[i] > 0) state.velocity[i] = state.acceleration[i] = 0;
+    state.position[i] = allowed;
+  }
 }
 
 /// The last command goes on with its acceleration, as far as the speed limits allow.
@@ -61,7 +65,7 @@ void CommandFollower::begin_transition(MotionState& state) {
   }
   lowest_ = lowest_.cwiseMin(joined_->position).eval();
   highest_ = highest_.cwiseMax(joined_->position).eval();
-  if (transitions_.size() == kMostTransitions) transitions_.clear();
+  if (transitions_.size() == kMostTransitions) transitions_.pop_back();  // its rest becomes part of the new one
   MotionState remaining = state;
   add_transitions(0, remaining);
   transitions_.push_back(

@@ -11,8 +11,8 @@ namespace multireach::drivers {
 
 /// What a driver sends: the bridge's commands as they are; where one to three in a row are missing, their
 /// extrapolation, then a deceleration; and from these, or from an arm that is elsewhere, a smooth transition to the
-/// commands. Position and velocity are continuous throughout. After `timeout_us` without a command, the arm decelerates
-/// to standstill before it follows again. It is told the time.
+/// commands. Position and velocity are continuous, but where a position limit ends the motion. After `timeout_us`
+/// without a command, the arm decelerates to standstill before it follows again. It is told the time.
 ///
 /// Every discontinuity gets a transition of its own, which ends at its time whatever comes after it: commands that
 /// often miss their millisecond by a little still lead the arm to where they are.

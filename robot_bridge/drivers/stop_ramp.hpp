@@ -10,7 +10,7 @@ namespace multireach::drivers {
 /// acceleration and jerk limits.
 class StopRamp {
  public:
-  /// `state`: of the last command.
+  /// `state`: at the beginning of the deceleration.
   StopRamp(const robot_bridge::MotionLimits& limits, const robot_bridge::MotionState& state) : state_(state) {
     for (int i = 0; i < state.position.size(); ++i) {
       bool feasible = false;  // there is nothing better to do where it is not
@@ -19,7 +19,7 @@ class StopRamp {
     }
   }
 
-  /// Advances to `time_s` since the last command.
+  /// Advances to `time_s` since the beginning.
   const robot_bridge::MotionState& at(double time_s) {
     for (int i = 0; i < state_.position.size(); ++i) {
       stops_[static_cast<size_t>(i)].at(time_s, state_.position[i], state_.velocity[i], state_.acceleration[i]);

@@ -74,9 +74,9 @@ int alike(const GuardedParameters& parameters, uint64_t reaches, int& all) {
 }
 
 // The others take another decision: the schedule of gamma, the search for theta_T and its bounds are functions of the
-// motion that jump, so two motions that are a thousandth apart may go on differently. Of 600 reaches 94.5 % with the
-// default gains and 98.8 % with the slower ones stay within 1 %; which ones, rounding decides. Nine in ten is what
-// docs/guarantees.md promises.
+// motion that jump, so two motions that are a thousandth apart may go on differently. Of 600 reaches (`alike` with 100
+// of each arm) 94.5 % with the default gains and 98.8 % with the slower ones stay within 1 %; which ones, rounding
+// decides. Of 120 with 94.5 %, at least nine in ten do in 98 of 100 samples (binomial distribution).
 TEST(IntegrationRate, TheHandIsWithinOnePercentOfThePathFrom100To1000StepsPerSecond) {
   int all = 0;
   EXPECT_GE(alike({}, 20, all), 0.9 * all) << "default gains";

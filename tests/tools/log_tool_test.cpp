@@ -132,7 +132,7 @@ TEST_F(LogTool, TheReportNamesTheFaultsOfTheBridge) {
   int64_t k = 0;
   const auto state = [&](int8_t value, const std::string& cause, int64_t run) {
     bridge_state_t message{};
-    message.utime = 500'000 * ++k;
+    message.utime = 1'700'000'000'000'000 + 500'000 * k++;
     message.run = run;
     message.state = value;
     message.cause = cause;
@@ -140,18 +140,18 @@ TEST_F(LogTool, TheReportNamesTheFaultsOfTheBridge) {
   };
   state(bridge_state_t::RUNNING, "", 1);
   state(bridge_state_t::STOPPING, "set-points are late", 1);
-  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);  // 1.5 s
-  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);
-  state(bridge_state_t::RUNNING, "", 2);  // of another bridge
+  state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);  // after 1 s
+  state(bridge_state_t::FAULT, "the robot reports: stopped", 1);              // what follows from it
+  state(bridge_state_t::RUNNING, "", 2);                                      // of another bridge
   state(bridge_state_t::FAULT, "the robot does not follow its commands", 1);
   state(bridge_state_t::RUNNING, "", 1);
-  state(bridge_state_t::FAULT, "the robot was restarted", 1);  // 4 s
+  state(bridge_state_t::FAULT, "the robot was restarted", 1);  // after 3.5 s
   log.close();
   const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
   ASSERT_EQ(report.json["bridge_faults"].size(), 2u) << report.json["bridge_faults"];
-  EXPECT_DOUBLE_EQ(report.json["bridge_faults"][0]["at_s"].get<double>(), 1.5);
+  EXPECT_DOUBLE_EQ(report.json["bridge_faults"][0]["at_s"].get<double>(), 1);
   const std::string table = table_of(report.json);
-  EXPECT_NE(table.find("bridge in a fault from 4.00 s: the robot was restarted\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("bridge in a fault from 3.50 s: the robot was restarted\n"), std::string::npos) << table;
 }
 
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {

@@ -150,5 +150,16 @@ TEST(ObjectColourOf, IsRefusedWhereAnotherObjectPasses) {
   }
 }
 
+TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
+  const Ball ball{{150, 110}, 24, kOrange};
+  cv::Mat image = picture({ball}, {}, 7);
+  cv::rectangle(image, {120, 106, 60, 9}, cv::Scalar(150, 152, 150), cv::FILLED);
+  ObjectRegion region;
+  region.mask = cv::Mat::zeros(image.size(), CV_8UC1);
+  cv::circle(region.mask, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
+  cv::rectangle(region.mask, {120, 106, 60, 9}, cv::Scalar(0), cv::FILLED);
+  EXPECT_EQ(learn_object(image, region).fault, "");
+}
+
 }  // namespace
 }  // namespace multireach

@@ -161,8 +161,11 @@ TEST(StereoMatching, AContourOfAnotherSizeThanTheKnownOneIsTrustedLess) {
 
   SphereContour half = ball.left;  // of something else, whatever its errors are
   half.value.z() *= 0.5;
-  half.covariance *= 400;
-  EXPECT_NE(match_candidates({half}, {ball.right}).status, Status::kSeen);
+  SphereContour half_right = ball.right;
+  half_right.value.z() *= 0.5;
+  half.covariance *= 40000;
+  half_right.covariance *= 40000;
+  EXPECT_EQ(match_candidates({half}, {half_right}).status, Status::kWrongRadius);
 }
 
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFewest = 0.25;  // least share of the region's area that the finder must find
 constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
 
-/// The shares of a blob's pixels in a region's mask, or box.
+/// How many of a blob's pixels are in a region's mask, or box.
 double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   double area = 0;
   for (const vision::Run& run : blob.runs) {
@@ -35,8 +35,10 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
   if (found.blobs.empty()) return "with the learned colours nothing is found, not even the object";
   const vision::Blob* object = nullptr;
   double inside = 0;
+  double all_inside = 0;  // also of the object's other parts, as beside a stripe
   for (const vision::Blob& blob : found.blobs) {
     const double area = area_inside(blob, region);
+    all_inside += area;
     if (area <= inside) continue;
     inside = area;
     object = &blob;
@@ -52,14 +54,14 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
     return "with the learned colours the object is found together with much of what is around it";
   }
   for (const vision::Blob& blob : found.blobs) {
-    if (&blob == object || blob.area < kSimilar * object->area) continue;
+    if (blob.area < kSimilar * object->area || area_inside(blob, region) > 0.5 * blob.area) continue;
     const cv::Point at = middle(blob);
     return fmt::format("with the learned colours another object is found, at {},{}, {:.0f} % as large as this one",
                        at.x, at.y, 100 * blob.area / object->area);
   }
   const double whole = region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
-  if (inside < kFewest * whole)
-    return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * inside / whole);
+  if (all_inside < kFewest * whole)
+    return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole);
   return {};
 }
 

@@ -15,6 +15,7 @@
 #include <multireach/target_t.hpp>
 #include <numeric>
 #include <set>
+#include <utility>
 
 #include "controller/ik/multi_start.hpp"
 #include "robot_bridge/node/bridge_node.hpp"
@@ -171,10 +172,9 @@ struct BridgeFaults {
   std::vector<Fault> faults;
 
   void add(const bridge_state_t& state) {
-    std::string& current = current_[state.run];
-    const std::string cause = state.state == bridge_state_t::FAULT ? state.cause : "";
-    if (!cause.empty() && cause != current) faults.push_back({state.utime, cause});
-    current = cause;
+    bool& in_fault = in_fault_[state.run];
+    const bool was = std::exchange(in_fault, state.state == bridge_state_t::FAULT);
+    if (in_fault && !was) faults.push_back({state.utime, state.cause});
   }
   json to_json(int64_t origin) const {
     json list = json::array();
@@ -185,7 +185,7 @@ struct BridgeFaults {
   }
 
  private:
-  std::map<int64_t, std::string> current_;  // by the bridge's run; empty: no fault
+  std::map<int64_t, bool> in_fault_;  // by the bridge's run
 };
 
 std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
@@ -293,6 +293,7 @@ class RunReporter::Data {
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, NodeRecord> nodes;
   BridgeFaults bridge_faults;
+  int64_t first_utime = 0;    // of the first BRIDGE_STATE
   int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
   /// Runs of the publishers of a channel.
   std::map<std::string, std::set<int64_t>, std::less<>> publishers;
@@ -320,7 +321,9 @@ class RunReporter::Data {
       add_robot_state(event);
     } else if (event.channel == channel::kBridgeState) {
       const auto state = decode<bridge_state_t>(event.data);
-      if (state && plausible_utime(state->utime)) bridge_faults.add(*state);
+      if (!state || !plausible_utime(state->utime)) return;
+      if (first_utime == 0) first_utime = state->utime;
+      bridge_faults.add(*state);
     } else if (event.channel == channel::kNodeStatus) {
       const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
       if (status) nodes[status->node].add(*status, event.utime);
@@ -429,7 +432,7 @@ RunReport RunReporter::report() const {
   out["reaches"] = reaches;
   out["reached"] = reached;
   out["unreachable"] = unreachable;
-  out["bridge_faults"] = run.bridge_faults.to_json(origin);
+  out["bridge_faults"] = run.bridge_faults.to_json(run.targets.empty() ? run.first_utime : origin);
   out["lost_intervals"] = lost_intervals_of(run.targets, origin);
   out["vision_error_mm"] = vision_error_of(run.targets, run.truths);
   out["max_limit_violation_rad"] = run.limit_excess;
@@ -477,7 +480,7 @@ RunReport RunReporter::report() const {
     report.reason = fmt::format("{} of {} reachable positions were not reached to {} mm", reaches.size() - reached,
                                 reaches.size(), 1e3 * kReached);
     if (!run.bridge_faults.faults.empty())
-      report.reason += "; the bridge was in a fault: " + run.bridge_faults.faults.back().cause;
+      report.reason += "; the bridge was in a fault: " + run.bridge_faults.faults.front().cause;
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else if (command_speed > kFasterThanTheLimit) {

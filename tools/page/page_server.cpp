@@ -56,12 +56,13 @@ struct Browser {
   std::thread writer;
 
   /// A browser that did not take all of a message in time would read the next one as the rest of it: it is
-  /// disconnected, and connects again.
+  /// disconnected once civetweb's thread wakes, within 10 s, and connects again.
   void write() {
     while (const auto next = queue.pop()) {
       const auto size = next->bytes->size();
       const int written = mg_websocket_write(connection, opcode_of(next->kind), next->bytes->data(), size);
-      if (written <= 0 || static_cast<size_t>(written) < size) return mg_close_connection(connection);
+      if (written <= 0) return;
+      if (static_cast<size_t>(written) < size) return mg_close_connection(connection);
     }
   }
 };

@@ -99,11 +99,10 @@ bool ChromaClassifier::contains(const Rgb& pixel) const {
 }
 
 double ChromaClassifier::deviation(const Rgb& colour) const {
+  if (object_.size() > 1) return 0;
   Chroma chroma = chroma_of_pixel(colour.r, colour.g, colour.b);
   chroma.uu = chroma.uv = chroma.vv = 0;
-  double least = distance2(object_.front(), chroma);
-  for (const Component& component : object_) least = std::min(least, distance2(component, chroma));
-  return std::sqrt(least);
+  return std::sqrt(distance2(object_.front(), chroma));
 }
 
 Rgb ChromaClassifier::expected(const Rgb& pixel) const {

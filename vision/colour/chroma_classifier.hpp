@@ -17,7 +17,8 @@ class ChromaClassifier {
   /// The colour that an object pixel (neither clipped nor black) would have in the light in which the model was
   /// learned: the mean of the nearest component at the pixel's brightness.
   Rgb expected(const Rgb& pixel) const;
-  /// Mahalanobis distance of a colour from the nearest component, pixel noise not counted.
+  /// Mahalanobis distance of an object's mean colour from the learned one, pixel noise not counted. 0 where several
+  /// colours were learned: their mixture tells nothing.
   double deviation(const Rgb& colour) const;
 
  private:

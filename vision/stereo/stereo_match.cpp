@@ -127,7 +127,7 @@ class CandidateScorer {
     };
     if (prediction_) {
       const Eigen::Vector3d apart = sphere->p_W - prediction_->p_W;
-      const double distance2 = apart.dot((sphere->covariance + prediction_->covariance).ldlt().solve(apart));
+      const double distance2 = apart.dot((match.point.covariance + prediction_->covariance).ldlt().solve(apart));
       scored.score /= 1 + distance2;
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
         match.status = Status::kOutsidePredictionGate;

@@ -171,7 +171,7 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   port_.send(wire, now(), out);
 }
 
-/// Decelerates the arm where commands are missing.
+/// Sends on where commands are missing.
 void DriverNode::watch_commands(Outbox& out) {
   if (driver_->status().phase != DriverStatus::Phase::kReady) return follower_.forget();
   int64_t utime = 0;

@@ -25,8 +25,8 @@ struct DriverNodeOptions {
 };
 
 /// A robot's driver with its messages: receives JOINT_COMMAND, BRIDGE_REQUEST and BRIDGE_STATE, sends ROBOT_STATE while
-/// the robot obeys commands. It passes the commands of one bridge on, and adds two things: a deceleration where
-/// commands are missing, and a smooth transition to commands that begin elsewhere (CommandFollower).
+/// the robot obeys commands. It passes the commands of one bridge on, and adds what
+/// CommandFollower does where commands are missing or begin elsewhere: extrapolation, deceleration, transition.
 class DriverNode : public Node {
  public:
   /// `wall_clock`: microseconds since 1970.

@@ -318,7 +318,7 @@ TEST_F(TemplateDriverTest, DeceleratesWithinTheLimitsWhenCommandsEnd) {
     run(1);
     position.push_back(echo.q[0]);
   }
-  // 60 rad/s^2 stop 1 rad/s within 17 ms and the jerk limit's share; from the first missing command on.
+  // 60 rad/s^2 stop 1 rad/s within 17 ms and the jerk limit's share; from 3 ms after the last command on.
   EXPECT_GT(position.back(), position[1] + 0.005);
   EXPECT_LT(position.back(), position[1] + 0.05);
   EXPECT_EQ(position.back(), position[100]);
