@@ -5,7 +5,7 @@
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
 #   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without the three that take a quarter
 #     of an hour of processor time each there.
-# --full adds those three, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
+# --full adds those three, the set-up course in a browser, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
 # messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, studies on many machines, an hour of the whole system, the Debian
 # packages in a clean system, and the studies of docs/guarantees.md (four hours).
 set -uo pipefail
@@ -63,6 +63,8 @@ altered_messages() { MULTIREACH_ALTERED_MESSAGES=1000000 build/release/bin/multi
 damaged_logs() { MULTIREACH_LOG_MUTATIONS=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='LogFuzz.*'; }
 odd_arms() { MULTIREACH_ODD_ARMS=1000 build/release/bin/multireach_stage_tests --gtest_filter='*OddArms*'; }
 changed_bytes() { MULTIREACH_CHANGES=1000 MULTIREACH_CHANGED_LOG=$root/logs/load.lcm build/release/bin/multireach_runtime_tests --gtest_filter='*EveryChangedByte*'; }
+# Exit code 77: skipped, and why.
+page_test() { "tests/live/$1.sh" "$PWD/build/release/bin" || [ $? -eq 77 ]; }
 debian_packages() {
   if [ "$(id -u)" -eq 0 ] && command -v mmdebstrap >/dev/null; then tests/full/debian_package.sh
   else echo "skipped: this needs root, and the Debian package mmdebstrap"; fi
@@ -95,6 +97,7 @@ if [ $full = yes ]; then
   stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
   stage "studies on many machines" many_machines
+  stage "the set-up course" page_test course_page
   stage "an hour of the whole system" tests/full/soak.sh build/release/bin
   stage "Debian packages in a clean system" debian_packages
   stage "millions of reaches" tests/full/reaches.sh build/release/bin

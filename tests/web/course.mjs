@@ -61,9 +61,8 @@ for (const side of [0, 1]) {
   await page.mouse.click(box.x + at.x * box.width, box.y + at.y * box.height);
   if (side === 0) await contains('#course-text', 'in the right image');
 }
-await until('object', 'done');
-await contains('#course-text', 'Vision sees it');
 await done('object');
+await contains('#course-text', 'Vision sees it');
 
 for (const step of ['pose', 'check', 'reach']) {
   await next(step);
