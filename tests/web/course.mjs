@@ -59,7 +59,7 @@ for (const side of [0, 1]) {
   }, side, {timeout: kPatience})).jsonValue();
   const box = await page.locator('#picture').boundingBox();
   await page.mouse.click(box.x + at.x * box.width, box.y + at.y * box.height);
-  if (side === 0) await contains('#course-text', 'in the right image');
+  if (side === 0) await contains('#course-text', 'Now click on the object in the right image');  // no click while another is worked on
 }
 await done('object');
 await contains('#course-text', 'Vision sees it');
