@@ -38,7 +38,7 @@ awk '
       sum += n[b]
     }
   }
-  FILENAME ~ /cyclictest$/ { peer[bin_of($1)] += $2; peers += $2; if ($1 >= 1000) peer_missed += $2; next }
+  FILENAME ~ /cyclictest$/ { peer[bin_of($1)] += $2; peers += $2; peer_missed += $2 * int($1 / 1000); next }
   { for (f = 1; f <= NF; ++f) {
       if ($f ~ /^late:/) missed += substr($f, 6)
       if ($f ~ /^lateness_bins:/) { count = split(substr($f, 15), part, ","); for (b = 1; b <= count; ++b) { own[b - 1] += part[b]; owns += part[b] } }
