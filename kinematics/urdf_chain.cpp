@@ -154,6 +154,11 @@ Joint joint_from(const urdf::Joint& source, bool reversed) {
   if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper))
     throw std::invalid_argument(quoted + " has a limit that is not a finite number");
   if (joint.lower > joint.upper) throw std::invalid_argument(quoted + " has its lower limit above its upper limit");
+  if (joint.lower == joint.upper) {  // also where neither is written
+    throw std::invalid_argument(quoted + " has the limits " + std::to_string(joint.lower) + " and " +
+                                std::to_string(joint.upper) +
+                                ": it cannot move; give its lower and upper limit, or the type fixed");
+  }
   return joint;
 }
 
@@ -185,7 +190,7 @@ Chain chain_from_urdf(std::string_view urdf_xml, const std::string& base, const 
       if (!names.empty()) names += ", ";
       names += known;
     }
-    throw std::invalid_argument("has no link '" + name + "', asked for as " + option + "; it has " + names);
+    throw UnknownLinkError(option, name, names);
   }
   const auto rpy = rpy_of_joints(document);
   const auto soft_limits = soft_limits_of_joints(document);

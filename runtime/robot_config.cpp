@@ -1,8 +1,11 @@
 #include "runtime/robot_config.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 
+#include "kinematics/urdf_chain.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/files.hpp"
@@ -101,7 +104,45 @@ Chain with_velocity_limits(const Chain& chain, const Config& section, const std:
   return {std::move(joints), std::move(fixed), chain.base(), chain.tip()};
 }
 
+Chain chain_of(const Arm& arm, const std::string& urdf_path, const Config& section) {
+  if (std::error_code error; !std::filesystem::exists(urdf_path, error)) section.fail("urdf", "an existing file");
+  const std::string xml = read_text_file(urdf_path);
+  try {
+    return chain_from_urdf(xml, arm.base, arm.tip);
+  } catch (const UnknownLinkError& fault) {
+    section.fail(fault.which, "a link of " + urdf_path + ", which has " + fault.links);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(urdf_path + ": " + fault.what());
+  }
+}
+
+constexpr double kMostTurns = 4;          // of a joint in either direction
+constexpr double kFastest = 30;           // rad/s
+constexpr double kShortestStart = 0.005;  // s, from rest to the speed limit
+
 }  // namespace
+
+std::vector<std::string> unit_doubts(const RobotConfig& robot) {
+  std::vector<std::string> doubts;
+  const auto doubt = [&](const Joint& joint, const char* what, double value, const char* unit) {
+    doubts.push_back("joint '" + joint.name + "': " + what + " of " + config_number(value) + " " + unit +
+                     "; in degrees? Angles are in radians");
+  };
+  for (int i = 0; i < robot.chain.size(); ++i) {
+    const Joint& joint = robot.chain.joint(i);
+    if (joint.type == Joint::Type::kPrismatic) continue;
+    for (const double limit : {joint.lower, joint.upper}) {
+      const double turns = std::abs(limit) / (2 * std::numbers::pi);
+      if (std::isfinite(limit) && turns > kMostTurns) doubt(joint, "a position limit", limit, "rad");
+    }
+    if (std::isfinite(joint.velocity) && joint.velocity > kFastest)
+      doubt(joint, "a velocity limit", joint.velocity, "rad/s");
+    const JointVector& acceleration = robot.joint_acceleration_limits;
+    if (acceleration.size() > 0 && acceleration[i] * kShortestStart > joint.velocity)
+      doubt(joint, "an acceleration limit", acceleration[i], "rad/s^2");
+  }
+  return doubts;
+}
 
 RobotConfig RobotConfig::load(const std::string& file_or_folder, const ConfigOverrides& overrides) {
   std::error_code error;
@@ -112,7 +153,7 @@ RobotConfig RobotConfig::load(const std::string& file_or_folder, const ConfigOve
   Arm arm;
   arm_keys().read(section, arm);
   const std::string urdf_path = resolve_relative(path, arm.urdf);
-  Chain chain = with_velocity_limits(load_chain(urdf_path, arm.base, arm.tip), section, arm.velocity);
+  Chain chain = with_velocity_limits(chain_of(arm, urdf_path, section), section, arm.velocity);
   SharedValues shared;
   shared_keys().read(file, shared);
   RobotConfig robot{std::move(file), urdf_path, std::move(chain)};

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "kinematics/chain.hpp"
 #include "runtime/config.hpp"
@@ -26,6 +27,10 @@ struct RobotConfig {
   /// An optional section of the file.
   std::optional<Config> section(const std::string& name) const;
 };
+
+/// Sentences on limits of rotary joints that look like degrees: beyond four turns, faster than 30 rad/s, or an
+/// acceleration that reaches the velocity limit within 5 ms.
+std::vector<std::string> unit_doubts(const RobotConfig& robot);
 
 /// The joint configuration under `key`, one value per joint of the chain. Throws InputError when it is outside the
 /// limits.

@@ -1,4 +1,6 @@
 // multireach-bridge: set-points in, 1 kHz commands out.
+#include <spdlog/spdlog.h>
+
 #include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/program.hpp"
 
@@ -12,6 +14,7 @@ int main(int argc, char** argv) {
       [] { return multireach::robot_config_reference() + "\n" + multireach::bridge_config_reference(); });
   return program.run(argc, argv, [&] {
     const auto robot = multireach::RobotConfig::load(config);
+    for (const std::string& doubt : multireach::unit_doubts(robot)) spdlog::warn("{}: {}", robot.urdf_path, doubt);
     return multireach::run_live([&] { return std::make_unique<multireach::BridgeNode>(robot); }, live);
   });
 }

@@ -72,6 +72,10 @@ TEST(UrdfChain, SaysWhatItRefusesByName) {
   EXPECT_NE(fault(robot(second("revolute", "<axis xyz='0 0 1'/><limit lower='1' upper='-1' velocity='1' effort='1'/>")))
                 .find("'second'"),
             std::string::npos);
+  // urdfdom reads limits that are not written as 0.
+  EXPECT_NE(fault(robot(second("revolute", "<axis xyz='0 0 1'/><limit velocity='1' effort='1'/>")))
+                .find("joint 'second' has the limits 0.000000 and 0.000000: it cannot move"),
+            std::string::npos);
   EXPECT_NE(fault(robot(second("revolute", "<axis xyz='0 0 1'/>"))), "");
   EXPECT_NE(fault(robot(second("fixed", "")), "a", "nowhere").find("no link 'nowhere'"), std::string::npos);
   EXPECT_NE(fault(robot(second("fixed", "")), "b", "c").find("no moving joint"), std::string::npos);

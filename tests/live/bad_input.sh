@@ -33,7 +33,7 @@ sed 's/alpha_per_step/alpa/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
 cp "$urdf" "$work"
 expect 2 "key 'controller.alpa' is not known" "$bin/multireach-controller" --config "$work/robot.yaml"
 sed 's/tip: right_hand/tip: hand/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
-expect 2 "no link 'hand'" "$bin/multireach-bridge" --config "$work/robot.yaml"
+expect 2 "key 'robot.tip' is 'hand'; expected a link of" "$bin/multireach-bridge" --config "$work/robot.yaml"
 sed 's/right_SFE: 0.2/right_nose: 0.2/' "$root/robots/hoap2/robot.yaml" >"$work/robot.yaml"
 expect 2 "right_nose" "$bin/multireach-robot-sim" --config "$work/robot.yaml"
 

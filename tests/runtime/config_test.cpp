@@ -145,8 +145,11 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
     });
   };
   EXPECT_EQ(robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n"), "");
-  EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: foot}\n").find("no link 'foot'"), std::string::npos);
-  EXPECT_NE(robot("robot: {urdf: nothing.urdf, base: torso, tip: right_hand}\n").find("nothing.urdf: cannot be opened"),
+  EXPECT_NE(robot("robot: {urdf: " + urdf + ", base: torso, tip: foot}\n")
+                .find(":1: key 'robot.tip' is 'foot'; expected a link of "),
+            std::string::npos);
+  EXPECT_NE(robot("robot: {urdf: nothing.urdf, base: torso, tip: right_hand}\n")
+                .find(":1: key 'robot.urdf' is 'nothing.urdf'; expected an existing file"),
             std::string::npos);
   EXPECT_NE(
       robot("robot: {urdf: " + urdf + ", base: torso, tip: right_hand, speed: 3}\n").find("'robot.speed' is not known"),
@@ -161,6 +164,24 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
   EXPECT_NE(robot("contoller: {}\nrobot: {urdf: " + urdf + ", base: torso, tip: right_hand}\n")
                 .find("'contoller' is not known"),
             std::string::npos);
+}
+
+TEST_F(ConfigFile, LimitsThatLookLikeDegreesAreDoubted) {
+  RobotConfig robot = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/ur5e/robot.yaml");
+  EXPECT_TRUE(unit_doubts(robot).empty()) << unit_doubts(robot).front();
+  std::vector<Joint> joints = robot.chain.joints();
+  std::vector<Eigen::Isometry3d> fixed;
+  for (int i = 0; i <= robot.chain.size(); ++i) fixed.push_back(robot.chain.fixed(i));
+  joints[0].lower = -360;
+  joints[1].velocity = 180;
+  robot.chain = Chain(std::move(joints), std::move(fixed), "base", "tip");
+  robot.joint_acceleration_limits = JointVector::Constant(6, 10);
+  robot.joint_acceleration_limits[2] = 800;
+  const std::vector<std::string> doubts = unit_doubts(robot);
+  ASSERT_EQ(doubts.size(), 3U);
+  EXPECT_EQ(doubts[0], "joint 'shoulder_pan_joint': a position limit of -360 rad; in degrees? Angles are in radians");
+  EXPECT_TRUE(doubts[1].starts_with("joint 'shoulder_lift_joint': a velocity limit of")) << doubts[1];
+  EXPECT_TRUE(doubts[2].starts_with("joint 'elbow_joint': an acceleration limit")) << doubts[2];
 }
 
 TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {
