@@ -71,8 +71,9 @@ void require_physical_inertia(const tinyxml2::XMLElement& link) {
 }
 
 /// Prepares the URDF for MuJoCo: removes shapes (their mesh files need not exist) and adds compiler settings that keep
-/// every link by its name. Reads the joints' effort limits.
-std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort) {
+/// every link by its name. Reads the joints' effort and velocity limits, where they are positive.
+std::string prepared(const std::string& urdf_xml, std::map<std::string, double>& effort,
+                     std::map<std::string, double>& velocity) {
   tinyxml2::XMLDocument document;
   parse_urdf_document(urdf_xml, document);
   tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
@@ -85,7 +86,9 @@ std::string prepared(const std::string& urdf_xml, std::map<std::string, double>&
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const char* name = joint->Attribute("name");
     const auto* limit = joint->FirstChildElement("limit");
-    if (name && limit && limit->DoubleAttribute("effort") > 0) effort[name] = limit->DoubleAttribute("effort");
+    if (!name || !limit) continue;
+    if (limit->DoubleAttribute("effort") > 0) effort[name] = limit->DoubleAttribute("effort");
+    if (limit->DoubleAttribute("velocity") > 0) velocity[name] = limit->DoubleAttribute("velocity");
   }
   while (auto* old = robot->FirstChildElement("mujoco")) robot->DeleteChild(old);
   auto* compiler = robot->InsertNewChildElement("mujoco")->InsertNewChildElement("compiler");
@@ -96,6 +99,18 @@ std::string prepared(const std::string& urdf_xml, std::map<std::string, double>&
   tinyxml2::XMLPrinter printer;
   document.Print(&printer);
   return printer.CStr();
+}
+
+/// The largest share, 0 to 1, of these torques that the drives can add to `bias`. Were each joint clamped by itself,
+/// the others would get torques for accelerations that it does not reach, and the arm would fling. A drive that cannot
+/// even bear the bias does not count.
+double feasible_share(const std::vector<double>& torques, const mjtNum* bias, const std::vector<double>& effort) {
+  double share = 1;
+  for (size_t i = 0; i < torques.size(); ++i) {
+    const double left = effort[i] - (torques[i] < 0 ? -bias[i] : bias[i]), wanted = std::abs(torques[i]);
+    if (std::abs(bias[i]) < effort[i] && wanted > left) share = std::min(share, left / wanted);
+  }
+  return share;
 }
 
 mjModel* load(const std::string& xml) {
@@ -128,15 +143,19 @@ struct MujocoArm::Simulation {
 MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options)
     : simulation_(std::make_unique<Simulation>()), options_(options) {
   send_messages_to_the_log();
-  std::map<std::string, double> effort;
-  mjModel* model = simulation_->model = load(prepared(urdf_xml, effort));
+  std::map<std::string, double> effort, velocity;
+  mjModel* model = simulation_->model = load(prepared(urdf_xml, effort, velocity));
+  const auto limit_of = [](const std::map<std::string, double>& limits, const std::string& joint) {
+    const auto found = limits.find(joint);
+    return found == limits.end() ? std::numeric_limits<double>::infinity() : found->second;
+  };
   for (int joint = 0; joint < model->njnt; ++joint) {
     if (model->jnt_type[joint] != mjJNT_HINGE && model->jnt_type[joint] != mjJNT_SLIDE) {
       throw std::invalid_argument("has a floating or planar joint, which is not simulated");
     }
     joint_names_.emplace_back(mj_id2name(model, mjOBJ_JOINT, joint));
-    const auto limit = effort.find(joint_names_.back());
-    effort_.push_back(limit == effort.end() ? std::numeric_limits<double>::infinity() : limit->second);
+    effort_.push_back(limit_of(effort, joint_names_.back()));
+    fastest_.push_back(limit_of(velocity, joint_names_.back()));
   }
   if (joint_names_.empty()) throw std::invalid_argument("has no joint to simulate");
   model->opt.timestep = options.step_s;
@@ -151,13 +170,12 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
     if (joint < 0) {
       std::string known;
       for (const std::string& other : joint_names_) known += (known.empty() ? "" : ", ") + other;
-      throw std::invalid_argument("has no joint '" + name + "', which start_joint_position of the robot.yaml names; " +
-                                  "it has " + known);
+      throw StartPositionError("has no joint '" + name + "'; it has " + known);
     }
     const mjtNum* range = model->jnt_range + 2 * joint;
     if (!std::isfinite(position) || (model->jnt_limited[joint] && (position < range[0] || position > range[1]))) {
-      throw std::invalid_argument("joint '" + name + "': the start position " + std::to_string(position) +
-                                  " is outside its limits");
+      throw StartPositionError("has joint '" + name + "' with limits from " + std::to_string(range[0]) + " to " +
+                               std::to_string(range[1]) + ", not " + std::to_string(position));
     }
     data->qpos[model->jnt_qposadr[joint]] = position;
   }
@@ -226,11 +244,15 @@ void MujocoArm::step() {
   const auto n = joint_names_.size();
   std::vector<mjtNum> acceleration(n);
   for (size_t i = 0; i < n; ++i) {
-    acceleration[i] = w * w * (wanted_position_[i] - data->qpos[i]) + 2 * z * w * (wanted_velocity_[i] - data->qvel[i]);
+    const double error = wanted_position_[i] - data->qpos[i], approach = wanted_velocity_[i] + w / (2 * z) * error;
+    acceleration[i] = w * w * error + 2 * z * w * (wanted_velocity_[i] - data->qvel[i]);
+    if (std::abs(approach) > fastest_[i])
+      acceleration[i] = 2 * z * w * (std::copysign(fastest_[i], approach) - data->qvel[i]);
   }
   mj_mulM(model, data, torques_.data(), acceleration.data());
+  const double share = feasible_share(torques_, data->qfrc_bias, effort_);
   for (size_t i = 0; i < n; ++i) {
-    torques_[i] = std::clamp(torques_[i] + data->qfrc_bias[i], -effort_[i], effort_[i]);
+    torques_[i] = std::clamp(share * torques_[i] + data->qfrc_bias[i], -effort_[i], effort_[i]);
     data->qfrc_applied[i] = torques_[i];
   }
   mj_step2(model, data);

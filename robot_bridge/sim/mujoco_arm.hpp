@@ -2,12 +2,19 @@
 
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 namespace multireach {
+
+/// `start` names an unknown joint, or a position outside its limits.
+class StartPositionError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
 
 struct MujocoArmOptions {
   double step_s = 0.001;
@@ -18,13 +25,15 @@ struct MujocoArmOptions {
 };
 
 /// A robot simulated by MuJoCo from its URDF. Every joint has high-gain position control, like that of the Hoap2's own
-/// board: the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus the bias torques (gravity, Coriolis and
-/// centrifugal), within the URDF's effort limit. There are no collisions: visual and collision shapes are removed.
+/// board: a velocity loop within a position loop. The velocity v_wanted + w / (2 z) (q_wanted - q) is limited to the
+/// URDF's; the torque is M(q) 2 z w (this velocity - v) plus the bias torques (gravity, Coriolis and centrifugal),
+/// within the URDF's effort limit, where all joints accelerate less together. There are no collisions: visual and
+/// collision shapes are removed.
 class MujocoArm {
  public:
   /// `urdf_xml` is the text of the URDF file. Throws std::invalid_argument with a message when MuJoCo cannot load it,
   /// when it has no hinge or slide joint, or a floating or planar one, when a mass or inertia is negative or not a
-  /// number, or when `start` names an unknown joint or a position outside its limits. MuJoCo's warnings go to the log.
+  /// number; StartPositionError for `start`. MuJoCo's warnings go to the log.
   MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& options);
   ~MujocoArm();
 
@@ -53,7 +62,7 @@ class MujocoArm {
   std::unique_ptr<Simulation> simulation_;
   MujocoArmOptions options_;
   std::vector<std::string> joint_names_;
-  std::vector<double> wanted_position_, wanted_velocity_, torques_, effort_;
+  std::vector<double> wanted_position_, wanted_velocity_, torques_, effort_, fastest_;
 };
 
 }  // namespace multireach

@@ -47,6 +47,8 @@ MujocoArm simulated_arm(const RobotConfig& robot) {
   options.start = robot.start;
   try {
     return MujocoArm(read_text_file(robot.urdf_path), options);
+  } catch (const StartPositionError& fault) {
+    robot.file.fail("start_joint_position", "positions of joints of " + robot.urdf_path + ", which " + fault.what());
   } catch (const std::invalid_argument& fault) {
     throw InputError(robot.urdf_path + ": " + fault.what());
   }
@@ -101,6 +103,7 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
   if (known && next.duration_us >= 0) {
     next_push_ = next;
   } else {
+    refusal_ = "refused a push on '" + next.link + "': no link of the URDF, or no possible force or duration";
     ++counters_.refused;
   }
 }
@@ -126,7 +129,7 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
 
 std::string RobotSimNode::state() const {
   const std::string doing = command_sequence_ < 0 ? "waiting for a command" : "running";
-  return *refusal_ ? doing + ", " + refusal_ : doing;
+  return refusal_.empty() ? doing : doing + ", " + refusal_;
 }
 
 void RobotSimNode::update_push() {

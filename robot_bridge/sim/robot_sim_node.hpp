@@ -50,7 +50,7 @@ class RobotSimNode : public Node {
   std::optional<Push> next_push_, push_;
   int64_t push_until_ = 0;
   CommandFilter commands_;
-  const char* refusal_ = "";  // of the newest refused command
+  std::string refusal_;  // why the newest refused message was refused
 };
 
 /// Whether the arm has every joint of the command and all numbers are plausible. Other commands are refused.

@@ -21,5 +21,6 @@ ended 0
 grep -A3 '^start_joint_position' "$root/robots/ur5e/robot.yaml" >>"$arm/robot.yaml"
 launch wrong --robot "$arm"
 ended 2
-says "no joint 'elbow_joint', which start_joint_position of the robot.yaml names; it has j2s6s200_joint_1, "
+says "key 'start_joint_position' expected positions of joints of "
+says "which has no joint 'elbow_joint'; it has j2s6s200_joint_1, "
 finish
