@@ -266,8 +266,10 @@ void Bridge::watch_robot() {
   if (const char* fault = monitor_.fault()) return fail(fault);
   if (state_ == BridgeState::kRunning && monitor_.late()) return decelerate("no ROBOT_STATE");
   // Resumes from rest, as after a pause.
-  if (state_ == BridgeState::kStopping && enabled_ && !monitor_.late() && generator_.at_rest())
+  if (state_ == BridgeState::kStopping && enabled_ && !monitor_.late() && generator_.at_rest()) {
     state_ = BridgeState::kArmed;
+    cause_ = "";
+  }
 }
 
 void Bridge::fail(const char* cause) {

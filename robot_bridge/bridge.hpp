@@ -88,6 +88,7 @@ class Bridge {
   void set_speed(double speed);
   /// Decelerates and waits, or continues at the speed override of before.
   void pause(bool paused) { paused_ = paused; }
+  bool paused() const { return paused_; }
 
   /// The time of the next tick, microseconds; nullopt while no commands are sent.
   std::optional<int64_t> next_tick() const { return next_tick_; }

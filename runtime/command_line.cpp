@@ -7,6 +7,24 @@
 #include <iostream>
 
 namespace multireach {
+namespace {
+
+constexpr double kPlausible = 1e6;  // a range as wide as this only keeps typing errors away: --help leaves it out
+
+/// What is wrong with the command line. For an unknown subcommand CLI11 only says that one is missing.
+std::string fault_of(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unknown = app.remaining();
+  const auto subcommands = app.get_subcommands([](const CLI::App*) { return true; });
+  if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::RequiredError) || unknown.empty() ||
+      subcommands.empty() || !app.get_subcommands().empty())
+    return error.what();
+  std::string names;
+  for (const CLI::App* each : subcommands) names += (names.empty() ? "" : ", ") + each->get_name();
+  return fmt::format("'{}' is unknown; expected one of {}", unknown.front(), names);
+}
+
+}  // namespace
+
 CommandOption& CommandOption::required() {
   option_->required();
   return *this;
@@ -26,7 +44,7 @@ CommandOption& CommandOption::finite(double min, double max) {
         if (number && std::isfinite(value) && value >= min && value <= max) return std::string();
         return fmt::format("'{}' is not a finite number from {} to {}", text, min, max);
       },
-      fmt::format("FROM {} TO {}", min, max)));
+      min <= -kPlausible && max >= kPlausible ? std::string() : fmt::format("FROM {} TO {}", min, max)));
   return *this;
 }
 
@@ -135,7 +153,7 @@ std::optional<int> CommandLine::parse(int argc, char** argv) {
     return 1;
   } catch (const CLI::ParseError& error) {
     const std::string name = app_->get_name();
-    std::cerr << name << ": " << error.what() << "; see " << name << " --help\n";
+    std::cerr << name << ": " << fault_of(*app_, error) << "; see " << name << " --help\n";
     return 2;
   }
   return std::nullopt;

@@ -91,6 +91,8 @@ check_options() {
   fi
   [ -z "$camera" ] || [ "$installed" = no ] || [ -x "$bin/multireach-camera" ] ||
     fail "the program multireach-camera is not installed; it is in the Debian package multireach-camera" 1
+  [ -n "$camera$session" ] || [ "$role" = robot ] || [ "$(readlink -f "$robot")" = "$(readlink -f "$root/robots/hoap2")" ] ||
+    fail "--robot: '$robot' has no scene.yaml; expected --camera, e.g. --camera 'device --left 0 --right 2', or --session FILE"
   : "${session:=$root/logs/reach.lcm}"
   [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
   if [ -z "$vision" ]; then

@@ -274,6 +274,9 @@ std::string BridgeNode::cause() const {
   if (idle) return bridge_.enabled() ? "waiting for the robot" : "disabled";
   if (bridge_.state() == BridgeState::kArmed && !bridge_.commands_robot())
     return "shape: linear never commands a real robot";
+  const bool may_move = bridge_.state() == BridgeState::kArmed || bridge_.state() == BridgeState::kRunning;
+  if (may_move && bridge_.paused()) return "paused";
+  if (may_move && bridge_.speed() == 0) return "the speed override is 0";
   return bridge_.cause();
 }
 

@@ -154,6 +154,64 @@ TEST_F(LogTool, TheReportNamesTheFaultsOfTheBridge) {
   EXPECT_NE(table.find("bridge in a fault from 3.50 s: the robot was restarted\n"), std::string::npos) << table;
 }
 
+TEST_F(LogTool, TheReportNamesStopsOfTheBridgeButNotTheEndOfTheRun) {
+  LogWriter log(path("run"));
+  constexpr int64_t kBegin = 1'700'000'000'000'000, kSecond = 1'000'000;
+  const auto state = [&](int64_t seconds, int8_t value, const std::string& cause) {
+    bridge_state_t message{};
+    message.utime = kBegin + seconds * kSecond;
+    message.run = 1;
+    message.state = value;
+    message.cause = cause;
+    log.write(message.utime, "BRIDGE_STATE", *encode(message));
+  };
+  const auto target = [&](int64_t seconds) {
+    target_t message{};
+    message.utime = message.last_seen_utime = kBegin + seconds * kSecond;
+    message.status = target_t::STATUS_TRACKED;
+    log.write(message.utime, "TARGET", *encode(message));
+  };
+  target(0);
+  state(0, bridge_state_t::IDLE, "waiting for the robot");
+  state(1, bridge_state_t::RUNNING, "");
+  state(2, bridge_state_t::STOPPING, "");
+  state(3, bridge_state_t::IDLE, "disabled");
+  state(4, bridge_state_t::RUNNING, "");
+  state(5, bridge_state_t::RUNNING, "paused");
+  state(6, bridge_state_t::RUNNING, "");
+  target(7);
+  state(8, bridge_state_t::STOPPING, "");
+  log.close();
+  const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
+  EXPECT_TRUE(report.json["bridge_faults"].empty());
+  ASSERT_EQ(report.json["bridge_stops"].size(), 2u) << report.json["bridge_stops"];
+  const std::string table = table_of(report.json);
+  EXPECT_NE(table.find("bridge stopped at 2.00 s: disabled\nbridge stopped at 5.00 s: paused\n"), std::string::npos)
+      << table;
+}
+
+TEST_F(LogTool, ATargetThatWasNeverSeenOrNeverInReachIsNoSuccess) {
+  const RobotConfig robot = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml");
+  const auto reason = [&](const char* name, int64_t last_seen, double x) {
+    LogWriter log(path(name));
+    for (int64_t k = 0; k < 90; ++k) {
+      target_t message{};
+      message.utime = 1'700'000'000'000'000 + 33'000 * k;
+      message.last_seen_utime = last_seen < 0 ? -1 : message.utime;
+      message.status = last_seen < 0 ? target_t::STATUS_LOST : target_t::STATUS_TRACKED;
+      message.reason = "not in the left image";
+      message.position_m[0] = x;
+      log.write(message.utime, "TARGET", *encode(message));
+    }
+    log.close();
+    const RunReport report = report_on(path(name), robot);
+    EXPECT_FALSE(report.succeeded);
+    return report.reason;
+  };
+  EXPECT_EQ(reason("unseen", -1, 0), "the target was never seen: not in the left image");
+  EXPECT_EQ(reason("far", 0, 5), "none of the 1 positions is within the arm's reach");
+}
+
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {
   const std::string log = write("log", 200);
   const auto size = std::filesystem::file_size(log);

@@ -14,14 +14,16 @@ constexpr int64_t kBridge = 77, kMillisecond = 1000;
 struct FakeBridge {
   int64_t run = kBridge;
   bool accepts = true;
+  int8_t in = bridge_state_t::ARMED;
+  double speed = 1;
   std::vector<int8_t> done{};
   int64_t last = 0;
 
   bridge_state_t answer(const bridge_request_t& request) {
     bridge_state_t state{};
     state.run = run;
-    state.state = bridge_state_t::ARMED;
-    state.speed = 1;
+    state.state = in;
+    state.speed = speed;
     state.request = request.request;
     state.request_accepted = request.kind == bridge_request_t::STATUS ||
                              (accepts && request.run == (asks_all(request.kind) ? bridge_request_t::ALL : run));
@@ -106,6 +108,27 @@ TEST(BridgeAsker, AsksNothingElseOfTwoBridges) {
     EXPECT_NE(answer->problem.find("2 bridges answer"), std::string::npos) << answer->text();
     EXPECT_TRUE(first.done.empty() && second.done.empty());
   }
+}
+
+TEST(BridgeAsker, SaysWhyNothingMovesThoughTheBridgeAgrees) {
+  const auto problem = [](int8_t kind, int8_t state, double speed = 1) {
+    BridgeAsker asker(1000);
+    FakeBridge bridge{.in = state, .speed = speed};
+    int64_t now = 0;
+    asker.ask("word", kind, 1);
+    const auto answer = converse(asker, bridge, now);
+    EXPECT_TRUE(answer && answer->accepted == answer->problem.empty());
+    return answer ? answer->problem : "";
+  };
+  EXPECT_NE(problem(bridge_request_t::RESUME, bridge_state_t::IDLE).find("`multireach-robot enable`"),
+            std::string::npos);
+  EXPECT_NE(problem(bridge_request_t::RESUME, bridge_state_t::FAULT).find("`multireach-robot reset`"),
+            std::string::npos);
+  EXPECT_NE(problem(bridge_request_t::ENABLE, bridge_state_t::FAULT).find("`multireach-robot reset`"),
+            std::string::npos);
+  EXPECT_NE(problem(bridge_request_t::RESUME, bridge_state_t::ARMED, 0).find("speed PERCENT"), std::string::npos);
+  EXPECT_EQ(problem(bridge_request_t::RESUME, bridge_state_t::RUNNING), "");
+  EXPECT_EQ(problem(bridge_request_t::SPEED, bridge_state_t::IDLE, 0.1), "") << "set before the robot is enabled";
 }
 
 TEST(BridgeAsker, SaysThatTheRobotIsMissing) {

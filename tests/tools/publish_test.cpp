@@ -74,6 +74,18 @@ TEST(Publish, SaysWhatIsWrongWithAnObstacle) {
             "--orientation: the quaternion is zero");
 }
 
+TEST(Publish, ALinkThatTheRobotLacksIsRefusedByName) {
+  EXPECT_EQ(fault_of([] { require_link(robot().urdf_path, "right_hand"); }), "");
+  const std::string fault = fault_of([] { require_link(robot().urdf_path, "nose"); });
+  EXPECT_NE(fault.find("has no link 'nose'; it has"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("right_hand"), std::string::npos) << fault;
+  RobotSimNode simulated(robot());
+  Outbox out;
+  simulated.receive(channel::kPerturbation, *encode(perturbation_message("nose", {0, 0, 5}, 0.1, 0)), out);
+  EXPECT_EQ(simulated.counters().refused, 1);
+  EXPECT_NE(simulated.state().find("refused a push on 'nose'"), std::string::npos) << simulated.state();
+}
+
 TEST(Publish, APushMovesTheSimulatedRobot) {
   const auto push = encode(perturbation_message("right_hand", {0, 0, 5}, 0.1, 0));
   ASSERT_TRUE(push);

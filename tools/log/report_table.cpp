@@ -73,6 +73,10 @@ std::string table_of(const json& report) {
     table += fmt::format("bridge in a fault from {:.2f} s: {}\n", fault["at_s"].get<double>(),
                          fault["cause"].get<std::string>());
   }
+  for (const json& stop : report["bridge_stops"]) {
+    table +=
+        fmt::format("bridge stopped at {:.2f} s: {}\n", stop["at_s"].get<double>(), stop["cause"].get<std::string>());
+  }
   if (report["vision_error_mm"].is_object()) {
     const json& error = report["vision_error_mm"];
     table += fmt::format("vision against truth: median {:.2f} mm, 95 % {:.2f}, max {:.2f}\n",

@@ -26,6 +26,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message_gate.hpp"
 #include "runtime/node.hpp"
+#include "tools/log/bridge_halts.hpp"
 #include "tools/log/quantile.hpp"
 #include "tools/log/sequence_gaps.hpp"
 #include "tools/log/speed_window.hpp"
@@ -163,31 +164,6 @@ struct CommandStream {
   static constexpr int64_t kPeriodUs = 1000;
 };
 
-/// The faults of the bridges, in the order of their receipt.
-struct BridgeFaults {
-  struct Fault {
-    int64_t utime;  ///< message time of the first state that says so
-    std::string cause;
-  };
-  std::vector<Fault> faults;
-
-  void add(const bridge_state_t& state) {
-    bool& in_fault = in_fault_[state.run];
-    const bool was = std::exchange(in_fault, state.state == bridge_state_t::FAULT);
-    if (in_fault && !was) faults.push_back({state.utime, state.cause});
-  }
-  json to_json(int64_t origin) const {
-    json list = json::array();
-    for (const Fault& fault : faults) {
-      list.push_back({{"at_s", static_cast<double>(fault.utime - origin) * 1e-6}, {"cause", fault.cause}});
-    }
-    return list;
-  }
-
- private:
-  std::map<int64_t, bool> in_fault_;  // by the bridge's run
-};
-
 std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
   std::vector<Dwell> dwells;
   Dwell current;
@@ -292,7 +268,7 @@ class RunReporter::Data {
   std::vector<TimedPosition> hand;  // measured hand positions, at the times of the commands that the robot had consumed
   double limit_excess = 0, measured_limit_excess = 0, velocity_excess = 0;
   std::map<std::string, NodeRecord> nodes;
-  BridgeFaults bridge_faults;
+  BridgeHalts bridge_halts;
   int64_t first_utime = 0;    // of the first BRIDGE_STATE
   int64_t damaged_times = 0;  // events without a plausible time of receipt: ignored
   /// Runs of the publishers of a channel.
@@ -323,7 +299,7 @@ class RunReporter::Data {
       const auto state = decode<bridge_state_t>(event.data);
       if (!state || !plausible_utime(state->utime)) return;
       if (first_utime == 0) first_utime = state->utime;
-      bridge_faults.add(*state);
+      bridge_halts.add(*state);
     } else if (event.channel == channel::kNodeStatus) {
       const auto status = checksum_matches(event.data) ? decode<node_status_t>(event.data) : std::nullopt;
       if (status) nodes[status->node].add(*status, event.utime);
@@ -432,7 +408,11 @@ RunReport RunReporter::report() const {
   out["reaches"] = reaches;
   out["reached"] = reached;
   out["unreachable"] = unreachable;
-  out["bridge_faults"] = run.bridge_faults.to_json(run.targets.empty() ? run.first_utime : origin);
+  const int64_t bridge_origin = run.targets.empty() ? run.first_utime : origin;
+  out["bridge_faults"] = run.bridge_halts.faults_to_json(bridge_origin);
+  // The end of a run is a stop, too.
+  const int64_t end = run.targets.empty() ? run.first_utime : run.targets.back().utime;
+  out["bridge_stops"] = run.bridge_halts.stops_to_json(bridge_origin, end);
   out["lost_intervals"] = lost_intervals_of(run.targets, origin);
   out["vision_error_mm"] = vision_error_of(run.targets, run.truths);
   out["max_limit_violation_rad"] = run.limit_excess;
@@ -476,11 +456,18 @@ RunReport RunReporter::report() const {
 
   if (run.targets.empty()) {
     report.reason = "no TARGET was recorded";
+  } else if (std::ranges::none_of(run.targets, [](const target_t& target) { return target.last_seen_utime >= 0; })) {
+    report.reason = "the target was never seen: " + run.targets.back().reason;
+  } else if (reaches.empty() && !unreachable.empty()) {
+    report.reason = fmt::format("none of the {} positions is within the arm's reach", unreachable.size());
   } else if (reached < reaches.size()) {
     report.reason = fmt::format("{} of {} reachable positions were not reached to {} mm", reaches.size() - reached,
                                 reaches.size(), 1e3 * kReached);
-    if (!run.bridge_faults.faults.empty())
-      report.reason += "; the bridge was in a fault: " + run.bridge_faults.faults.front().cause;
+    if (!out["bridge_faults"].empty()) {
+      report.reason += "; the bridge was in a fault: " + out["bridge_faults"][0]["cause"].get<std::string>();
+    } else if (!out["bridge_stops"].empty()) {
+      report.reason += "; the bridge stopped: " + out["bridge_stops"][0]["cause"].get<std::string>();
+    }
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else if (command_speed > kFasterThanTheLimit) {

@@ -87,6 +87,7 @@ int publish_obstacle(const Arguments& arguments) {
 }
 
 int publish_push(const Arguments& arguments) {
+  if (!arguments.robot.empty()) require_link(RobotConfig::load(arguments.robot).urdf_path, arguments.link);
   return publish(arguments, channel::kPerturbation, arguments.once ? 0 : arguments.hz, [&](int64_t utime, int64_t) {
     return perturbation_message(arguments.link, vector_of(arguments.force), arguments.duration_s, utime);
   });
@@ -146,7 +147,8 @@ int main(int argc, char** argv) {
       .values(4, "W X Y Z")
       .finite(-kLargest, kLargest);
   target.option("--name", arguments.name, "name of the target (default: that of --robot, else 'target')");
-  target.option("--robot", arguments.robot, "robot.yaml or its folder, whose controller.target_name is used");
+  const std::string robot = "robot.yaml or its folder: ";
+  target.option("--robot", arguments.robot, robot + "its controller.target_name is used");
 
   CommandLine obstacle = cli.subcommand("obstacle", "one obstacle, which replaces all before; 'none' removes them");
   obstacle.option("SHAPE", arguments.shape, "sphere, capsule, box or none").required();
@@ -164,6 +166,7 @@ int main(int argc, char** argv) {
   CommandLine push = cli.subcommand("perturbation", "a push on a simulated robot");
   push.option("LINK", arguments.link, "the link that is pushed").required();
   push.option("FORCE", arguments.force, "force, N, in W").required().values(3, "X Y Z").finite(-kLargest, kLargest);
+  push.option("--robot", arguments.robot, robot + "its URDF must have the link");
   push.option("--duration", arguments.duration_s, "how long the push lasts, s").finite(0, kLargest).show_default();
 
   CommandLine session = cli.subcommand("session", "the images of a recorded session (STEREO_IMAGES, TARGET_TRUTH)");

@@ -1,8 +1,12 @@
 #include "tools/publish/messages.hpp"
 
+#include <tinyxml2.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <stdexcept>
 
+#include "kinematics/urdf_document.hpp"
 #include "runtime/files.hpp"
 
 namespace multireach {
@@ -62,6 +66,24 @@ obstacle_t obstacle_message(const std::string& shape, const Eigen::Vector3d& p_W
   Eigen::Map<Eigen::Vector4d>(obstacle.orientation_wxyz) = unit_quaternion(wxyz);
   std::ranges::copy(size, obstacle.size_m);
   return obstacle;
+}
+
+void require_link(const std::string& urdf_path, const std::string& link) {
+  tinyxml2::XMLDocument document;
+  try {
+    parse_urdf_document(read_text_file(urdf_path), document);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(urdf_path + ": " + fault.what());
+  }
+  std::string names;
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  for (auto* each = robot->FirstChildElement("link"); each; each = each->NextSiblingElement("link")) {
+    const char* name = each->Attribute("name");
+    if (!name) continue;
+    if (name == link) return;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  throw InputError("perturbation: " + urdf_path + " has no link '" + link + "'; it has " + names);
 }
 
 perturbation_t perturbation_message(const std::string& link, const Eigen::Vector3d& force, double duration_s,

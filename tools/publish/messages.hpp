@@ -20,6 +20,8 @@ target_t target_message(const std::string& name, const Eigen::Vector3d& p_WT, co
 obstacle_t obstacle_message(const std::string& shape, const Eigen::Vector3d& p_WO, const std::vector<double>& size,
                             const std::vector<double>& wxyz);
 
+/// Throws InputError where the URDF has no link of this name; the message lists its links.
+void require_link(const std::string& urdf_path, const std::string& link);
 /// A push with `force` (N, in W) at the origin of a link for `duration_s`.
 perturbation_t perturbation_message(const std::string& link, const Eigen::Vector3d& force, double duration_s,
                                     int64_t utime);

@@ -91,10 +91,12 @@ void BridgeAsker::advance(int64_t now_us) {
       if (begun_us_ && now_us - *begun_us_ >= kRobotTime)
         finish(false, "no ROBOT_STATE arrives, so nothing moves; is the robot, or its driver, running?");
       return;
-    case Step::kResult:
+    case Step::kResult: {
       if (answer == states_.end()) return;
       state_ = text_of(answer->second);
-      return finish(true, "");
+      const std::string hindrance = hindrance_of(waiting_.front().kind, answer->second);
+      return finish(hindrance.empty(), hindrance);
+    }
   }
 }
 

@@ -7,6 +7,8 @@
 namespace multireach {
 namespace {
 
+constexpr double kPausingSpeed = 0.01;  // the bridge pauses below it
+
 constexpr std::array kWords{
     BridgeWord{"enable", bridge_request_t::ENABLE, "let the bridge command the robot"},
     BridgeWord{"disable", bridge_request_t::DISABLE, "decelerate, then send no commands"},
@@ -38,6 +40,15 @@ bool asks_all(int8_t kind) {
 bool asks_to_move(int8_t kind) {
   return kind == bridge_request_t::ENABLE || kind == bridge_request_t::RESUME || kind == bridge_request_t::RESET ||
          kind == bridge_request_t::SPEED;
+}
+
+std::string hindrance_of(int8_t kind, const bridge_state_t& state) {
+  if (kind != bridge_request_t::ENABLE && kind != bridge_request_t::RESUME) return "";
+  if (state.state == bridge_state_t::FAULT) return "nothing moves in a fault: `multireach-robot reset` leaves it";
+  if (kind == bridge_request_t::RESUME && state.state == bridge_state_t::IDLE)
+    return "`resume` only ends a pause, and the robot is not enabled: `multireach-robot enable`";
+  if (state.speed < kPausingSpeed) return "the speed override is 0: `multireach-robot speed PERCENT`";
+  return "";
 }
 
 std::string refusal_of(int8_t kind) {

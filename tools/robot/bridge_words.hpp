@@ -23,6 +23,8 @@ std::string text_of(const bridge_state_t& state);
 bool asks_all(int8_t kind);
 /// Whether a request of this kind asks for motion, which needs a robot that is there.
 bool asks_to_move(int8_t kind);
+/// Why nothing moves in this state, although the bridge took a request of this kind; "" where something may move.
+std::string hindrance_of(int8_t kind, const bridge_state_t& state);
 /// Why the bridge refused a request of this kind.
 std::string refusal_of(int8_t kind);
 

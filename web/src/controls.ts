@@ -62,10 +62,10 @@ export class Controls {
 
   show(state: BridgeState) {
     const name = word('bridge', state.state);
-    // A paused bridge keeps its state and asks the controller to wait.
-    const paused = state.setpoint_rate === 0 && (name === 'running' || name === 'armed');
+    // A paused bridge keeps its state.
+    const paused = state.cause !== '' && (name === 'running' || name === 'armed');
     const slow = state.speed < 0.995 ? `, at ${Math.round(100 * state.speed)} %` : '';
-    this.badge(paused ? 'paused' : name, name + (paused ? ', paused' : slow) + (state.cause ? `: ${state.cause}` : ''));
+    this.badge(paused ? 'paused' : name, name + (paused ? '' : slow) + (state.cause ? `: ${state.cause}` : ''));
     this.showSpeed(state.speed, false);
   }
 

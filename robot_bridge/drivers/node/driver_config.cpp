@@ -178,6 +178,8 @@ DriverConfig driver_config_from(const RobotConfig& robot, const std::string& nam
   if (is_servo(config)) config.servo = servo_options(robot, config);
   if (config.name.empty())
     throw InputError(robot.file.file() + ": no driver is named; expected the key 'driver.name', or --driver NAME");
+  if (config.name == "template" && config.port == 0)
+    throw InputError(robot.file.file() + ": key 'driver.port' is missing; expected the TCP port of the robot");
   return config;
 }
 

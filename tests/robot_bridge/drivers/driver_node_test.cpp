@@ -378,6 +378,8 @@ TEST(DriverConfig, NamesWhatIsWrong) {
   EXPECT_NE(message([&] { (void)drivers::make_driver(iiwa, unknown); }).find("'nonesuch' is no driver"),
             std::string::npos);
   EXPECT_EQ(drivers::driver_config_from(iiwa, "").name, "iiwa");
+  EXPECT_NE(message([&] { (void)drivers::driver_config_from(hoap2, "template"); }).find("'driver.port' is missing"),
+            std::string::npos);
 }
 
 }  // namespace
