@@ -11,7 +11,8 @@ cp "$root"/tests/mcap/* "$work"
 "$bin/multireach-log" export mcap "$work/run.lcm" -o "$work/run.mcap" || { echo "FAILED: export"; exit 1; }
 node "$work/read.js" "$work/run.mcap" >"$work/topics" || { echo "FAILED: it cannot be read"; exit 1; }
 cat "$work/topics"
-for topic in "STEREO_IMAGES/left foxglove.CompressedImage 90" "TARGET multireach.target_t 90" "JOINT_SETPOINT multireach.joint_setpoint_t 90"; do
+for topic in "STEREO_IMAGES/left foxglove.CompressedImage 90" "TARGET multireach.target_t 90" "JOINT_SETPOINT multireach.joint_setpoint_t 90" \
+  "STEREO_IMAGES/left/calibration foxglove.CameraCalibration [1-9][0-9]*" "/tf foxglove.FrameTransforms [1-9][0-9]*" "/scene foxglove.SceneUpdate [1-9][0-9]*"; do
   grep -qx "$topic" "$work/topics" || { echo "FAILED: not '$topic'"; exit 1; }
 done
 echo "all held"

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/foxglove/scene.hpp"
+
 namespace multireach {
 
 /// Exports a log to third-party formats. Messages of unknown types are skipped. All functions return the number of
@@ -22,8 +24,9 @@ int64_t export_csv(const std::string& log, const std::string& folder, const Chan
 /// are taken from the first message. Holds the numbers of one channel in memory at a time.
 int64_t export_mat(const std::string& log, const std::string& file, const ChannelPatterns& patterns);
 /// Writes an MCAP file with JSON messages and their schemas; images as foxglove.CompressedImage or foxglove.RawImage on
-/// CHANNEL/left and CHANNEL/right.
-int64_t export_mcap(const std::string& log, const std::string& file, const ChannelPatterns& patterns);
+/// CHANNEL/left and CHANNEL/right; with `scene` also what it draws. The count includes these.
+int64_t export_mcap(const std::string& log, const std::string& file, const ChannelPatterns& patterns,
+                    FoxgloveScene* scene = nullptr);
 /// Writes the images as PNG files, NUMBER_left.png and NUMBER_right.png, numbered from 0. Images that cannot be decoded
 /// are listed in `warnings`.
 int64_t export_images(const std::string& log, const std::string& folder, const ChannelPatterns& patterns,

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <optional>
 
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
+#include "runtime/rig_config.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/import/import.hpp"
 #include "tools/log/latency.hpp"
@@ -83,10 +85,24 @@ int written(int64_t events) {
   return 1;
 }
 
+/// The robot and the cameras that a 3-D view draws. Without a vision.yaml, or camera poses in it, it has no cameras.
+int export_mcap_with_scene(const std::string& log, const std::string& output, const ChannelPatterns& patterns,
+                           const std::string& robot_file, const std::string& vision_file) {
+  const RobotConfig robot = RobotConfig::load(robot_file.empty() ? default_robot_file() : robot_file);
+  std::string vision = vision_file;
+  if (vision.empty()) {
+    const auto beside = std::filesystem::path(robot.file.file()).parent_path() / "vision.yaml";
+    if (std::filesystem::exists(beside)) vision = beside.string();
+  }
+  std::optional<RigConfig> rig;
+  if (!vision.empty()) rig = load_rig(Config::load(vision).section("cameras"));
+  FoxgloveScene scene(robot, rig && rig->has_robot_pose ? &rig->rig : nullptr);
+  return written(export_mcap(log, output, patterns, &scene));
+}
+
 int export_as(const std::string& format, const std::string& log, const std::string& output,
               const ChannelPatterns& patterns) {
   if (format == "csv") return written(export_csv(log, output, patterns));
-  if (format == "mcap") return written(export_mcap(log, output, patterns));
   if (format == "mat") return written(export_mat(log, output, patterns));
   if (!patterns.empty()) throw InputError("--channel: " + format + " holds STEREO_IMAGES; expected no --channel");
   std::vector<std::string> warnings;
@@ -143,7 +159,7 @@ int main(int argc, char** argv) {
   CommandLine& cli = program.cli();
   cli.require_subcommand();
   std::vector<std::string> inputs, patterns;
-  std::string log, output, config, json;
+  std::string log, output, config, vision, json;
   double from = 0, until = std::numeric_limits<double>::infinity();
   bool without = false;
 
@@ -195,6 +211,9 @@ int main(int argc, char** argv) {
   exporting.option("-o,--output", output, "file to write; for csv, pairs and euroc a folder").required();
   exporting.option("--channel", patterns, "csv, mcap, mat: channels; patterns as 'JOINT_*' (default: all)");
 
+  exporting.option("--robot", config, "mcap: robot.yaml or its folder, drawn in the 3-D view (default: the Hoap2's)");
+  exporting.option("--vision", vision, "mcap: vision.yaml, for the cameras (default: beside robot.yaml)");
+
   CommandLine picturing = cli.subcommand("images", "the images of a log as PNG files");
   picturing.option("LOG", log, "log to read").required();
   picturing.option("-o,--output", output, "folder to write to").required();
@@ -227,6 +246,7 @@ int main(int argc, char** argv) {
       recording.input = inputs[0];
       return import_recording(recording, output);
     }
+    if (exporting.given() && format == "mcap") return export_mcap_with_scene(log, output, patterns, config, vision);
     if (exporting.given()) return export_as(format, log, output, patterns);
     if (picturing.given()) return images(log, output, patterns);
     if (informing.given()) return info(log, json);

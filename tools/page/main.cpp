@@ -101,12 +101,15 @@ int serve_live(const Arguments& arguments, LiveOptions live) {
   if (!arguments.vision.empty()) rig = load_rig(Config::load(arguments.vision).section("cameras"));
   PageServer::Options options = server_options(arguments);
   options.greeting = setup_text(robot, rig ? &rig->rig : nullptr);
+  FoxgloveHub foxglove;
+  options.foxglove = &foxglove;
   PageServer server(options);
   print_address(arguments, server, options);
   std::random_device random;
   PageNode node(server, {.utime = wall_us(),
                          .first_request = static_cast<int64_t>(random()) + 1,
                          .run = static_cast<int64_t>(random()) + 2});
+  node.feed_foxglove(foxglove, robot, rig && rig->has_robot_pose ? &rig->rig : nullptr);
   if (!arguments.course.empty()) node.offer_course(robot, arguments.course, arguments.practice);
   live.speed = 1;  // its ticks are those of the wall clock
   live.drain_period_us = PageNode::kTickUs;

@@ -42,6 +42,10 @@ void PageNode::offer_course(const RobotConfig& robot, const std::string& folder,
   course_.emplace(robot, folder, practice, run_, touch_);
 }
 
+void PageNode::feed_foxglove(FoxgloveHub& hub, const RobotConfig& robot, const StereoRig* rig) {
+  foxglove_.emplace(hub, robot, rig);
+}
+
 std::vector<std::string_view> PageNode::inputs() const {
   std::vector<std::string_view> names{channel::kTarget,          channel::kObstacles,    channel::kJointSetpoint,
                                       channel::kControllerState, channel::kJointCommand, channel::kBridgeState,
@@ -60,6 +64,7 @@ Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> byt
   const auto inputs = this->inputs();
   channel = *std::ranges::find(inputs, channel);  // the name with a lifetime of its own
   ++count_[channel];
+  if (foxglove_) foxglove_->receive(channel, bytes, next_tick_us_);
   const size_t before = out.size();
   touch_.receive(channel, bytes, next_tick_us_, out);
   if (course_) course_->receive(channel, bytes, next_tick_us_, out);

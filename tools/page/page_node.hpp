@@ -7,6 +7,7 @@
 #include "runtime/node.hpp"
 #include "tools/page/browsers.hpp"
 #include "tools/page/course.hpp"
+#include "tools/page/foxglove_feed.hpp"
 #include "tools/page/touch.hpp"
 #include "tools/robot/bridge_asker.hpp"
 
@@ -23,6 +24,8 @@ class PageNode : public Node {
   };
   PageNode(Browsers& browsers, const Start& start);
 
+  /// Also sends messages to Foxglove's clients.
+  void feed_foxglove(FoxgloveHub& hub, const RobotConfig& robot, const StereoRig* rig);
   /// Offers the set-up course, whose files are in `folder`. Throws InputError.
   void offer_course(const RobotConfig& robot, const std::string& folder, bool practice);
 
@@ -73,6 +76,7 @@ class PageNode : public Node {
   std::optional<int64_t> bridge_heard_us_, debug_picture_us_, picture_us_;
   bool contours_ = true;  // whether vision is asked to draw what it sees
   ImageCodec codec_;
+  std::optional<FoxgloveFeed> foxglove_;
 };
 
 }  // namespace multireach

@@ -15,6 +15,7 @@ namespace multireach {
 namespace {
 
 constexpr const char* kMessages = "/messages";
+constexpr const char* kFoxglove = "/foxglove";
 constexpr std::string_view kQuestions = "/log/";
 constexpr const char* kWriteTimeout = "3000";  // ms: a browser that takes nothing for so long is disconnected
 // Everything comes from this server, and no other page may show this one inside itself.
@@ -84,6 +85,7 @@ struct PageServer::State {
   static void ready(mg_connection* connection, void* data);
   static int receive(mg_connection* connection, int bits, char* bytes, size_t size, void* data);
   static void close(const mg_connection* connection, void* data);
+  void serve_foxglove();
 };
 
 int PageServer::State::begin_request(mg_connection* connection) {
@@ -146,6 +148,38 @@ void PageServer::State::close(const mg_connection* connection, void* data) {
   gone->writer.join();
 }
 
+/// Foxglove and Lichtblick may be pages of other sites, or no pages: only the token counts.
+void PageServer::State::serve_foxglove() {
+  const auto connect = [](const mg_connection* connection, void* data) {
+    const State& state = of(data);
+    const char* query = mg_get_request_info(connection)->query_string;
+    const bool allowed = state.options.access.allows_reading(header(connection, "Host"), query ? query : "");
+    return allowed && state.options.foxglove->has_room() ? 0 : 1;
+  };
+  const auto ready = [](mg_connection* connection, void* data) {
+    const auto write = [connection](bool binary, const std::string& bytes) {
+      const int opcode = binary ? MG_WEBSOCKET_OPCODE_BINARY : MG_WEBSOCKET_OPCODE_TEXT;
+      const int written = mg_websocket_write(connection, opcode, bytes.data(), bytes.size());
+      if (written > 0 && static_cast<size_t>(written) == bytes.size()) return true;
+      if (written > 0) mg_close_connection(connection);  // it would read the next message as the rest
+      return false;
+    };
+    of(data).options.foxglove->join(connection, write);
+  };
+  const auto receive = [](mg_connection* connection, int bits, char* bytes, size_t size, void* data) {
+    constexpr int kLast = 0x80, kOpcode = 0x0f;
+    constexpr size_t kLongest = 65536;
+    if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE || !(bits & kLast) || size > kLongest) return 0;
+    if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_TEXT) of(data).options.foxglove->receive(connection, {bytes, size});
+    return 1;
+  };
+  const auto close = [](const mg_connection* connection, void* data) { of(data).options.foxglove->leave(connection); };
+  // civetweb keeps the pointers.
+  static const char* protocols[] = {FoxgloveHub::kSubprotocol};
+  static mg_websocket_subprotocols accepted{1, protocols};
+  mg_set_websocket_handler_with_subprotocols(server, kFoxglove, &accepted, connect, ready, receive, close, this);
+}
+
 PageServer::PageServer(Options options) : state_(std::make_unique<State>()) {
   state_->options = std::move(options);
   const Options& given = state_->options;
@@ -182,6 +216,7 @@ PageServer::PageServer(Options options) : state_(std::make_unique<State>()) {
   }
   mg_set_websocket_handler(state_->server, kMessages, &State::connect, &State::ready, &State::receive, &State::close,
                            state_.get());
+  if (given.foxglove) state_->serve_foxglove();
   state_->port = ports.port;
   if (given.socket >= 0) state_->port = replace_listening_socket(state_->port, given.socket);
 }

@@ -7,6 +7,7 @@
 
 #include "tools/page/access.hpp"
 #include "tools/page/browsers.hpp"
+#include "tools/page/foxglove_hub.hpp"
 #include "tools/page/page_answer.hpp"
 
 namespace multireach {
@@ -25,6 +26,7 @@ class PageServer : public Browsers {
     std::string greeting{};  ///< the first text that a browser gets
     /// Answers questions at /log/, several at a time. Only who knows the token may ask.
     std::function<PageAnswer(std::string_view path, std::string_view query)> answer{};
+    FoxgloveHub* foxglove = nullptr;  ///< served at /foxglove?token=...; null: not served
   };
   static constexpr size_t kMaxBrowsers = 8;
   static constexpr size_t kMaxRequests = 64;       ///< that wait for the node

@@ -1,0 +1,39 @@
+#include "tools/page/foxglove_feed.hpp"
+
+#include "runtime/channels.hpp"
+#include "runtime/message.hpp"
+#include "runtime/message_schema.hpp"
+#include "tools/foxglove/schemas.hpp"
+
+namespace multireach {
+namespace {
+
+std::string text_of(const nlohmann::ordered_json& value) {
+  return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void FoxgloveFeed::receive(std::string_view channel, std::span<const uint8_t> bytes, int64_t utime) {
+  if (!hub_.watched()) return;
+  for (const FoxgloveMessage& message : scene_.messages(channel, bytes, utime)) send(message, utime);
+  if (channel == channel::kStereoImages || channel == channel::kVisionDebug) {
+    const auto images = decode<images_t>(bytes);
+    for (size_t i = 0; images && i < images->images.size(); ++i) {
+      if (const auto image = foxglove_image(std::string(channel), *images, i)) send(*image, utime);
+    }
+    return;
+  }
+  const MessageSchema* schema = MessageSchemas::project().of(bytes);
+  if (!schema) return;
+  const std::string topic(channel);
+  if (!hub_.wants(topic, "multireach." + schema->name, [&] { return json_schema_of(*schema); })) return;
+  if (const auto message = json_of(*schema, bytes)) hub_.publish(topic, utime, text_of(*message));
+}
+
+void FoxgloveFeed::send(const FoxgloveMessage& message, int64_t utime) {
+  if (hub_.wants(message.topic, message.schema, [&] { return foxglove_schema(message.schema); }))
+    hub_.publish(message.topic, utime, text_of(message.message));
+}
+
+}  // namespace multireach
