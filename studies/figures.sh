@@ -103,8 +103,7 @@ for i in "${!started[@]}"; do
   finish "${started[i]}"
 done
 if [ -e "$measures" ]; then
-  for page in results.md results-protocols.md; do
-    awk -f studies/figures/tables.awk "$measures" "docs/$page" >"$work/$page"
-    mv "$work/$page" "$into_pages/$page"
-  done
+  into=()
+  [ "$into_pages" = docs ] || into=(--results "$into_results" --into "$into_pages")
+  /usr/bin/python3 tools/page_tables.py "${into[@]}" docs/results.md docs/results-protocols.md
 fi

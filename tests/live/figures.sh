@@ -31,7 +31,7 @@ agree() {
 written=$root/docs/results/measures.csv
 agree "$written" "$new/measures.csv" || fail "docs/results/measures.csv is not what is measured: run studies/figures.sh"
 # tables_agree PAGE: its tables are those of the written measures.
-tables_agree() { awk -f "$root/studies/figures/tables.awk" "$written" "$1" | diff - "$1"; }
+tables_agree() { /usr/bin/python3 "$root/tools/page_tables.py" --results "$root/docs/results" --into "$work" "$1" && diff "$work/${1##*/}" "$1"; }
 for page in "${pages[@]}"; do
   tables_agree "$root/docs/$page" || fail "the tables of docs/$page are not those of measures.csv: run studies/figures.sh"
 done
@@ -42,12 +42,14 @@ agree "$written" "$work/other.csv" >/dev/null && fail "a changed number is not n
 sed 5d "$written" >"$work/fewer.csv"
 agree "$written" "$work/fewer.csv" >/dev/null && fail "a missing number is not noticed"
 agree "$work/fewer.csv" "$written" >/dev/null && fail "a number too many is not noticed"
-sed 's/^| γ = 0\|^| paper; γ = 0 | 1/&7/' "$root/docs/results.md" >"$work/other.md"
-tables_agree "$work/other.md" >/dev/null && fail "a changed table is not noticed"
+mkdir "$work/changed"
+sed 's/^| γ = 0\|^| paper; γ = 0 | 1/&7/' "$root/docs/results.md" >"$work/changed/results.md"
+tables_agree "$work/changed/results.md" >/dev/null && fail "a changed table is not noticed"
 
 # Where there is no other arm, what needs one is skipped, and its rows of the docs stay.
-mkdir -p "$work/alone/studies"
+mkdir -p "$work/alone/studies" "$work/alone/tools"
 cp -r "$root/studies/figures.sh" "$root/studies/figures" "$work/alone/studies/"
+cp "$root/tools/page_tables.py" "$work/alone/tools/"
 cp -r "$root/docs" "$work/alone/"
 ln -s "$root/build" "$root/robots" "$work/alone/"
 "$work/alone/studies/figures.sh" fig1 orientation protocol-reaches-panda protocol-lemniscate-iiwa14 >"$work/said" || fail "figures.sh without other arms"
