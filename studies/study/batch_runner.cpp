@@ -15,6 +15,7 @@ std::unique_ptr<controller::ArmBatch> make_batch(const Chain& chain, const Study
     parameters.attractor = law.attractor;
     parameters.steps_per_second = law.steps_per_second;
     parameters.acceleration = law.acceleration;
+    parameters.joint_weights = law.joint_weights;
     return std::make_unique<controller::GuardedBatch>(chain, parameters, arms);
   }
   return std::make_unique<controller::PaperBatch>(

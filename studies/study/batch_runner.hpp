@@ -26,7 +26,8 @@ struct StudyLaw {
   double steps_per_second = controller::kReferenceRate;    ///< law guarded
   /// Law paper: theta_T is searched again when K(theta_T) is further than this from the target, m; may be infinite.
   double drift_m = 0.01;
-  JointVector acceleration{};  ///< law guarded: of each joint, rad/s^2 (m/s^2); empty for the defaults of the law
+  JointVector acceleration{};   ///< law guarded: of each joint, rad/s^2 (m/s^2); empty for the defaults of the law
+  JointVector joint_weights{};  ///< law guarded: infinite locks the joint; empty for the defaults of the law
 };
 
 /// Creates a batch of at least `arms` arms under `law`.

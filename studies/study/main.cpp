@@ -15,8 +15,8 @@
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
 #include "runtime/shard.hpp"
-#include "studies/acceleration_option.hpp"
 #include "studies/gain_options.hpp"
+#include "studies/joint_options.hpp"
 #include "studies/straightness/straightness.hpp"
 #include "studies/study/shard_progress.hpp"
 #include "studies/study/study.hpp"
@@ -26,8 +26,8 @@ namespace multireach {
 namespace {
 
 struct Options {
-  std::string urdf, base, tip, law = "guarded", gamma_text, acceleration, shard = "0/1", targets = "space", json, csv,
-                               failures;
+  std::string urdf, base, tip, law = "guarded", gamma_text, acceleration, joint_weights, shard = "0/1",
+                               targets = "space", json, csv, failures;
   int64_t samples = 10000, trace_sample = -1;
   uint64_t seed = 1;
   int threads = static_cast<int>(std::thread::hardware_concurrency());
@@ -194,12 +194,19 @@ int study(const Options& options) {
   const std::vector<double> gammas = gammas_of(options.gamma_text, chain, options.law);
   const ReachSampler sampler(chain, options.seed,
                              options.targets == "space" ? TargetsFrom::kSpace : TargetsFrom::kPostures);
+  if (options.trace_sample >= 0 && !options.joint_weights.empty()) {
+    throw InputError("--trace-sample does not go with --joint-weights: multireach-trace has only the default weights");
+  }
   if (options.trace_sample >= 0) return print_sample(options, sampler, gammas);
 
   check_outputs({options.json, options.csv, options.failures});
-  const StudyLaw law{options.law == "guarded",  options.gains.gains(options.law),
-                     options.gains.attractor(), options.gains.steps_per_second,
-                     drift_m_of(options),       acceleration_from(options.acceleration, chain)};
+  const StudyLaw law{options.law == "guarded",
+                     options.gains.gains(options.law),
+                     options.gains.attractor(),
+                     options.gains.steps_per_second,
+                     drift_m_of(options),
+                     joint_values_from("--acceleration", options.acceleration, chain),
+                     joint_values_from("--joint-weights", options.joint_weights, chain)};
   Progress line;
   std::optional<ShardProgress> file;
   if (shard.count > 1 && !options.json.empty() && options.json != "-") file.emplace(options.json, shard);
@@ -219,6 +226,7 @@ int study(const Options& options) {
                  {"steps_per_second", options.gains.steps_per_second},
                  {"drift_m", options.law == "paper" ? options.drift_m : 0},
                  {"acceleration", options.acceleration.empty() ? "default" : options.acceleration},
+                 {"joint_weights", options.joint_weights.empty() ? "default" : options.joint_weights},
                  {"targets", options.targets},
                  {"seed", options.seed},
                  {"samples_of_all_shards", options.samples},
@@ -312,6 +320,9 @@ int main(int argc, char** argv) {
       .finite(0.0, 1e6)
       .show_default();
   cli.option("--acceleration", options.acceleration, multireach::kAccelerationHelp);
+  cli.option("--joint-weights", options.joint_weights,
+             "W1,W2,...: law guarded: weight of each joint, or one for all; inf locks a joint; default: a slow joint "
+             "weighs more");
   cli.option("--json", options.json, "JSON file of the results; - for standard output, the default without --csv");
   cli.option("--csv", options.csv, "CSV file of the results; - for standard output");
   cli.option("--failures", options.failures, "CSV file of the reaches that did not arrive");

@@ -8,8 +8,8 @@
 #include "controller/law/guarded_law.hpp"
 #include "runtime/files.hpp"
 #include "runtime/program.hpp"
-#include "studies/acceleration_option.hpp"
 #include "studies/gain_options.hpp"
+#include "studies/joint_options.hpp"
 
 namespace multireach {
 namespace {
@@ -96,7 +96,7 @@ std::string guarded_rows(const Chain& chain, const Options& options, const Joint
   parameters.attractor = options.gains.attractor();
   parameters.steps_per_second = options.gains.steps_per_second;
   parameters.gamma = options.gamma;
-  parameters.acceleration = acceleration_from(options.acceleration, chain);
+  parameters.acceleration = joint_values_from("--acceleration", options.acceleration, chain);
   controller::GuardedLaw law(chain, parameters);
   if (!law.start(start) || law.set_target({.position = x_T}, theta_target) == controller::TargetResult::kRefused)
     throw refused();

@@ -60,6 +60,8 @@ refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5
 refuses "--gamma" "$bin/multireach-study" "${arm[@]}" --gamma=many
 refuses "not positive" "$bin/multireach-study" "${arm[@]}" --acceleration=-1
 refuses "one for each of the 4 joints" "$bin/multireach-study" "${arm[@]}" --acceleration=1,2
+refuses "'0' has a value that is not positive" "$bin/multireach-study" "${arm[@]}" --joint-weights=0
+refuses "does not go with --joint-weights" "$bin/multireach-study" "${arm[@]}" --joint-weights=1 --trace-sample 1
 refuses "expected i/n" "$bin/multireach-study" "${arm[@]}" --shard 3/3
 refuses "nothing.urdf" "$bin/multireach-study" --urdf nothing.urdf --base a --tip b
 refuses "--urdf is missing" "$bin/multireach-study" --base a --tip b

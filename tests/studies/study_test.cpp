@@ -43,11 +43,14 @@ TEST(Study, CountsWhatEachReachAloneGives) {
   const std::vector<double> gammas{0, 350, 10000};
   constexpr int64_t kReaches = 100;
   const JointVector acceleration = JointVector::Constant(4, 20);
-  const StudyResult study = run_study(chain, sampler, {.acceleration = acceleration}, gammas, 0, kReaches, 3, true);
+  const JointVector weights = Eigen::Vector4d(1, 5, 1, 1);
+  const StudyResult study =
+      run_study(chain, sampler, {.acceleration = acceleration, .joint_weights = weights}, gammas, 0, kReaches, 3, true);
   for (size_t g = 0; g < gammas.size(); ++g) {
     controller::GuardedParameters parameters;
     parameters.gamma = gammas[g];
     parameters.acceleration = acceleration;
+    parameters.joint_weights = weights;
     controller::GuardedLaw law(chain, parameters);
     Tally alone;
     for (int64_t k = 0; k < kReaches; ++k) {
