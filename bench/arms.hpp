@@ -14,18 +14,18 @@
 namespace multireach::bench {
 
 struct ArmName {
-  std::string urdf, base, tip;
+  std::string name, urdf, base, tip;
 };
 
 /// The Hoap2, and the public arms of ../shared/robots, whether they are there or not.
 inline std::vector<ArmName> default_arms() {
   const std::string here = MULTIREACH_SOURCE_DIR, beside = here + "/../shared/robots/";
-  return {{here + "/robots/hoap2/hoap2.urdf", "torso", "right_hand"},
-          {beside + "panda.urdf", "panda_link0", "panda_hand"},
-          {beside + "iiwa14.urdf", "base", "iiwa_link_ee"},
-          {beside + "ur5_robot.urdf", "base_link", "ee_link"},
-          {beside + "kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"},
-          {beside + "baxter.urdf", "base", "left_gripper"}};
+  return {{"Hoap2", here + "/robots/hoap2/hoap2.urdf", "torso", "right_hand"},
+          {"Panda", beside + "panda.urdf", "panda_link0", "panda_hand"},
+          {"iiwa 14", beside + "iiwa14.urdf", "base", "iiwa_link_ee"},
+          {"UR5", beside + "ur5_robot.urdf", "base_link", "ee_link"},
+          {"Kinova j2s6s200", beside + "kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector"},
+          {"Baxter, left", beside + "baxter.urdf", "base", "left_gripper"}};
 }
 
 /// Throws std::invalid_argument when the file cannot be read or is no URDF with this chain.

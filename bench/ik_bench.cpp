@@ -26,7 +26,9 @@ using controller::TaskTarget;
 std::optional<ArmName> arm_named(const std::string& text) {
   const size_t tip = text.rfind(':'), base = tip == 0 || tip == std::string::npos ? tip : text.rfind(':', tip - 1);
   if (base == std::string::npos || tip == 0 || base == tip) return std::nullopt;
-  return ArmName{text.substr(0, base), text.substr(base + 1, tip - base - 1), text.substr(tip + 1)};
+  const std::string urdf = text.substr(0, base);
+  return ArmName{std::filesystem::path(urdf).stem().string(), urdf, text.substr(base + 1, tip - base - 1),
+                 text.substr(tip + 1)};
 }
 
 /// The chain of an arm whose joints all turn, as the peers need it.
@@ -120,7 +122,7 @@ int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bo
     if (skip_missing && !std::filesystem::exists(arm.urdf)) {
       fmt::print(stderr, "multireach-bench-ik: {} is not here; its arm is left out\n", arm.urdf);
     } else {
-      chains.emplace_back(std::filesystem::path(arm.urdf).stem().string(), load_turning(arm));
+      chains.emplace_back(arm.name, load_turning(arm));
     }
   }
   fmt::print("{} targets for each arm, seed {}; processor time\n\n", samples, seed);

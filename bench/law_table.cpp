@@ -2,15 +2,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
+#include <filesystem>
 #include <functional>
 #include <kdl/chainiksolverpos_lma.hpp>
 #include <kdl/chainiksolvervel_wdls.hpp>
-#include <sstream>
 
+#include "bench/arms.hpp"
 #include "bench/kdl_chain.hpp"
 #include "controller/law/guarded_law.hpp"
-#include "kinematics/urdf_chain.hpp"
 #include "studies/study/run_reach.hpp"
 
 namespace multireach::bench {
@@ -83,17 +82,15 @@ void print_row(const char* name, const std::vector<ReachSample>& samples,
   std::fflush(stdout);
 }
 
-int compare(const std::string& urdf, const std::string& base, const std::string& tip, int number) {
-  std::ifstream file(urdf);
-  std::stringstream text;
-  text << file.rdbuf();
-  const Chain chain = chain_from_urdf(text.str(), base, tip);
+void compare(const ArmName& arm_name, int number) {
+  const Chain chain = load(arm_name);
   const ReachSampler sampler(chain, 1);
   std::vector<ReachSample> samples;
   for (int k = 0; k < number; ++k) samples.push_back(sampler.sample(static_cast<uint64_t>(k)));
 
-  std::printf("%s to %s, %d reaches, seed 1; per cent of all, and of those that arrived: path / distance, seconds\n\n",
-              base.c_str(), tip.c_str(), number);
+  std::printf(
+      "## %s\n\n%s to %s, %d reaches, seed 1; per cent of all, and of those that arrived: path / distance, seconds\n\n",
+      arm_name.name.c_str(), arm_name.base.c_str(), arm_name.tip.c_str(), number);
   std::printf(
       "| law | arrived | beyond a position limit | a speed limit | not finite | path p50 | p95 | settled p95 |\n");
   std::printf("|---|---|---|---|---|---|---|---|\n");
@@ -123,25 +120,32 @@ int compare(const std::string& urdf, const std::string& base, const std::string&
     print_row("KDL wdls, stopped at the limits", samples,
               [&](const ReachSample& s) { return run_wdls(chain, wdls, true, s); });
   }
-  return 0;
+  std::printf("\n");
 }
 
 }  // namespace
 }  // namespace multireach::bench
 
 int main(int argc, char** argv) {
-  CLI::App app("The same reaches under the paper's law, the guarded law, and Orocos KDL, as a Markdown table.");
-  std::string urdf = MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf", base = "torso", tip = "right_hand";
-  int samples = 10000;
-  app.add_option("--urdf", urdf, "URDF file")->capture_default_str();
-  app.add_option("--base", base, "link at the start of the chain")->capture_default_str();
-  app.add_option("--tip", tip, "link at the end of the chain")->capture_default_str();
-  app.add_option("--samples", samples, "reaches")->check(CLI::Range(1, 100000000))->capture_default_str();
+  using namespace multireach::bench;
+  CLI::App app("The same reaches under the paper's law, the guarded law, and Orocos KDL, as Markdown tables.");
+  std::string urdf, base, tip;
+  int samples = 0;
+  CLI::Option* arm =
+      app.add_option("--urdf", urdf, "URDF file; default: the Hoap2 and the iiwa 14 of ../shared/robots");
+  app.add_option("--base", base, "link at the start of the chain")->needs(arm);
+  app.add_option("--tip", tip, "link at the end of the chain")->needs(arm);
+  app.add_option("--samples", samples, "reaches; default: 10000 of the Hoap2, 2000 of another arm")
+      ->check(CLI::Range(1, 100000000));
   CLI11_PARSE(app, argc, argv);
+  const std::vector<ArmName> known = default_arms();
+  std::vector<ArmName> arms{known[0], known[2]};
+  if (!urdf.empty()) arms = {{std::filesystem::path(urdf).stem().string(), urdf, base, tip}};
   try {
-    return multireach::bench::compare(urdf, base, tip, samples);
+    for (const ArmName& each : arms) compare(each, samples > 0 ? samples : each.name == "Hoap2" ? 10000 : 2000);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "multireach-bench-laws: %s\n", error.what());
     return 2;
   }
+  return 0;
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the benchmarks, runs them several times, and prints the best of each as the table of docs/benchmarks.md: absolute times,
-# and ratios within the run.
+# Builds the benchmarks, runs them several times, and prints the best of each as two tables of docs/benchmarks.md: absolute
+# times, and ratios within the run.
 #   bench/run.sh [REPETITIONS]     default 9
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -18,21 +18,25 @@ awk -F, '
          if (!(name in best) || $4 < best[name]) best[name] = $4
          if ($NF != "" && (!(name in tail) || $NF < tail[name])) tail[name] = $NF
          if (!(name in seen)) { seen[name] = 1; order[++n] = name } }
+  function beside(name, other, what) { return (other in best) ? sprintf("1/%.1f%s", best[other] / best[name], what) : "" }
   END {
-    print "| what | ns | 99.9th percentile, ns | of the reference implementation |"; print "|---|---|---|---|"
+    print "## Step\n\n| what | ns | 99.9th percentile, ns | of the reference implementation |\n|---|---|---|---|"
     for (i = 1; i <= n; ++i) {
-      name = order[i]; arm = name; sub(/.*\//, "", arm); ratio = ""
+      name = order[i]; arm = name; sub(/.*\//, "", arm); ratio = last = ""
+      if (name ~ /_batch\/|fixed/) continue
       if (name ~ /^guarded_step\//) {
-        if (("plain_step/" arm) in best) ratio = sprintf("1/%.1f of plain Eigen", best["plain_step/" arm] / best[name])
-        if (("kdl_lma/" arm) in best) ratio = ratio sprintf(", 1/%.0f of KDL LMA", best["kdl_lma/" arm] / best[name])
-        if (("kdl_wdls/" arm) in best) ratio = ratio sprintf("1/%.1f of KDL wdls", best["kdl_wdls/" arm] / best[name])
+        ratio = beside(name, "plain_step/" arm, " of plain Eigen")
+        ratio = ratio (ratio != "" && ("kdl_lma/" arm) in best ? ", " : "") beside(name, "kdl_lma/" arm, " of KDL LMA") beside(name, "kdl_wdls/" arm, " of KDL wdls")
       }
-      if (name ~ /_batch\//) {
-        sub(/_[^_]*$/, "", arm)
-        ratio = sprintf("1/%.1f of plain Eigen, 1/%.1f of fixed-size Eigen", best["plain_step/" arm] / best[name], best["plain_fixed_step/" arm] / best[name])
-      }
-      last = ""
       if (name in tail) last = sprintf("%.0f", tail[name])
       printf "| %s | %.0f | %s | %s |\n", name, best[name], last, ratio
+    }
+    print "\n## Batches\n\n| what | ns | of plain Eigen | of fixed-size Eigen |\n|---|---|---|---|"
+    for (i = 1; i <= n; ++i) {
+      name = order[i]; arm = name; sub(/.*\//, "", arm)
+      if (name ~ /_batch\//) sub(/_[^_]*$/, "", arm)
+      if (arm !~ /_m3$/ || name ~ /kdl|obstacles/) continue
+      own = name ~ /^(guarded|paper)/
+      printf "| %s | %.4g | %s | %s |\n", name, best[name], own ? beside(name, "plain_step/" arm, "") : "", own ? beside(name, "plain_fixed_step/" arm, "") : ""
     }
   }' "$work/runs.csv"

@@ -118,7 +118,7 @@ int main(int argc, char** argv) {
   app.add_option("--passes", passes, "the time of a step is the least of so many passes")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   fmt::print(
-      "| arm | m | obstacles | worst step, µs | 99.9th percentile | median | searches | steps of a search, mean | "
+      "| arm | m | obstacles | longest step, µs | 99.9th percentile | median | searches | steps of a search, mean | "
       "longest |\n"
       "|---|---|---|---|---|---|---|---|---|\n");
   for (const ArmName& arm : default_arms()) {
@@ -127,10 +127,9 @@ int main(int argc, char** argv) {
       continue;
     }
     const Chain chain = load(arm);
-    const std::string name = std::filesystem::path(arm.urdf).stem().string();
-    measure(name, chain, controller::TaskKind::kPosition, 0, reaches, passes);
-    if (chain.size() >= 6) measure(name, chain, controller::TaskKind::kPose, 0, reaches, passes);
-    measure(name, chain, controller::TaskKind::kPosition, 0.06 * chain.reach(), reaches, passes);
+    measure(arm.name, chain, controller::TaskKind::kPosition, 0, reaches, passes);
+    if (chain.size() >= 6) measure(arm.name, chain, controller::TaskKind::kPose, 0, reaches, passes);
+    measure(arm.name, chain, controller::TaskKind::kPosition, 0.06 * chain.reach(), reaches, passes);
   }
   return 0;
 }
