@@ -4,6 +4,7 @@
     PYTHONPATH=build/release/python /usr/bin/python3 bench/python_bench.py
 """
 import pathlib
+import time
 import timeit
 
 import numpy as np
@@ -14,9 +15,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
 def row(what, call, items=1):
-    """The least time of five series, microseconds for each item: other load of the machine only adds to it."""
-    number = max(1, int(0.1 / max(1e-7, timeit.timeit(call, number=3) / 3)))
-    best = min(timeit.repeat(call, number=number, repeat=5)) / number
+    """The least processor time of 25 series, microseconds for each item: other load of the machine only adds to it."""
+    number = max(1, int(0.03 / max(1e-7, timeit.timeit(call, timer=time.process_time, number=3) / 3)))
+    best = min(timeit.repeat(call, timer=time.process_time, number=number, repeat=25)) / number
     print(f"| {what} | {1e6 * best / items:.3g} |")
 
 

@@ -184,7 +184,7 @@ class Site:
         rest = [name for name in sorted(self.pages) if name not in named]
         for heading, names in self.contents.items():
             yield f"<b>{heading}</b>"
-            for name in names or [n for n in rest if not n.startswith("docs/programs/")]:
+            for name in names or [n for n in rest if not n.startswith(("docs/programs/", "docs/results/"))]:
                 title = name.removesuffix("/README.md") if heading == "Folders" else self.pages[name].title
                 current = ' aria-current="page"' if self.address(name) == address else ""
                 yield f'<a href="{relative(self.address(name), address)}"{current}>{html.escape(title)}</a>'

@@ -22,12 +22,6 @@ table tracking short "Targets that keep moving" multireach-study "tools/study_ta
 table straightness long "The way of the hand" multireach-study "tools/study_tables.py straightness"
 table slow-joints short "Slow joints" multireach-study "tools/study_tables.py slow-joints"
 table laws short "The same reaches under other laws" multireach-bench-laws "multireach-bench-laws"
-table accuracy long "Errors of vision, and its covariance" multireach-bench-accuracy "tools/bench_tables.py accuracy"
-table step long "Time of a step" multireach-bench-step "bench/run.sh"
-table longest-steps short "The longest steps" multireach-bench-worst "multireach-bench-worst --reaches 40 --passes 3"
-table vision-times long "Time of vision" multireach-bench-vision "tools/bench_tables.py vision-times"
-table replay short "Replay and logs" multireach-bench-replay "multireach-bench-replay --repetitions 15"
-table python short "Calls from Python" multireach_python "/usr/bin/python3 bench/python_bench.py"
 
 wrong() { echo "numbers.sh: $*" >&2; exit 2; }
 fill() { /usr/bin/python3 tools/page_tables.py; }
@@ -64,7 +58,7 @@ measure() {
     echo "- Computer: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1), $(nproc) processors"
     echo "- Compiler: $(grep '^CMAKE_CXX_COMPILER:' "$build/CMakeCache.txt" | cut -d= -f2 | xargs -I{} sh -c '{} --version' | head -1)"
     echo
-    cat "$work/$1"; } | cat -s >"$work/$1.md"
+    cat "$work/$1"; } | cat -s | sed '$ { /^$/ d }' >"$work/$1.md"
   mv "$work/$1.md" "docs/results/$1.md"
   echo "docs/results/$1.md"
 }

@@ -1,0 +1,148 @@
+"""Every table that a page takes from a file of docs/results is that of the file, every file is in a page and in docs/numbers.md, and its
+command is the one that tools/numbers.sh runs."""
+import csv
+import re
+import subprocess
+
+import pytest
+
+import page_tables
+from page_text import ROOT
+
+RESULTS = ROOT / "docs/results"
+
+
+def pages():
+    return {path.name: path.read_text() for path in sorted((ROOT / "docs").glob("*.md")) if page_tables.BEGIN in path.read_text()}
+
+
+def listed():
+    """The commands of tools/numbers.sh, by the name of the table."""
+    done = subprocess.run([ROOT / "tools/numbers.sh", "--list"], capture_output=True, text=True, check=True)
+    return dict(line.split("\t") for line in done.stdout.splitlines())
+
+
+def faults_of_pages(texts, results=RESULTS):
+    """Pages whose tables are not those of the files, and tables of files that are in no page."""
+    used = set()
+    for name, text in texts.items():
+        try:
+            if page_tables.filled(text, ROOT / "docs", results) != text:
+                yield f"docs/{name} has other tables than the files of docs/results: run tools/numbers.sh --fill"
+        except page_tables.Wrong as error:
+            yield f"docs/{name}: {error}"
+        used |= {(block["file"], block["section"] or block["figure"] or "") for block in page_tables.BLOCK.finditer(text)}
+    with open(results / "measures.csv", newline="") as file:
+        there = {("results/measures.csv", row["figure"]) for row in csv.DictReader(file)}
+    for path in results.glob("*.md"):
+        tables = page_tables.sections(path.read_text())
+        there |= {(f"results/{path.name}", "" if len(tables) == 1 else section) for section in tables}
+    yield from (f"no page has the table {section or 'of'} {'of ' if section else ''}docs/{file}" for file, section in sorted(there - used))
+
+
+def faults_of_files(files, commands, numbers):
+    """Files without what a reader must know of a measurement, or of another command than that of tools/numbers.sh, or not in docs/numbers.md."""
+    for name in sorted(set(files) | set(commands)):
+        if name not in files:
+            yield f"docs/results/{name}.md is missing: run tools/numbers.sh {name}"
+            continue
+        if name not in commands:
+            yield f"tools/numbers.sh does not list {name}"
+        elif f"- Command: `{commands[name]}`\n" not in files[name]:
+            yield f"docs/results/{name}.md is of another command: run tools/numbers.sh {name}"
+        for what in ("Measured: 20\\d\\d-", "Version: ", "Computer: .* processors", "Compiler: "):
+            if not re.search(f"^- {what}", files[name], re.MULTILINE):
+                yield f"docs/results/{name}.md has no line '- {what}'"
+        if f"(results/{name}.md)" not in numbers:
+            yield f"docs/numbers.md does not list results/{name}.md"
+
+
+def test_tables_are_those_of_the_files():
+    assert len(pages()) > 3
+    assert not list(faults_of_pages(pages()))
+
+
+def test_files_say_how_they_were_measured():
+    files = {path.stem: path.read_text() for path in RESULTS.glob("*.md")}
+    assert not list(faults_of_files(files, listed(), (ROOT / "docs/numbers.md").read_text()))
+
+
+FILE = """# Some
+
+- Command: `multireach-some`
+- Measured: 2026-01-02, in 3 s
+- Version: 0.1.0 of 2026-01-01
+- Computer: Some, 2 processors
+- Compiler: GCC 12
+
+## First of two
+
+| a | b |
+|---|---|
+| 1 | 2 |
+
+## Second
+
+| c |
+|---|
+| 3 |
+"""
+PAGE = """# Page
+
+<!-- table: results/some.md#second -->
+| c |
+|---|
+| 3 |
+
+Measured on 2026-01-02: [command and computer](results/some.md).
+<!-- end of table -->
+
+<!-- table: results/some.md#first-of-two -->
+<!-- end of table -->
+
+<!-- table: results/measures.csv fig by law -->
+<!-- end of table -->
+
+<!-- table: results/measures.csv fig -->
+<!-- end of table -->
+"""
+
+
+@pytest.fixture
+def results(tmp_path):
+    (tmp_path / "some.md").write_text(FILE)
+    (tmp_path / "measures.csv").write_text("figure,law,quantity,value,unit\nfig,x,way,0.00012,m\nfig,y,way,20000.4,m\nfig,x,reaches,7,\nfig,y,time,nan,s\n")
+    return tmp_path
+
+
+def test_a_page_is_filled(results):
+    made = page_tables.filled(PAGE, ROOT, results)
+    assert "first-of-two -->\n| a | b |\n|---|---|\n| 1 | 2 |\n\nMeasured on 2026-01-02: [command and computer](results/some.md).\n<!-- end" in made
+    assert "by law -->\n|  | way (m) | reaches | time (s) |\n|---|---|---|---|\n| x | < 0.001 | 7 |  |\n| y | 20000 |  | – |\n<!-- end" in made
+    assert "fig -->\n|  | x | y |\n|---|---|---|\n| way (m) | < 0.001 | 20000 |\n| reaches | 7 |  |\n| time (s) |  | – |\n<!-- end" in made
+    assert page_tables.filled(made, ROOT, results) == made
+    assert not list(faults_of_pages({"page.md": made}, results))
+
+
+def test_what_is_wrong_with_a_page_is_found(results):
+    made = page_tables.filled(PAGE, ROOT, results)
+    other = "docs/page.md has other tables than the files of docs/results: run tools/numbers.sh --fill"
+    assert list(faults_of_pages({"page.md": made.replace("| 3 |", "| 4 |")}, results)) == [other]
+    assert list(faults_of_pages({"page.md": made.replace("2026-01-02", "2026-01-03", 1)}, results)) == [other]
+    (results / "unused.md").write_text(FILE.split("## Second")[0])
+    assert list(faults_of_pages({"page.md": made}, results)) == ["no page has the table of docs/results/unused.md"]
+    for change, error in (("#third", "results/some.md has no table third"), (".gone", "there is no results/some.md.gone"),
+                          (" fig what", "is not understood")):
+        assert error in list(faults_of_pages({"page.md": made.replace("some.md#second", "some.md" + change)}, results))[0]
+
+
+def test_what_is_wrong_with_a_file_is_found():
+    numbers = "[some](results/some.md)"
+    assert not list(faults_of_files({"some": FILE}, {"some": "multireach-some"}, numbers))
+    for files, commands, text, fault in (
+            ({}, {"some": "x"}, numbers, "docs/results/some.md is missing: run tools/numbers.sh some"),
+            ({"some": FILE}, {}, numbers, "tools/numbers.sh does not list some"),
+            ({"some": FILE}, {"some": "multireach-some -n"}, numbers, "docs/results/some.md is of another command: run tools/numbers.sh some"),
+            ({"some": FILE.replace("- Compiler", "")}, {"some": "multireach-some"}, numbers, "docs/results/some.md has no line '- Compiler: '"),
+            ({"some": FILE}, {"some": "multireach-some"}, "", "docs/numbers.md does not list results/some.md")):
+        assert list(faults_of_files(files, commands, text)) == [fault]
