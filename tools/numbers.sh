@@ -22,6 +22,8 @@ table tracking short "Targets that keep moving" multireach-study "tools/study_ta
 table straightness long "The way of the hand" multireach-study "tools/study_tables.py straightness"
 table slow-joints short "Slow joints" multireach-study "tools/study_tables.py slow-joints"
 table laws short "The same reaches under other laws" multireach-bench-laws "multireach-bench-laws"
+table longest-steps short "The longest steps" multireach-bench-worst "multireach-bench-worst --reaches 40 --passes 3"
+table python short "Calls from Python" multireach_python "/usr/bin/python3 bench/python_bench.py"
 
 wrong() { echo "numbers.sh: $*" >&2; exit 2; }
 fill() { /usr/bin/python3 tools/page_tables.py; }
