@@ -67,7 +67,7 @@ def tracking():
 
 
 def straightness():
-    head("arm, targets", "reaches", "way of the hand", "arrived, %", "path p50", "p90", "p95", "p99", "settled, s: p50", "p95", "where DLS arrives: path p50", "p95")
+    head("arm, targets", "reaches", "path of the hand", "arrived, %", "path p50", "p90", "p95", "p99", "settled, s: p50", "p95", "where DLS arrives: path p50", "p95")
     for name, arm in ARMS.items():
         space = name == "Hoap2"
         result = study(arm, "straightness", "--seed", "90", "--samples", "4000" if space else "1000", "--nodes", "4000")

@@ -153,7 +153,7 @@ json straightness_json(const std::vector<StraightnessOf>& reaches) {
 
 std::string straightness_table(const json& result) {
   std::string table =
-      "| reaches | way of the hand | arrived, % | path p50 | p90 | p95 | p99 | settled, s: p50 | p95 |\n"
+      "| reaches | path of the hand | arrived, % | path p50 | p90 | p95 | p99 | settled, s: p50 | p95 |\n"
       "|---|---|---|---|---|---|---|---|---|\n";
   const auto number = [](const json& value, const char* format) {
     char text[40];
