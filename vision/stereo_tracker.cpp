@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace multireach::vision {
@@ -18,7 +17,7 @@ constexpr double kWorthwhile = 0.5;    // above this share of the image, the who
 constexpr double kBackground = 0.5;    // share of a blob from which on it is taken as background
 constexpr int kFirstLooks = 16;        // whole images that a new tracker searches to learn the background
 constexpr int kLookEvery = 8;          // pairs between two searches of a whole image for the background
-constexpr double kCompact = 0.4;       // see compactness(): an ellipse of 5:2, or a disc with much missing
+constexpr double kCompact = 0.4;       // see Appearance: an ellipse of 5:2, or a disc with much missing
 constexpr double kSpeck = 0.25;        // share of the tracked object's radius below which another one is a speck
 constexpr double kAround = 2;          // radii around the last position that are not learned as background
 constexpr double kDimmest = 10;        // grey levels: no pixel of a black image is brighter
@@ -52,18 +51,10 @@ bool is_dark(const cv::Mat& bgr) {
   return true;
 }
 
-/// 1 for a disc, less for an ellipse by its axes' ratio, and less the more a blob lacks of the ellipse of its moments.
-double compactness(const Blob& blob) {
-  const double half_trace = 0.5 * blob.spread.trace(), determinant = std::max(0.0, blob.spread.determinant());
-  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
-  const double ellipse = 4 * std::numbers::pi * std::sqrt(determinant);
-  if (!(ellipse > 0)) return 0;
-  return std::min(1.0, blob.area / ellipse) * std::sqrt((half_trace - root) / (half_trace + root));
-}
-
 bool is_background(const StereoMatch& match, const View& left, const View& right) {
-  return match.left >= 0 && match.right >= 0 && left.background[static_cast<size_t>(match.left)] > kBackground &&
-         right.background[static_cast<size_t>(match.right)] > kBackground;
+  return match.left >= 0 && match.right >= 0 &&
+         left.appearance[static_cast<size_t>(match.left)].background > kBackground &&
+         right.appearance[static_cast<size_t>(match.right)].background > kBackground;
 }
 
 }  // namespace
@@ -139,7 +130,9 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
   for (const Blob& blob : view.blobs) {
     view.contours.push_back(camera_state.fitter.fit(bgr, blob));
     view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
-    view.background.push_back(camera_state.background.share_of(blob));
+    view.appearance.push_back({.background = camera_state.background.share_of(blob),
+                               .compactness = compactness(blob),
+                               .colour_share = camera_state.model.share_well_inside(camera_state.gains, bgr, blob)});
   }
   view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
   return view;
@@ -155,34 +148,35 @@ StereoRig StereoTracker::rig_at(const PairTimes& times) const {
   return rig;
 }
 
-StereoMatch StereoTracker::match(const PairTimes& times, const View& left, const View& right) const {
+StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& left, const View& right) const {
   using Status = StereoMatch::Status;
-  StereoMatch match;
-  const auto failed = [&match](Status status) {
-    match.status = status;
-    return match;
+  const auto failed = [](Status status) {
+    Found found;
+    found.match.status = status;
+    return found;
   };
   if (!left.fits || !right.fits) return failed(Status::kWrongImageSize);
   if (left.filled || right.filled) return failed(Status::kColourEverywhere);
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
-  const bool lost = track_.status() == TargetTrack::Status::kLost;
-  match = match_among(times, left, right, !identity_.known(), true);
+  Found found = match_among(times, left, right, !identity_.known(), true);
+  StereoMatch& match = found.match;
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;
-  if (!identity_.known() && is_background(match, left, right)) {
-    StereoMatch other = match_among(times, left, right, false, false);
-    if (other.status == Status::kSeen && (lost || may_replace(other, match, left, right))) {
+  const bool lost = track_.status() == TargetTrack::Status::kLost;
+  if (!lost && !identity_.known() && is_background(match, left, right)) {
+    Found other = match_among(times, left, right, false, false);
+    if (other.match.status == Status::kSeen && may_replace(other.match, match, left, right)) {
       // What appears or moves is more likely the target than what stands still, if it is seen repeatedly.
-      if (!lost) other.status = Status::kOutsidePredictionGate;
-      match = other;
+      other.match.status = Status::kOutsidePredictionGate;
+      found = std::move(other);
     }
   }
   const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
                      match.status == Status::kEpipolarMismatch;
   if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
-  return match;
+  return found;
 }
 
 /// Whether `other`, which is not in the background, is evidence enough against the tracked object: that stands still,
@@ -191,7 +185,7 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
                                 const View& right) const {
   const auto agrees = [&](const View& view, int candidate, int current) {
     const auto c = static_cast<size_t>(candidate);
-    return compactness(view.blobs[c]) > kCompact &&
+    return view.appearance[c].compactness > kCompact &&
            view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
   };
   return identity_.stands_still() && agrees(left, other.left, tracked.left) &&
@@ -200,28 +194,51 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
 
 /// Matches the contours, with those in the background or without. In a confirmed track a sphere's contour counts also
 /// before background of its colour.
-StereoMatch StereoTracker::match_among(const PairTimes& times, const View& left, const View& right, bool background,
-                                       bool predicted) const {
-  std::optional<Prediction> prediction;
-  if (const auto expected = track_.predicted(times.pair); expected && predicted) {
-    // rig_at() refers the match to the time of the left image.
-    prediction = {expected->position + track_.velocity() * offset_s(times.left, times.pair), expected->covariance};
-  }
+StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
+                                                bool background, bool predicted) const {
   std::array<std::vector<SphereContour>, 2> contours;
   std::array<std::vector<int>, 2> from;
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const View& view = side == Side::kLeft ? left : right;
     for (size_t k = 0; k < view.contours.size(); ++k) {
       const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
-      if (!background && !sphere && view.background[k] > kBackground) continue;
+      if (!background && !sphere && view.appearance[k].background > kBackground) continue;
       contours[index(side)].push_back(view.contours[k]);
       from[index(side)].push_back(static_cast<int>(k));
     }
   }
-  StereoMatch match = vision::match_candidates(rig_at(times), contours[0], contours[1], prediction, options_.match);
-  if (match.left >= 0) match.left = from[0][static_cast<size_t>(match.left)];
-  if (match.right >= 0) match.right = from[1][static_cast<size_t>(match.right)];
-  return match;
+  const TargetHistory history = predicted ? history_at(times) : TargetHistory{};
+  std::optional<Prediction> prediction;
+  if (history.agile) prediction = {history.agile->position, history.agile->covariance};
+  std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
+  for (ComparedPair& pair : pairs) {
+    pair.match.left = from[0][static_cast<size_t>(pair.match.left)];
+    pair.match.right = from[1][static_cast<size_t>(pair.match.right)];
+  }
+  Found found;
+  found.match = best_match(contours[0], contours[1], pairs);
+  found.candidates = candidates_of(pairs, left.appearance, right.appearance, history, options_.match);
+  if (found.candidates.empty()) return found;
+  const auto chosen = choose(found.candidates);
+  found.match = found.candidates[chosen.value_or(0)].match;
+  if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
+  return found;
+}
+
+/// What is known of the target at the time of the left image, to which rig_at() refers a match. A prediction over a
+/// time after which the target counts as lost says nothing.
+TargetHistory StereoTracker::history_at(const PairTimes& times) const {
+  TargetHistory history;
+  const auto seen = track_.last_seen_utime();
+  if (track_.status() == TargetTrack::Status::kLost || !seen) return history;
+  if (static_cast<double>(times.pair - *seen) > 1e6 * options_.track.coast_s) return history;
+  history.steady = track_.predicted_steady(times.pair);
+  history.agile = track_.predicted(times.pair);
+  for (auto* predicted : {&history.steady, &history.agile}) {
+    if (*predicted) (*predicted)->position += track_.velocity() * offset_s(times.left, times.pair);
+  }
+  history.radius_m = radius_m_;
+  return history;
 }
 
 bool StereoTracker::is_inside_windows(const StereoMatch& match, const View& left, const View& right) const {
@@ -313,7 +330,11 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
                       match.left >= 0 && match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
-  if (!seen && !partly) return update_unseen(times.pair, description(match.status));
+  if (!seen && !partly) {
+    TargetReport unseen = update_unseen(times.pair, description(match.status));
+    unseen.ambiguous = match.status == Status::kAmbiguous;
+    return unseen;
+  }
   const int64_t before = track_.utime();
   const PositionEstimate estimate = estimate_at_pair(times, match);
   if (!track_.update(times.pair, estimate, seen)) {
@@ -331,7 +352,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                    {.by_contour = match.both_by_contour,
                     .px = {match.left_px, match.right_px},
                     .radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px),
-                    .background = {left.background[l], right.background[r]}},
+                    .background = {left.appearance[l].background, right.appearance[r].background}},
                    track_.began_anew());
   // What is not known to be the target must not change its colour.
   if (options_.adapt_colour && identity_.confirmed()) {
@@ -410,7 +431,7 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
 StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
   const View left = measure(Side::kLeft, left_bgr, whole_image(Side::kLeft));
   const View right = measure(Side::kRight, right_bgr, whole_image(Side::kRight));
-  return match({}, left, right);
+  return match({}, left, right).match;
 }
 
 }  // namespace multireach::vision

@@ -8,6 +8,7 @@
 #include "vision/colour/illumination.hpp"
 #include "vision/pair_times.hpp"
 #include "vision/stereo/stereo_match.hpp"
+#include "vision/track/candidates.hpp"
 #include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
 
@@ -32,7 +33,7 @@ struct View {
   cv::Mat bgr;          ///< the image; shares its pixels
   std::vector<Blob> blobs;
   std::vector<SphereContour> contours;  ///< one per blob
-  std::vector<double> background;       ///< share of each blob that the learned background explains
+  std::vector<Appearance> appearance;   ///< likewise
 };
 
 /// Tracking result after a pair.
@@ -43,6 +44,7 @@ struct TargetReport {
   Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< m^2/s^2
   std::optional<int64_t> last_seen_utime;                         ///< time of the last accepted match, microseconds
   const char* reason = "";                                        ///< why the target has this status, as text
+  bool ambiguous = false;  ///< this pair shows several things that could be the target; a position is not to be used
 };
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
@@ -65,8 +67,14 @@ class StereoTracker {
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
   /// and must live until update(). The two sides may be processed concurrently.
   View measure(Side side, const cv::Mat& bgr, const cv::Rect& window);
+  /// A match with the candidates that it was chosen from, best first. Where several could be the target, its status is
+  /// kAmbiguous and it is the best one.
+  struct Found {
+    StereoMatch match;
+    std::vector<Candidate> candidates;
+  };
   /// Matches and triangulates the two views. Does not change the tracker.
-  StereoMatch match(const PairTimes& times, const View& left, const View& right) const;
+  Found match(const PairTimes& times, const View& left, const View& right) const;
   /// Whether the windows sufficed, so that the whole images need not be searched: the object was matched and lies
   /// completely inside both windows.
   bool is_inside_windows(const StereoMatch& match, const View& left, const View& right) const;
@@ -105,8 +113,8 @@ class StereoTracker {
   TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
   void learn_background(Side side, const View& view, int chosen);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
-  StereoMatch match_among(const PairTimes& times, const View& left, const View& right, bool background,
-                          bool predicted) const;
+  Found match_among(const PairTimes& times, const View& left, const View& right, bool background, bool predicted) const;
+  TargetHistory history_at(const PairTimes& times) const;
 
   TrackerOptions options_;
   std::array<CameraState, 2> cameras_;

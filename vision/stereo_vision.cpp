@@ -36,6 +36,7 @@ const char* StereoVision::measure(StereoImages& images) {
   for (Target& target : targets_) {
     target.views = {};
     target.match = {};
+    target.candidates.clear();
     target.found_inside_windows = false;
   }
   if (images.times().left < 0) return "there is no left image";
@@ -62,7 +63,9 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
   if (!decoded[0] || !decoded[1]) return false;
   for (Target& target : targets_) {
     if (everywhere && target.found_inside_windows) continue;
-    target.match = target.tracker.match(images.times(), target.views[0], target.views[1]);
+    StereoTracker::Found found = target.tracker.match(images.times(), target.views[0], target.views[1]);
+    target.match = found.match;
+    target.candidates = std::move(found.candidates);
     target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
   }
   return true;

@@ -54,6 +54,7 @@ class StereoVision {
     StereoTracker tracker;
     std::array<View, 2> views{};
     StereoMatch match{};
+    std::vector<Candidate> candidates{};  ///< what `match` was chosen from, best first
     TargetReport report{};
     bool found_inside_windows = false;  ///< found, and completely inside the search windows
   };

@@ -22,7 +22,7 @@ constexpr double kRight = 10, kWrong = 25;  // pixels from the label
 
 /// Answers of one method to the labelled images.
 struct Score {
-  int labelled = 0, right = 0, between = 0, wrong = 0, by_contour = 0, elsewhere = 0;
+  int labelled = 0, right = 0, between = 0, wrong = 0, ambiguous = 0, by_contour = 0, elsewhere = 0;
   std::vector<double> errors_px;
 
   void add(const std::optional<cv::Point2d>& answer, const std::vector<cv::Point2d>* labels) {
@@ -117,6 +117,21 @@ std::vector<Run> runs_of(const RealSet& set, int clicks, bool all) {
   return runs;
 }
 
+/// Distance from the nearest label, what the candidate was judged by, the evidence, and the reason.
+void print_candidate(const vision::Candidate& candidate, const std::array<vision::View, 2>& views,
+                     const std::vector<cv::Point2d>& labels) {
+  double nearest = 1e9;
+  for (const cv::Point2d& label : labels)
+    nearest =
+        std::min(nearest, std::hypot(candidate.match.left_px.x() - label.x, candidate.match.left_px.y() - label.y));
+  const vision::Appearance& in_left = views[0].appearance[static_cast<size_t>(candidate.match.left)];
+  std::printf("      candidate %.1f px from the label: compact %.2f, colour %.2f, background %.2f, contour %d;",
+              nearest, in_left.compactness, in_left.colour_share, in_left.background, candidate.match.both_by_contour);
+  for (size_t k = 0; k < vision::Evidence::kNames.size(); ++k)
+    std::printf(" %s %.2f", vision::Evidence::kNames[k], candidate.evidence.term[k]);
+  std::printf("; %s\n", candidate.reason);
+}
+
 void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& right, Run& run, bool verbose) {
   const LabelledObject& object = set.labelled[run.object];
   const auto found = object.centres.find(k);
@@ -131,10 +146,12 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
     if (tracked) answer = cv::Point2d(target.match.left_px.x(), target.match.left_px.y());
     if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
     if (labels) ++run.reasons[target.report.reason];
+    if (labels) run.ours_score.ambiguous += target.report.ambiguous;
     if (verbose && labels) {
       std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
                   tracked ? "tracked" : "-", target.match.left_px.x(), target.match.left_px.y(), (*labels)[0].x,
                   (*labels)[0].y, target.match.both_by_contour ? " contour" : "", target.report.reason);
+      for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, *labels);
     }
   }
   run.ours_score.add(answer, labels);
@@ -151,6 +168,7 @@ void add(Score& sum, const Score& one) {
   sum.right += one.right;
   sum.between += one.between;
   sum.wrong += one.wrong;
+  sum.ambiguous += one.ambiguous;
   sum.by_contour += one.by_contour;
   sum.elsewhere += one.elsewhere;
   sum.errors_px.insert(sum.errors_px.end(), one.errors_px.begin(), one.errors_px.end());
@@ -180,12 +198,13 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
     }
     const int taken = ours.labelled, all = baseline.labelled;
     std::printf(
-        "| %s | %s | %s | %d of %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | %.1f |\n",
+        "| %s | %s | %s | %d of %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | %.1f "
+        "|\n",
         set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), refused, clicks,
         percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong,
-        percent(taken - ours.right - ours.between - ours.wrong, taken), percent(ours.by_contour, taken),
-        ours.median_px(), percent(ours.right, all), percent(baseline.right, all), baseline_least,
-        percent(baseline.wrong, all));
+        percent(taken - ours.right - ours.between - ours.wrong, taken), percent(ours.ambiguous, taken),
+        percent(ours.by_contour, taken), ours.median_px(), percent(ours.right, all), percent(baseline.right, all),
+        baseline_least, percent(baseline.wrong, all));
   }
   std::fflush(stdout);
 }
@@ -248,9 +267,9 @@ int measure(const std::vector<std::string>& folders, int clicks, bool all, bool 
     std::printf(
         "Per cent of labelled images, over all clicks that are not refused (%d for an object, or those that the set "
         "names); in brackets the worst click. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. Of "
-        "all: a refused click counts as no answer. The baseline answers to every click.\n\n"
-        "| video | use | object | clicks refused | right | wrong | no answer | by contour | median px | right, of all "
-        "| baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "all: a refused click counts as no answer. Ambiguous: of no answer. The baseline answers to every click.\n\n"
+        "| video | use | object | clicks refused | right | wrong | no answer | ambiguous | by contour | median px "
+        "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         clicks, kRight, kWrong);
   }
   for (const RealSet& set : videos) run_video(set, clicks, all, verbose);

@@ -1,6 +1,7 @@
 // Things of the target's colour that stand still, and the target that moves among them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -25,16 +26,26 @@ StereoRig level_rig() {
   return rig;
 }
 
-/// A room with two folders on a shelf, larger than the ball and of nearly its colour.
+const std::vector<cv::Rect> kFolders{cv::Rect(60, 130, 26, 60), cv::Rect(92, 134, 22, 56)};
+
+/// A room with folders on a shelf, larger than the ball and of nearly its colour.
 class Room {
  public:
-  explicit Room(const StereoRig& rig)
-      : left_(kScene, rig.left, rig.X_WL, rig.X_WL), right_(kScene, rig.right, rig.X_RL.inverse(), rig.X_WL) {}
+  explicit Room(const StereoRig& rig, const std::vector<cv::Rect>& folders = kFolders)
+      : folders_(folders),
+        left_(kScene, rig.left, rig.X_WL, rig.X_WL),
+        right_(kScene, rig.right, rig.X_RL.inverse(), rig.X_WL) {}
 
-  void look(int k, const std::optional<Eigen::Vector3d>& ball, StereoVision& vision) const {
+  /// Shows a pair with one ball or several, which must not cover each other.
+  void look(int k, const std::optional<Eigen::Vector3d>& ball, StereoVision& vision,
+            const std::vector<Eigen::Vector3d>& others = {}) const {
     const auto stream = static_cast<uint64_t>(2 * k);
     cv::Mat left = left_.render(ball, stream), right = right_.render(ball, stream + 1);
-    for (const cv::Rect& folder : {cv::Rect(60, 130, 26, 60), cv::Rect(92, 134, 22, 56)}) {
+    for (const Eigen::Vector3d& other : others) {
+      add_ball(left_, other, stream, left);
+      add_ball(right_, other, stream + 1, right);
+    }
+    for (const cv::Rect& folder : folders_) {
       cv::rectangle(left, folder, {88, 44, 208}, cv::FILLED);
       cv::rectangle(right, folder - cv::Point(cvRound(kFocal * kBaseline / 2.5), 0), {88, 44, 208}, cv::FILLED);
     }
@@ -44,7 +55,16 @@ class Room {
   }
 
  private:
+  static void add_ball(const BallRenderer& camera, const Eigen::Vector3d& ball, uint64_t stream, cv::Mat& image) {
+    const cv::Mat with = camera.render(ball, stream), without = camera.render(std::nullopt, stream);
+    cv::Mat differs;
+    cv::absdiff(with, without, differs);
+    cv::cvtColor(differs, differs, cv::COLOR_BGR2GRAY);
+    with.copyTo(image, differs > 0);  // the noise is the same
+  }
+
   static constexpr SceneOptions kScene{.ball_radius_m = 0.033, .wall_distance_m = 3, .distractors = 0};
+  std::vector<cv::Rect> folders_;
   BallRenderer left_, right_;
 };
 
@@ -102,7 +122,7 @@ TEST(StaticScene, TheMovingBallWinsAndThingsOfItsColourStayBackground) {
 
 TEST(StaticScene, AThingThatStandsStillAloneIsTracked) {
   const StereoRig rig = level_rig();
-  const Room room(rig);
+  const Room room(rig, {kFolders.front()});
   StereoVision vision({options_for(rig)});
   int tracked = 0;
   for (int k = 0; k < 120; ++k) {
@@ -110,6 +130,79 @@ TEST(StaticScene, AThingThatStandsStillAloneIsTracked) {
     tracked += vision.targets().front().report.status == Status::kTracked;
   }
   EXPECT_GE(tracked, 115) << "of 120: nothing else can be meant";
+}
+
+vision::TrackerOptions options_with_radius(const StereoRig& rig) {
+  vision::TrackerOptions options = options_for(rig);
+  options.match.radius_m = 0.033;
+  return options;
+}
+
+bool is_at(const vision::TargetReport& report, const Eigen::Vector3d& place) {
+  return report.status == Status::kTracked && (report.estimate.position - place).norm() < 0.05;
+}
+
+TEST(StaticScene, ALargerThingIsNotFollowedBesideABallThatMovesLater) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {cv::Rect(60, 120, 34, 80)});  // five times the area of the ball
+  StereoVision vision({options_for(rig)});
+  Eigen::Vector3d ball(0.15, 0, 1.5);
+  int right = 0;
+  for (int k = 0; k < 120; ++k) {
+    const bool moves = k >= 60;
+    if (moves) ball += Eigen::Vector3d(0, k % 40 < 20 ? 0.01 : -0.01, 0);  // 0.3 m/s, to and fro
+    room.look(k, ball, vision);
+    const vision::TargetReport& report = vision.targets().front().report;
+    EXPECT_TRUE(report.status != Status::kTracked || is_at(report, ball)) << k << ": the thing is followed";
+    if (k >= 90) right += is_at(report, ball);
+  }
+  EXPECT_EQ(right, 30) << "within a second of moving";
+}
+
+TEST(StaticScene, TwoEqualBallsAreAmbiguousUntilOneMoves) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  StereoVision vision({options_with_radius(rig)});
+  Eigen::Vector3d moving(0.12, -0.02, 1.2);
+  const Eigen::Vector3d resting(-0.15, 0.03, 1.25);
+  for (int k = 0; k < 10; ++k) {
+    room.look(k, moving, vision, {resting});
+    const StereoVision::Target& target = vision.targets().front();
+    EXPECT_TRUE(target.report.ambiguous) << k << target.report.reason;
+    EXPECT_NE(target.report.status, Status::kTracked);
+    ASSERT_GE(target.candidates.size(), 2U);
+    for (const Eigen::Vector3d& place : {moving, resting}) {
+      const auto near = [&](const vision::Candidate& c) { return (c.match.point.p_W - place).norm() < 0.01; };
+      EXPECT_EQ(std::count_if(target.candidates.begin(), target.candidates.begin() + 2, near), 1);
+    }
+  }
+  int right = 0;
+  for (int k = 10; k < 70; ++k) {
+    moving += Eigen::Vector3d(0, k % 40 < 20 ? 0.01 : -0.01, 0);
+    room.look(k, moving, vision, {resting});
+    const vision::TargetReport& report = vision.targets().front().report;
+    EXPECT_FALSE(is_at(report, resting)) << k;
+    if (k >= 40) right += is_at(report, moving);
+  }
+  EXPECT_EQ(right, 30) << "within a second of moving";
+}
+
+TEST(StaticScene, ATrackedBallKeepsItsNameWhileAnEqualOneAppearsAndPasses) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  StereoVision vision({options_with_radius(rig)});
+  int right = 0, ambiguous = 0;
+  for (int k = 0; k < 90; ++k) {
+    const Eigen::Vector3d target(-0.2 + 0.004 * k, -0.04, 1.2);
+    std::vector<Eigen::Vector3d> others;
+    if (k >= 20) others.emplace_back(0.35 - 0.008 * (k - 20), 0.05, 1.2);  // passes at a distance of 1.4 diameters
+    room.look(k, target, vision, others);
+    const vision::TargetReport& report = vision.targets().front().report;
+    right += is_at(report, target);
+    ambiguous += report.ambiguous;
+  }
+  EXPECT_EQ(right, 90);
+  EXPECT_EQ(ambiguous, 0);
 }
 
 TEST(StaticScene, GoesOnFromItsState) {

@@ -24,6 +24,11 @@ WhiteBalanceGains rounded(const WhiteBalanceGains& gains) {
   return {whole(gains.red), whole(gains.blue)};
 }
 
+ColourModel with_half_tolerance(ColourModel model) {
+  model.tolerance /= 2;
+  return model;
+}
+
 Rgb& operator+=(Rgb& sum, const Rgb& colour) {
   sum = {sum.r + colour.r, sum.g + colour.g, sum.b + colour.b};
   return sum;
@@ -45,19 +50,41 @@ WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
   return {towards(gains.red, 1, kRelaxation), towards(gains.blue, 1, kRelaxation)};
 }
 
-AdaptedColourModel::AdaptedColourModel(const ColourModel& model) : model_(model), test_(model, {}), members_(model) {}
+AdaptedColourModel::AdaptedColourModel(const ColourModel& model)
+    : model_(model), test_(model, {}), inner_(with_half_tolerance(model), {}), members_(model) {}
 
 void AdaptedColourModel::prepare(const WhiteBalanceGains& gains) {
   const WhiteBalanceGains wanted = rounded(gains);
   if (wanted == gains_) return;
   gains_ = wanted;
   test_.set_gains(wanted);
+  inner_.set_gains(wanted);
   members_ = ColourTable(test_);
 }
 
 const ColourTable& AdaptedColourModel::members(const WhiteBalanceGains& gains) {
   prepare(gains);
   return members_;
+}
+
+double AdaptedColourModel::share_well_inside(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob) {
+  prepare(gains);
+  constexpr int64_t kSamples = 64;
+  int64_t pixels = 0, seen = 0, inside = 0;
+  for (const Run& run : blob.runs) pixels += run.end - run.begin;
+  const int64_t every = std::max<int64_t>(1, (pixels + kSamples - 1) / kSamples);
+  int64_t next = every / 2;  // from the run's first pixel
+  for (const Run& run : blob.runs) {
+    const int64_t length = run.end - run.begin;
+    for (; next < length; next += every) {
+      const auto& pixel = bgr.at<cv::Vec3b>(run.row, run.begin + static_cast<int>(next));
+      ++seen;
+      inside += inner_.contains(
+          {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])});
+    }
+    next -= length;
+  }
+  return seen > 0 ? static_cast<double>(inside) / static_cast<double>(seen) : 0;
 }
 
 IlluminationSample AdaptedColourModel::sample(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob) {

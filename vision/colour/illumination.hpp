@@ -36,6 +36,9 @@ class AdaptedColourModel {
   const ColourModel& model() const { return model_; }
   /// The lookup table for these gains. Valid until the next call.
   const ColourTable& members(const WhiteBalanceGains& gains);
+  /// Share of the pixels of a blob, found in an 8-bit BGR image with these gains, that belong to the model even with
+  /// half its tolerance. Looks at 64 pixels at most, evenly spread.
+  double share_well_inside(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob);
   /// Samples the pixels of a blob that was found in an 8-bit BGR image with these gains.
   IlluminationSample sample(const WhiteBalanceGains& gains, const cv::Mat& bgr, const Blob& blob);
 
@@ -44,7 +47,7 @@ class AdaptedColourModel {
 
   ColourModel model_;
   WhiteBalanceGains gains_;
-  ChromaClassifier test_;
+  ChromaClassifier test_, inner_;
   ColourTable members_;
 };
 

@@ -54,26 +54,21 @@ SphereMeasurement sphere_of(const SphereContour& contour) {
   return {contour.value, contour.covariance, contour.shared};
 }
 
-/// One candidate pair: its match and its score among pairs of the same status.
-struct ScoredMatch {
-  StereoMatch match;
-  double score = 0;
-};
-
 class CandidateScorer {
  public:
   CandidateScorer(const StereoRig& rig, const std::optional<Prediction>& prediction, const MatchOptions& options)
       : rig_(rig), prediction_(prediction), options_(options) {}
 
-  ScoredMatch operator()(const SphereContour& left, const SphereContour& right) const {
-    ScoredMatch scored;
+  ComparedPair operator()(const SphereContour& left, const SphereContour& right) const {
+    ComparedPair scored;
     StereoMatch& match = scored.match;
     match.left_px = left.centre_px;
     match.right_px = right.centre_px;
     const bool known = left.occlusion >= 0 && right.occlusion >= 0;
     match.occlusion = known ? std::max(left.occlusion, right.occlusion) : SphereContour::kUnknown;
     match.both_by_contour = left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges;
-    scored.score = std::min(left.radius_px, right.radius_px) * (1 + left.visible_fraction + right.visible_fraction);
+    scored.radius_px = std::min(left.radius_px, right.radius_px);
+    scored.score = scored.radius_px * (1 + left.visible_fraction + right.visible_fraction);
 
     const auto start = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
     if (!start) {
@@ -86,6 +81,7 @@ class CandidateScorer {
     match.epipolar_px = gap.px;
     match.epipolar_sigma_px = gap.sigma_px;
     static_cast<Triangulation&>(match.point) = *start;
+    scored.size_sigmas = size_sigmas(left, right, *start);
     const double off = gap.px / gap.sigma_px;
     scored.score /= 1 + off * off / (kSigmas * kSigmas);
     if (!same_size(left, right, *start) || !on_one_line(gap) || !projects_onto_both(*start, left, right)) {
@@ -109,7 +105,7 @@ class CandidateScorer {
   }
 
   /// Triangulates the sphere of a pair whose contours agree, and checks the position.
-  void locate(const SphereContour& left, const SphereContour& right, ScoredMatch& scored) const {
+  void locate(const SphereContour& left, const SphereContour& right, ComparedPair& scored) const {
     StereoMatch& match = scored.match;
     const auto prior = prior_at(match.point.depth_left_m);
     const auto free = triangulate_sphere(rig_, sphere_of(left), sphere_of(right), std::nullopt);
@@ -119,6 +115,8 @@ class CandidateScorer {
       return;
     }
     match.point = *sphere;
+    scored.radius_m = free->radius_m;
+    scored.radius_sigma_m = free->radius_sigma_m;
     if (prior) match.point.covariance += covariance_of_contradiction(left, right, *free);
     match.status = Status::kSeen;
     const bool only_part = left.occlusion > options_.max_occlusion || right.occlusion > options_.max_occlusion;
@@ -203,6 +201,15 @@ class CandidateScorer {
     return agree(left.value.z() * left_m, std::sqrt(left.covariance(2, 2)) * left_m, right.value.z() * right_m,
                  std::sqrt(right.covariance(2, 2)) * right_m, options_.max_size_ratio);
   }
+  /// Difference of the two radii at a position in standard deviations; what the gate allows besides counts as three.
+  double size_sigmas(const SphereContour& left, const SphereContour& right, const Triangulation& point) const {
+    const double left_m = point.depth_left_m * left.ray().homogeneous().norm();
+    const double right_m = point.depth_right_m * right.ray().homogeneous().norm();
+    const double first = left.value.z() * left_m, second = right.value.z() * right_m;
+    const double allowed = (options_.max_size_ratio - 1) / kSigmas * std::min(first, second);
+    const double variance = left.covariance(2, 2) * left_m * left_m + right.covariance(2, 2) * right_m * right_m;
+    return std::abs(first - second) / std::sqrt(variance + allowed * allowed);
+  }
   bool fits(const SphereContour& left, const SphereContour& right, double besides_px) const {
     const auto point = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
     return point && same_size(left, right, *point) &&
@@ -236,11 +243,10 @@ int progress(Status status) {
 }
 
 /// Of two objects that look alike, each left contour fits both right ones. The pairs that exchange their order are most
-/// likely wrong: lowers their scores below those of the others.
-void demote_crossed(std::span<const SphereContour> left, std::span<const SphereContour> right,
-                    std::vector<ScoredMatch>& all) {
+/// likely wrong: marks them.
+void mark_crossed(std::span<const SphereContour> left, std::span<const SphereContour> right,
+                  std::vector<ComparedPair>& all) {
   const auto seen = [&](size_t i, size_t j) { return all[i * right.size() + j].match.status == Status::kSeen; };
-  constexpr double kCrossed = 1e-6;
   std::vector<size_t> crossed;
   for (size_t k = 0; k < all.size(); ++k) {
     const size_t i = k / right.size(), j = k % right.size();
@@ -256,7 +262,7 @@ void demote_crossed(std::span<const SphereContour> left, std::span<const SphereC
     }
     if (crosses) crossed.push_back(k);
   }
-  for (const size_t k : crossed) all[k].score *= kCrossed;
+  for (const size_t k : crossed) all[k].crossed = true;
 }
 
 const SphereContour& largest(std::span<const SphereContour> contours) {
@@ -299,21 +305,17 @@ const char* description(StereoMatch::Status status) {
       return "something is seen, but not where the object can be by now";
     case Status::kOnlyBackground:
       return "only things that stood there before have this colour";
+    case Status::kAmbiguous:
+      return "several things could be the target";
   }
   return "";
 }
 
-StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
-                             std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
-                             const MatchOptions& options) {
-  StereoMatch none;
-  if (!left.empty()) none.left_px = largest(left).centre_px;
-  if (!right.empty()) none.right_px = largest(right).centre_px;
-  none.status = left.empty() ? Status::kNotInLeft : Status::kNotInRight;
-  if (left.empty() || right.empty()) return none;
-
+std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const SphereContour> left,
+                                        std::span<const SphereContour> right,
+                                        const std::optional<Prediction>& prediction, const MatchOptions& options) {
   const CandidateScorer score_of(rig, prediction, options);
-  std::vector<ScoredMatch> all;
+  std::vector<ComparedPair> all;
   for (size_t i = 0; i < left.size(); ++i) {
     for (size_t j = 0; j < right.size(); ++j) {
       all.push_back(score_of(left[i], right[j]));
@@ -321,13 +323,34 @@ StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour
       all.back().match.right = static_cast<int>(j);
     }
   }
-  if (!prediction) demote_crossed(left, right, all);
-  const ScoredMatch* best = nullptr;
-  for (const ScoredMatch& scored : all) {
+  if (prediction) return all;
+  mark_crossed(left, right, all);
+  constexpr double kCrossed = 1e-6;  // lowers the scores below those of the others
+  for (ComparedPair& pair : all) {
+    if (pair.crossed) pair.score *= kCrossed;
+  }
+  return all;
+}
+
+StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,
+                       std::span<const ComparedPair> pairs) {
+  StereoMatch none;
+  if (!left.empty()) none.left_px = largest(left).centre_px;
+  if (!right.empty()) none.right_px = largest(right).centre_px;
+  none.status = left.empty() ? Status::kNotInLeft : Status::kNotInRight;
+  if (left.empty() || right.empty()) return none;
+  const ComparedPair* best = nullptr;
+  for (const ComparedPair& scored : pairs) {
     const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;
     if (came > best_came || (came == best_came && scored.score > best->score)) best = &scored;
   }
   return best->match;
+}
+
+StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
+                             std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
+                             const MatchOptions& options) {
+  return best_match(left, right, compare_pairs(rig, left, right, prediction, options));
 }
 
 }  // namespace multireach::vision

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "vision/contour/sphere_contour.hpp"
 #include "vision/stereo/triangulate.hpp"
@@ -27,6 +28,7 @@ struct StereoMatch {
     kWrongRadius,            ///< the measured radius differs from the known one
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
+    kAmbiguous,              ///< several objects could be the target
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,
@@ -63,6 +65,24 @@ struct Prediction {
   Eigen::Matrix3d covariance;
 };
 
+/// A pair of contours, one of each image, that was compared.
+struct ComparedPair {
+  StereoMatch match;
+  double score = 0;        ///< among pairs of the same status: see match_candidates()
+  double size_sigmas = 0;  ///< difference of the radii that both images show at this position, standard deviations
+  double radius_px = 0;    ///< of the smaller image
+  double radius_m = 0;     ///< without prior knowledge of the radius; 0 where it was not triangulated
+  double radius_sigma_m = 0;
+  /// The pair exchanges the order of two objects that look alike, of which each left contour fits both right ones: most
+  /// likely it consists of the left image of one and the right image of the other.
+  bool crossed = false;
+};
+
+/// Compares all pairs of contours, left by left. Empty where an image has none.
+std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const SphereContour> left,
+                                        std::span<const SphereContour> right,
+                                        const std::optional<Prediction>& prediction, const MatchOptions& options);
+
 /// Chooses the pair of contours, one of each image, that shows the object, and triangulates it. A pair must satisfy the
 /// epipolar constraint, lie in front of the cameras and agree in size. Of several, the score prefers the one near the
 /// prediction (when there is one), with large and complete contours. When none fits, the status tells why the best one
@@ -70,5 +90,8 @@ struct Prediction {
 StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
                              std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
                              const MatchOptions& options);
+/// The same for pairs that were compared.
+StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,
+                       std::span<const ComparedPair> pairs);
 
 }  // namespace multireach::vision

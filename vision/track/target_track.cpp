@@ -129,10 +129,18 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
 }
 
 std::optional<PositionEstimate> TargetTrack::predicted(int64_t utime) const {
+  return predicted_with(utime, options_.max_process_noise_m2_s3);
+}
+
+std::optional<PositionEstimate> TargetTrack::predicted_steady(int64_t utime) const {
+  return predicted_with(utime, options_.coasting_process_noise_m2_s3);
+}
+
+std::optional<PositionEstimate> TargetTrack::predicted_with(int64_t utime, double noise) const {
   if (status_ == Status::kLost || utime <= utime_) return std::nullopt;
   Vector6 state;
   Matrix6 covariance;
-  predict(seconds_between(utime_, utime), options_.max_process_noise_m2_s3, state, covariance);
+  predict(seconds_between(utime_, utime), noise, state, covariance);
   return PositionEstimate{state.head<3>(), covariance.topLeftCorner<3, 3>()};
 }
 

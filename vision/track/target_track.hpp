@@ -44,6 +44,8 @@ class TargetTrack {
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
   std::optional<PositionEstimate> predicted(int64_t utime) const;
+  /// The same for a target that keeps its motion, with the process noise of one that is not seen.
+  std::optional<PositionEstimate> predicted_steady(int64_t utime) const;
 
   Status status() const { return status_; }
   /// Whether the last update began a new track: the target was lost before, or jumped.
@@ -69,6 +71,7 @@ class TargetTrack {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+  std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
   bool correct(double seconds, const PositionEstimate& seen);
   bool confirm(int64_t utime, const PositionEstimate& seen);

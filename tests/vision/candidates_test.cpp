@@ -1,0 +1,150 @@
+#include "vision/track/candidates.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+namespace multireach::vision {
+namespace {
+
+constexpr double kRadius = 0.02, kFocal = 500;
+
+StereoRig rig() {
+  StereoRig rig;
+  rig.left = {.width = 640, .height = 480, .fx = kFocal, .fy = kFocal, .cx = 320, .cy = 240, .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -0.06;
+  return rig;
+}
+
+/// Something of the target's colour in front of the cameras, measured without error by the centroid of its blob.
+struct Thing {
+  Eigen::Vector3d p_L;
+  double radius_m = kRadius;
+  Appearance appearance{.background = 0, .compactness = 0.9, .colour_share = 0.8};
+};
+
+SphereContour contour_of(const CameraModel& camera, const Eigen::Vector3d& p_C, double radius_m) {
+  SphereContour contour;
+  contour.value << p_C.hnormalized(), radius_m / p_C.norm();
+  contour.covariance = std::pow(0.5 / kFocal, 2) * Eigen::Matrix3d::Identity();
+  contour.centre_px = camera.project(p_C);
+  contour.radius_px = contour.value.z() * kFocal;
+  contour.visible_fraction = 1;
+  return contour;
+}
+
+struct Judged {
+  std::vector<Candidate> candidates;
+  std::optional<size_t> chosen;
+
+  Eigen::Vector3d p_W() const { return candidates.at(chosen.value()).match.point.p_W; }
+};
+
+Judged judge(const std::vector<Thing>& things, const TargetHistory& history = {},
+             const MatchOptions& options = {.radius_m = kRadius}) {
+  std::vector<SphereContour> left, right;
+  std::vector<Appearance> appearance;
+  for (const Thing& thing : things) {
+    left.push_back(contour_of(rig().left, thing.p_L, thing.radius_m));
+    right.push_back(contour_of(rig().right, rig().X_RL * thing.p_L, thing.radius_m));
+    appearance.push_back(thing.appearance);
+  }
+  std::optional<Prediction> prediction;
+  if (history.agile) prediction = {history.agile->position, history.agile->covariance};
+  Judged judged;
+  const auto pairs = compare_pairs(rig(), left, right, prediction, options);
+  judged.candidates = candidates_of(pairs, appearance, appearance, history, options);
+  judged.chosen = choose(judged.candidates);
+  return judged;
+}
+
+const Eigen::Vector3d kHere(-0.05, 0, 0.5), kThere(0.06, 0.03, 0.52);
+
+TEST(Candidates, OneThingAloneIsChosen) {
+  Thing poor{.p_L = kHere, .appearance = {.background = 1, .compactness = 0.1, .colour_share = 0.05}};
+  const Judged judged = judge({poor}, {}, {});
+  ASSERT_TRUE(judged.chosen);
+  EXPECT_STREQ(judged.candidates[0].reason, "chosen");
+}
+
+TEST(Candidates, OfTwoEqualBallsNoneIsChosenAndBothAreNamed) {
+  for (const double known : {kRadius, 0.0}) {
+    const Judged judged = judge({{kHere}, {kThere}}, {}, {.radius_m = known});
+    EXPECT_FALSE(judged.chosen);
+    ASSERT_GE(judged.candidates.size(), 2U);
+    const Eigen::Vector3d a = judged.candidates[0].match.point.p_W, b = judged.candidates[1].match.point.p_W;
+    EXPECT_LT(std::min((a - kHere).norm(), (a - kThere).norm()), 1e-6);
+    EXPECT_LT(std::min((b - kHere).norm(), (b - kThere).norm()), 1e-6);
+    EXPECT_GT((a - b).norm(), 0.1) << "one candidate for each ball";
+    EXPECT_STREQ(judged.candidates[1].reason, "it could be the target as well");
+    for (size_t k = 2; k < judged.candidates.size(); ++k) EXPECT_TRUE(judged.candidates[k].by_order) << k;
+  }
+}
+
+TEST(Candidates, WhatIsRememberedAsStandingStillYieldsToWhatMoves) {
+  Thing still{kHere};
+  still.appearance.background = 1;
+  for (const double larger : {1.0, 2.5}) {
+    still.radius_m = larger * kRadius;
+    const Judged judged = judge({still, {kThere}}, {}, {});
+    ASSERT_TRUE(judged.chosen) << larger;
+    EXPECT_LT((judged.p_W() - kThere).norm(), 1e-6);
+    EXPECT_STREQ(judged.candidates[1].reason, "it stands where the colour was before");
+  }
+}
+
+TEST(Candidates, SizeAloneDecidesOnlyAgainstSpecks) {
+  EXPECT_FALSE(judge({{kHere, 2 * kRadius}, {kThere}}, {}, {}).chosen);
+  EXPECT_TRUE(judge({{kHere, 5 * kRadius}, {kThere}}, {}, {}).chosen) << "25 times the area";
+}
+
+TEST(Candidates, EachTermCanDecide) {
+  const auto worse = [](const auto& change, const MatchOptions& options = {}) {
+    Thing other{kThere};
+    change(other);
+    const Judged judged = judge({other, {kHere}}, {}, options);
+    EXPECT_TRUE(judged.chosen && (judged.p_W() - kHere).norm() < 1e-6);
+    return judged.candidates.size() > 1 ? std::string(judged.candidates[1].reason) : "";
+  };
+  EXPECT_EQ(worse([](Thing& thing) { thing.appearance.compactness = 0.1; }), "it is less round");
+  EXPECT_EQ(worse([](Thing& thing) { thing.appearance.colour_share = 0; }), "its colour fits less");
+  EXPECT_EQ(worse([](Thing& thing) { thing.radius_m = 1.35 * kRadius; }, {.radius_m = kRadius}),
+            "its size fits the target less");
+}
+
+TargetHistory expected_at(const Eigen::Vector3d& p_W, double steady_m, double agile_m) {
+  TargetHistory history;
+  history.steady = {p_W, steady_m * steady_m * Eigen::Matrix3d::Identity()};
+  history.agile = {p_W, agile_m * agile_m * Eigen::Matrix3d::Identity()};
+  history.radius_m = kRadius;
+  return history;
+}
+
+TEST(Candidates, ATrackedTargetIsNotMistakenForWhatAppearsElsewhere) {
+  for (const double known : {kRadius, 0.0}) {
+    const TargetHistory history = expected_at(kHere + Eigen::Vector3d(0.002, 0, 0.005), 0.003, 0.04);
+    const Judged judged = judge({{kHere}, {kThere}}, history, {.radius_m = known});
+    ASSERT_TRUE(judged.chosen);
+    EXPECT_LT((judged.p_W() - kHere).norm(), 1e-3);
+  }
+}
+
+TEST(Candidates, TwoThatAreEquallyNearThePredictionAreAmbiguous) {
+  const Eigen::Vector3d other = kHere + Eigen::Vector3d(0.05, 0, 0);
+  const Judged judged = judge({{kHere}, {other}}, expected_at(0.5 * (kHere + other), 0.02, 0.04));
+  EXPECT_FALSE(judged.chosen);
+  ASSERT_GE(judged.candidates.size(), 2U);
+}
+
+TEST(Candidates, PartsOfOneThingAreNotTwo) {
+  // A ball that a stripe divides: two halves, nearer to each other than two balls can be.
+  const Thing upper{kHere - Eigen::Vector3d(0, 0.011, 0), 0.6 * kRadius},
+      lower{kHere + Eigen::Vector3d(0, 0.011, 0), 0.6 * kRadius};
+  EXPECT_TRUE(judge({upper, lower}, {}, {}).chosen);
+}
+
+}  // namespace
+}  // namespace multireach::vision

@@ -1,0 +1,164 @@
+#include "vision/track/candidates.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "numeric/natural_log.hpp"
+
+namespace multireach::vision {
+namespace {
+
+using Status = StereoMatch::Status;
+
+// The constants of this file's terms are logarithms of the ratios of two histograms, of the labelled balls and of other
+// things of their colour, on the videos that docs/vision.md names for tuning.
+constexpr double kStill[] = {0, -kLead, -2 * kLead};  // share of remembered background 0, 0.3 and 1
+constexpr double kShape[] = {-2.2, 0, 1.5};           // compactness 0, 0.6 and 1
+constexpr double kContour = 2.4;                      // both images show a sphere contour
+constexpr double kColour[] = {-2.8, 0, 0.4};          // share well inside the colour model 0, 0.2 and 1
+constexpr double kGates = 3;                          // standard deviations that the gates of MatchOptions stand for
+constexpr double kContourSize = 0.04;                 // share of a known radius, as in the check of stereo_match
+
+double squared(double value) {
+  return value * value;
+}
+
+/// Piecewise linear: `at`[0] at 0, `at`[1] at `knee`, `at`[2] at 1.
+double interpolated(double value, double knee, const double (&at)[3]) {
+  const double x = std::clamp(value, 0.0, 1.0);
+  return x < knee ? at[0] + (at[1] - at[0]) * x / knee : at[1] + (at[2] - at[1]) * (x - knee) / (1 - knee);
+}
+
+double roundness(const StereoMatch& match, const Appearance& left, const Appearance& right) {
+  if (match.both_by_contour) return kContour;
+  return interpolated(std::min(left.compactness, right.compactness), 0.6, kShape);
+}
+
+double stereo(const ComparedPair& pair, const MatchOptions& options) {
+  const double allowed = options.max_epipolar_px / kGates;
+  const double epipolar2 =
+      squared(pair.match.epipolar_px) / (squared(pair.match.epipolar_sigma_px) + allowed * allowed);
+  return -0.5 * (epipolar2 + squared(pair.size_sigmas));
+}
+
+/// By the known radius, or else by that of the last match. Where neither is known: other things of the colour come in
+/// all sizes, the more the smaller. The areas of the segments of natural images are distributed like 1 / a^2 (Alvarez,
+/// Gousseau and Morel, The Size of Objects in Natural Images, Adv. Imaging Electron Phys. 111, 1999); with a target
+/// of any size, 1 / a, the likelihood ratio is proportional to the area a.
+double size(const ComparedPair& pair, double radius_px, const TargetHistory& history, const MatchOptions& options) {
+  if (options.radius_m > 0) {
+    const double share = pair.match.both_by_contour ? kContourSize : (options.max_size_ratio - 1) / kGates;
+    const double variance =
+        squared(pair.radius_sigma_m) + squared(options.radius_tolerance_m) + squared(share * options.radius_m);
+    return -0.5 * squared(pair.radius_m - options.radius_m) / variance;
+  }
+  if (!(pair.radius_m > 0)) return 0;
+  if (history.radius_m > 0)
+    return -0.5 * squared(natural_log(pair.radius_m / history.radius_m) / natural_log(options.max_size_ratio));
+  return 2 * natural_log(std::max(radius_px, 1.0));
+}
+
+/// Log density of the measured position: the larger of those of a steady motion and of the fastest change of motion.
+double history_of(const StereoMatch& match, const TargetHistory& history) {
+  double best = 0;
+  bool any = false;
+  for (const auto& predicted : {history.steady, history.agile}) {
+    if (!predicted) continue;
+    const Eigen::Vector3d apart = match.point.p_W - predicted->position;
+    const Eigen::Matrix3d total = match.point.covariance + predicted->covariance;
+    const double determinant = total.determinant();
+    if (!(determinant > 1e-300)) continue;
+    const double density = -0.5 * (apart.dot(total.ldlt().solve(apart)) + natural_log(determinant));
+    best = any ? std::max(best, density) : density;
+    any = true;
+  }
+  return best;
+}
+
+/// Why a candidate is not chosen: the term by which it falls behind most.
+const char* weakness(const Evidence& evidence, const Evidence& best) {
+  static constexpr std::array kWhy{"it stands where the colour was before",
+                                   "it is less round",
+                                   "its colour fits less",
+                                   "its two images fit each other less",
+                                   "its size fits the target less",
+                                   "it is farther from where the target is expected"};
+  size_t most = 0;
+  for (size_t k = 1; k < kWhy.size(); ++k) {
+    if (best.term[k] - evidence.term[k] > best.term[most] - evidence.term[most]) most = k;
+  }
+  return kWhy[most];
+}
+
+/// Whether two candidates may be parts of one thing: discs that do not cover each other are at least the sum of their
+/// radii apart, and where one covers a part of the other, what remains is at least a radius apart.
+bool same_thing(const Candidate& a, const Candidate& b) {
+  const double nearest = std::max({a.radius_px + b.radius_px, a.expected_px, b.expected_px});
+  return (a.match.left_px - b.match.left_px).norm() < nearest && (a.match.right_px - b.match.right_px).norm() < nearest;
+}
+
+}  // namespace
+
+double compactness(const Blob& blob) {
+  const double half_trace = 0.5 * blob.spread.trace(), determinant = std::max(0.0, blob.spread.determinant());
+  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
+  const double ellipse = 4 * std::numbers::pi * std::sqrt(determinant);
+  if (!(ellipse > 0)) return 0;
+  return std::min(1.0, blob.area / ellipse) * std::sqrt((half_trace - root) / (half_trace + root));
+}
+
+double Evidence::sum() const {
+  return std::accumulate(term.begin(), term.end(), 0.0);
+}
+
+std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::span<const Appearance> left,
+                                     std::span<const Appearance> right, const TargetHistory& history,
+                                     const MatchOptions& options) {
+  std::vector<Candidate> candidates;
+  for (const ComparedPair& pair : pairs) {
+    if (pair.match.status != Status::kSeen) continue;
+    Candidate& candidate = candidates.emplace_back();
+    candidate.match = pair.match;
+    candidate.by_order = pair.crossed;
+    candidate.radius_px = pair.radius_px;
+    const double radius_m = options.radius_m > 0 ? options.radius_m : history.radius_m;
+    if (pair.radius_m > 0) candidate.expected_px = pair.radius_px * radius_m / pair.radius_m;
+    const Appearance& in_left = left[static_cast<size_t>(pair.match.left)];
+    const Appearance& in_right = right[static_cast<size_t>(pair.match.right)];
+    auto& term = candidate.evidence.term;
+    term[Evidence::kStill] = interpolated(std::min(in_left.background, in_right.background), 0.3, kStill);
+    term[Evidence::kRound] = roundness(pair.match, in_left, in_right);
+    term[Evidence::kColour] = interpolated(std::min(in_left.colour_share, in_right.colour_share), 0.2, kColour);
+    term[Evidence::kStereo] = stereo(pair, options);
+    term[Evidence::kSize] = size(pair, pair.radius_px, history, options);
+    term[Evidence::kHistory] = history_of(pair.match, history);
+  }
+  // Equal sums keep the order of the pairs.
+  std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
+    return a.by_order != b.by_order ? b.by_order : a.evidence.sum() > b.evidence.sum();
+  });
+  return candidates;
+}
+
+std::optional<size_t> choose(std::span<Candidate> candidates) {
+  if (candidates.empty() || candidates.front().by_order) return std::nullopt;
+  const Evidence& best = candidates.front().evidence;
+  bool alone = true;
+  for (Candidate& other : candidates.subspan(1)) {
+    const bool near = best.sum() - other.evidence.sum() < kLead, part = same_thing(candidates.front(), other);
+    const bool rival = !other.by_order && near && !part;
+    alone = alone && !rival;
+    other.reason = other.by_order ? "it exchanges the order of two things that look alike"
+                   : rival        ? "it could be the target as well"
+                   : part         ? "it may be a part of the best one"
+                                  : weakness(other.evidence, best);
+  }
+  candidates.front().chosen = alone;
+  candidates.front().reason = alone ? "chosen" : "others could be the target as well";
+  return alone ? std::optional<size_t>(0) : std::nullopt;
+}
+
+}  // namespace multireach::vision

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "vision/stereo/stereo_match.hpp"
+#include "vision/track/target_track.hpp"
+
+namespace multireach::vision {
+
+/// What one blob shows of a thing besides its contour.
+struct Appearance {
+  double background = 0;    ///< share of its pixels that the remembered background explains, 0 to 1
+  double compactness = 0;   ///< 1 for a disc, less for an ellipse and for a ragged blob
+  double colour_share = 0;  ///< share of its pixels that are well inside the colour model, 0 to 1
+};
+
+/// See Appearance::compactness: the ratio of the axes of the ellipse with the blob's moments, times the share of this
+/// ellipse that the blob fills.
+double compactness(const Blob& blob);
+
+/// Evidence that a candidate is the target, by terms: logarithms of likelihood ratios between the target and another
+/// thing of its colour, up to constants that are the same for all candidates of a pair of images. They add.
+struct Evidence {
+  enum Term { kStill, kRound, kColour, kStereo, kSize, kHistory };
+  static constexpr std::array kNames{"still", "round", "colour", "stereo", "size", "history"};
+  std::array<double, kNames.size()> term{};
+
+  double sum() const;
+};
+
+/// A pair of contours that may show the target.
+struct Candidate {
+  StereoMatch match;
+  Evidence evidence;
+  double radius_px = 0;    ///< of the smaller image
+  double expected_px = 0;  ///< radius of the target at this distance; 0 where it is not known
+  bool by_order = false;   ///< excluded: it exchanges the order of two things that look alike
+  bool chosen = false;
+  const char* reason = "";  ///< why it was chosen, or why not, as text
+};
+
+/// What is known of the target before a pair of images.
+struct TargetHistory {
+  std::optional<PositionEstimate> steady;  ///< predicted at the left image's time, for a steady motion
+  std::optional<PositionEstimate> agile;   ///< the same for the fastest changes of motion
+  double radius_m = 0;                     ///< of its last match; 0: not known
+};
+
+/// A candidate must exceed all others by this difference of evidence: likelihood ratio 20, from which on evidence
+/// counts as strong (Kass and Raftery, Bayes Factors, J. Am. Stat. Assoc. 90, 1995, Sect. 3.2).
+inline constexpr double kLead = 2.995732273553991;  // ln 20
+
+/// The candidates among compared pairs, best evidence first: pairs that passed all checks of `options`. `left` and
+/// `right` describe the blobs that the pairs' matches refer to.
+std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::span<const Appearance> left,
+                                     std::span<const Appearance> right, const TargetHistory& history,
+                                     const MatchOptions& options);
+
+/// Chooses the first candidate, unless another thing comes within kLead of it: one whose images are so far from those
+/// of the first that both are not parts of one thing. Sets `chosen` and all reasons. Returns the chosen one's index;
+/// nothing where there is none, or where several could be the target.
+std::optional<size_t> choose(std::span<Candidate> candidates);
+
+}  // namespace multireach::vision
