@@ -42,9 +42,12 @@ struct Seen {
   Eigen::Vector2d left_px, right_px;
   double occlusion, epipolar_error_px;
   std::optional<int64_t> last_seen_utime;
+  bool ambiguous = false;
 };
 
-const char* word_for(Status status) {
+const char* word_for(const Seen& seen) {
+  const Status status = seen.status;
+  if (seen.ambiguous) return "ambiguous";
   return status == Status::kTracked ? "tracked" : status == Status::kCoasting ? "coasting" : "lost";
 }
 
@@ -94,8 +97,9 @@ class Vision {
 
  private:
   static Seen report(const std::string& name, const vision::TargetReport& report, const char* fault) {
-    return {name, fault ? fault : report.reason, report.status, report.estimate, report.velocity, {}, {0, 0}, {0, 0}, 0,
-            0,    report.last_seen_utime};
+    return {
+        name, fault ? fault : report.reason, report.status,   report.estimate, report.velocity, {}, {0, 0}, {0, 0}, 0,
+        0,    report.last_seen_utime,        report.ambiguous};
   }
 
   VisionConfig config_;
@@ -115,8 +119,10 @@ void bind_vision(py::module_& module) {
   py::class_<Seen>(module, "TargetReport", "What vision knows of one target after a pair.")
       .def_readonly("name", &Seen::name)
       .def_property_readonly(
-          "status", [](const Seen& seen) { return word_for(seen.status); },
-          "tracked, coasting (expected, not seen) or lost (position means nothing).")
+          "status", [](const Seen& seen) { return word_for(seen); },
+          "tracked, coasting (expected, not seen), lost or ambiguous (several things could be it); with the last two "
+          "the "
+          "position means nothing.")
       .def_readonly("reason", &Seen::reason, "Why the target has this status.")
       .def_property_readonly(
           "position", [](const Seen& seen) { return array_of(seen.estimate.position); }, "m, in W.")
@@ -136,9 +142,8 @@ void bind_vision(py::module_& module) {
       .def_readonly("occlusion", &Seen::occlusion, "Share that is occluded or cut off, 0 to 1.")
       .def_readonly("epipolar_error_px", &Seen::epipolar_error_px)
       .def_readonly("last_seen_utime", &Seen::last_seen_utime)
-      .def("__repr__", [](const Seen& seen) {
-        return "<multireach.TargetReport " + seen.name + ": " + word_for(seen.status) + ">";
-      });
+      .def("__repr__",
+           [](const Seen& seen) { return "<multireach.TargetReport " + seen.name + ": " + word_for(seen) + ">"; });
   py::class_<Vision>(module, "Vision", R"(Tracks the targets of a vision.yaml through stereo pairs.
 
 Images are arrays of shape (height, width, 3), uint8, blue green red; their pixels are not copied.)")

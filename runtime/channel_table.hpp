@@ -28,6 +28,8 @@ inline constexpr std::array kChannels{
             "bridge, controller, camera, robot, view, page"},
     Channel{kSimStep, "sim_step_t", "after each ROBOT_STATE", "robot-sim", ""},
     Channel{kTrackerState, "tracker_state_t", "after each TARGET", "vision", ""},
+    Channel{kTargetCandidates, "target_candidates_t", "after a TARGET with several candidates, or none chosen",
+            "vision", ""},
     Channel{kPerturbation, "perturbation_t", "at any time", "publish, page, yours", "robot-sim, robot-emulator"},
     Channel{kPracticeScene, "practice_scene_t", "when it changes, in a practice", "page", "camera"},
     Channel{kNodeInputs, "node_inputs_t", "before the messages that depend on it", "vision, controller, bridge", ""},

@@ -19,6 +19,7 @@ inline constexpr std::string_view kBridgeRequest = "BRIDGE_REQUEST";
 inline constexpr std::string_view kRobotState = "ROBOT_STATE";
 inline constexpr std::string_view kSimStep = "SIM_STEP";
 inline constexpr std::string_view kTrackerState = "TRACKER_STATE";
+inline constexpr std::string_view kTargetCandidates = "TARGET_CANDIDATES";
 inline constexpr std::string_view kPerturbation = "PERTURBATION";
 inline constexpr std::string_view kPracticeScene = "PRACTICE_SCENE";
 inline constexpr std::string_view kNodeInputs = "NODE_INPUTS";
@@ -29,10 +30,11 @@ inline constexpr std::string_view kVisionDebug = "VISION_DEBUG";
 inline constexpr std::string_view kVisionDebugRequest = "VISION_DEBUG_REQUEST";
 
 /// All of the above.
-inline constexpr std::array kAll{
-    kStereoImages,  kTargetTruth, kTarget,        kObstacles,  kTargetChoice, kJointSetpoint, kControllerState,
-    kJointCommand,  kBridgeState, kBridgeRequest, kRobotState, kSimStep,      kTrackerState,  kPerturbation,
-    kPracticeScene, kNodeInputs,  kReplayStep,    kReplayDone, kNodeStatus,   kVisionDebug,   kVisionDebugRequest};
+inline constexpr std::array kAll{kStereoImages,  kTargetTruth,       kTarget,       kObstacles,        kTargetChoice,
+                                 kJointSetpoint, kControllerState,   kJointCommand, kBridgeState,      kBridgeRequest,
+                                 kRobotState,    kSimStep,           kTrackerState, kTargetCandidates, kPerturbation,
+                                 kPracticeScene, kNodeInputs,        kReplayStep,   kReplayDone,       kNodeStatus,
+                                 kVisionDebug,   kVisionDebugRequest};
 
 /// A process of the loop and the channels that it publishes, whose messages a replay computes again and compares. The
 /// first channel counts the messages; the others carry the sequence numbers of the first.
@@ -45,9 +47,9 @@ struct Publisher {
 
 /// In the order in which messages depend on one another. The robot is simulated (by physics or ideally) or real.
 inline constexpr std::array kPublishers{
-    Publisher{"vision", {kTarget, kTrackerState}}, Publisher{"controller", {kJointSetpoint, kControllerState}},
-    Publisher{"bridge", {kJointCommand, kBridgeState}}, Publisher{"robot_sim", {kRobotState, kSimStep}},
-    Publisher{"ideal_robot", {kRobotState}}};
+    Publisher{"vision", {kTarget, kTrackerState, kTargetCandidates}},
+    Publisher{"controller", {kJointSetpoint, kControllerState}}, Publisher{"bridge", {kJointCommand, kBridgeState}},
+    Publisher{"robot_sim", {kRobotState, kSimStep}}, Publisher{"ideal_robot", {kRobotState}}};
 
 /// The process that publishes on a channel; for ROBOT_STATE the simulated robot. "" for a channel that comes from
 /// outside the loop.

@@ -83,12 +83,13 @@ Receipt ControllerNode::receive_target(std::span<const uint8_t> bytes) {
   if (followed && *followed == message->run) counters_.dropped += targets_.newly_lost(message->sequence, message->run);
   const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(message->position_m);
   const Eigen::Vector3d velocity = Eigen::Map<const Eigen::Vector3d>(message->velocity_m_s);
-  const bool seen = message->status != target_t::STATUS_LOST;
+  const bool ambiguous = message->status == target_t::STATUS_AMBIGUOUS;  // treated as lost
+  const bool seen = message->status != target_t::STATUS_LOST && !ambiguous;
   if (choice_.kind == target_choice_t::NONE) return {};
   const bool named = choice_.kind == target_choice_t::NAMED;
   if (named ? message->name != choice_.name : target_name_ && message->name != *target_name_) return {};
   uncalibrated_ = message->status == target_t::STATUS_UNCALIBRATED;
-  if (message->status < target_t::STATUS_LOST || message->status > target_t::STATUS_COASTING) {
+  if (!ambiguous && (message->status < target_t::STATUS_LOST || message->status > target_t::STATUS_COASTING)) {
     ++counters_.refused;
     return {};
   }

@@ -165,6 +165,23 @@ std::vector<uint8_t> choice(int8_t kind, const std::string& name, int64_t run) {
   return *encode(message);
 }
 
+TEST(ControllerNode, TakesAnAmbiguousTargetForALostOne) {
+  ControllerNode ambiguous(robot()), lost(robot());
+  Outbox first, second;
+  for (ControllerNode* node : {&ambiguous, &lost}) {
+    Outbox& out = node == &lost ? second : first;
+    const int8_t status = node == &lost ? target_t::STATUS_LOST : target_t::STATUS_AMBIGUOUS;
+    node->receive(channel::kRobotState, robot_state(0), out);
+    node->receive(channel::kTarget, target(0, 1000, Eigen::Vector3d::Zero(), status), out);
+    EXPECT_FALSE(node->next_tick()) << "it starts nothing";
+    node->receive(channel::kTarget, target(1, 2000, kFront), out);
+    node->receive(channel::kTarget, target(2, 3000, Eigen::Vector3d::Constant(NAN), status), out);
+    EXPECT_EQ(node->counters().refused, 0) << "its position is not read";
+  }
+  ASSERT_EQ(first.size(), second.size());
+  for (size_t k = 0; k < first.size(); ++k) EXPECT_EQ(first[k].bytes, second[k].bytes) << k;
+}
+
 TEST(ControllerNode, RefusesTargetsOfAnUnknownCameraPoseAndSaysWhy) {
   ControllerNode node(robot());
   Outbox out;

@@ -20,8 +20,9 @@ constexpr int64_t kPicturesFor = 2000000;  // us, how long one request sends deb
 
 /// `calibrated`: whether the camera pose is known. Without it, nothing may be done with a position that is only
 /// expected.
-int8_t wire_status(Status status, bool calibrated) {
-  switch (status) {
+int8_t wire_status(const vision::TargetReport& report, bool calibrated) {
+  if (report.ambiguous) return target_t::STATUS_AMBIGUOUS;
+  switch (report.status) {
     case Status::kTracked:
       return calibrated ? target_t::STATUS_TRACKED : target_t::STATUS_UNCALIBRATED;
     case Status::kCoasting:
@@ -40,6 +41,8 @@ const char* word_for(int8_t status) {
       return "coasting";
     case target_t::STATUS_UNCALIBRATED:
       return "uncalibrated";
+    case target_t::STATUS_AMBIGUOUS:
+      return "ambiguous";
     default:
       return "lost";
   }
@@ -119,14 +122,14 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   message.right_frame_utime = frames.frame_utime(Side::kRight);
   message.pair_sequence = frames.pair_sequence();
   message.last_seen_utime = report.last_seen_utime.value_or(-1);
-  message.status = wire_status(report.status, config_.calibrated);
+  message.status = wire_status(report, config_.calibrated);
   const size_t coloured = config_.targets.size();
   message.name = k < coloured ? config_.targets[k].name : config_.tags[k - coloured].name;
   const bool uncalibrated = message.status == target_t::STATUS_UNCALIBRATED;
   message.reason = uncalibrated ? "seen; the camera pose is unknown" : report.reason;
   put(message.position_m, report.estimate.position);
   put(message.covariance_m2, report.estimate.covariance);
-  if (report.status != Status::kLost) {
+  if (report.status != Status::kLost && !report.ambiguous) {
     put(message.velocity_m_s, report.velocity);
     put(message.velocity_covariance_m2_s2, report.velocity_covariance);
   }
@@ -158,6 +161,36 @@ target_t VisionNode::tag_message(size_t k, const StereoFrames& frames, const cha
     Eigen::Map<Eigen::Vector2d>(message.right_px) = tag.match.centre_px[1];
     message.epipolar_error_px = tag.match.epipolar_error_px;
   }
+  return message;
+}
+
+/// The candidates of a target; nothing where there is no more than the one that was chosen.
+std::optional<target_candidates_t> VisionNode::candidates_message(size_t k) const {
+  const std::vector<vision::Candidate>& candidates = vision_->targets()[k].candidates;
+  if (candidates.empty() || (candidates.size() == 1 && candidates.front().chosen)) return std::nullopt;
+  target_candidates_t message{};
+  message.utime = last_[k].utime;
+  message.sequence = last_[k].sequence;
+  message.run = last_[k].run;
+  message.name = last_[k].name;
+  for (const vision::Candidate& candidate : candidates) {
+    using Evidence = vision::Evidence;
+    target_candidate_t& sent = message.candidates.emplace_back();
+    put(sent.position_m, candidate.match.point.p_W);
+    put(sent.covariance_m2, candidate.match.point.covariance);
+    Eigen::Map<Eigen::Vector2d>(sent.left_px) = candidate.match.left_px;
+    Eigen::Map<Eigen::Vector2d>(sent.right_px) = candidate.match.right_px;
+    sent.score = candidate.evidence.sum();
+    sent.still_score = candidate.evidence.term[Evidence::kStill];
+    sent.round_score = candidate.evidence.term[Evidence::kRound];
+    sent.colour_score = candidate.evidence.term[Evidence::kColour];
+    sent.stereo_score = candidate.evidence.term[Evidence::kStereo];
+    sent.size_score = candidate.evidence.term[Evidence::kSize];
+    sent.history_score = candidate.evidence.term[Evidence::kHistory];
+    sent.chosen = candidate.chosen;
+    sent.reason = candidate.reason;
+  }
+  message.num_candidates = static_cast<int32_t>(message.candidates.size());
   return message;
 }
 
@@ -226,6 +259,8 @@ Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
     last_[k] = k < coloured ? coloured_target_message(k, frames, fault) : tag_message(k - coloured, frames, tag_fault);
     send(out, channel::kTarget, last_[k]);
     send(out, channel::kTrackerState, tracker_state_message(k));
+    if (k >= coloured || fault) continue;
+    if (const auto candidates = candidates_message(k)) send(out, channel::kTargetCandidates, *candidates);
   }
   if (frames.pair_sequence() >= 0) counters_.dropped += pairs_.newly_lost(frames.pair_sequence());
   send_debug_picture(frames, out);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <multireach/target_candidates_t.hpp>
 #include <multireach/target_t.hpp>
 #include <multireach/tracker_state_t.hpp>
 
@@ -13,8 +14,9 @@
 namespace multireach {
 
 /// Receives STEREO_IMAGES. For every message it sends one TARGET per target, also when nothing is found or an image
-/// cannot be decoded. After a VISION_DEBUG_REQUEST it sends debug pictures on VISION_DEBUG for two seconds of image
-/// time; replay does not have to reproduce those.
+/// cannot be decoded, and TARGET_CANDIDATES where a coloured one has several candidates, or none is chosen. After a
+/// VISION_DEBUG_REQUEST it sends debug pictures on VISION_DEBUG for two seconds of image time; replay does not have to
+/// reproduce those.
 class VisionNode : public Node {
  public:
   /// With two or more threads, the two images are processed concurrently.
@@ -38,6 +40,7 @@ class VisionNode : public Node {
   target_t coloured_target_message(size_t k, const StereoFrames& frames, const char* fault);
   target_t tag_message(size_t k, const StereoFrames& frames, const char* fault);
   tracker_state_t tracker_state_message(size_t k) const;
+  std::optional<target_candidates_t> candidates_message(size_t k) const;
   vision::DebugMarks marks_of(size_t k) const;
   void send_debug_picture(StereoFrames& frames, Outbox& out);
 

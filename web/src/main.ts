@@ -46,7 +46,7 @@ function showReach() {
   if (newestTarget) {
     const {name, status, reason, position_m, covariance_m2} = newestTarget;
     const frame = status === 3 ? ' in the left camera\'s frame' : '';
-    const where = status === 0 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m${frame}`;
+    const where = status === 0 || status === 4 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m${frame}`;
     const sigma = kSigmas.map((_, i) => (1e3 * Math.sqrt(Math.max(covariance_m2[i][i], 0))).toFixed(1)).join(', ');
     parts.push(`target ${name}: ${word('target', status)}${where}${status === 1 ? `, σ ${sigma} mm` : ` – ${reason}`}`);
     if (hand && (status === 1 || status === 2)) {
