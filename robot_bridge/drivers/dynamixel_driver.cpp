@@ -10,9 +10,9 @@ namespace {
 constexpr int kLimits = 44, kLimitsSize = 12;  // velocity limit, largest and smallest position
 constexpr int kMeasuredSize = 8;               // velocity, position
 constexpr int kTorque = 64, kWatchdog = 98, kGoal = 116, kVelocity = 128;
-constexpr int kWatchdogUnits = 3;        // of 20 ms
-constexpr uint8_t kAlert = 0x80;         // of a status: register 70 is not 0
-constexpr double kVelocityUnit = 0.229;  // rpm
+constexpr int64_t kWatchdogUnit = 20000;  // us
+constexpr uint8_t kAlert = 0x80;          // of a status: register 70 is not 0
+constexpr double kVelocityUnit = 0.229;   // rpm
 
 void append(const dynamixel::Packet& packet, std::vector<uint8_t>& bytes) {
   const std::vector<uint8_t> packed = dynamixel::encode(packet);
@@ -20,6 +20,16 @@ void append(const dynamixel::Packet& packet, std::vector<uint8_t>& bytes) {
 }
 
 }  // namespace
+
+/// 3 units, and where the period is longer than one of them, two periods at least.
+int DynamixelDriver::watchdog_units() const {
+  return std::max(3, static_cast<int>(2 * period_us() / kWatchdogUnit) + 1);
+}
+
+/// The watchdog counts in units: it may expire up to one unit early.
+int64_t DynamixelDriver::most_late_us() const {
+  return (watchdog_units() - 1) * kWatchdogUnit;
+}
 
 double DynamixelDriver::velocity_unit() const {
   return kVelocityUnit * 2 * std::numbers::pi / 60;
@@ -40,7 +50,7 @@ void DynamixelDriver::append_sync_write(int address, int size, const std::vector
 void DynamixelDriver::append_start(std::vector<uint8_t>& bytes) {
   std::vector<int> here;
   for (const Motor& motor : motors()) here.push_back(motor.position);
-  const std::vector<int> zeros(here.size(), 0), ones(here.size(), 1), watchdog(here.size(), kWatchdogUnits);
+  const std::vector<int> zeros(here.size(), 0), ones(here.size(), 1), watchdog(here.size(), watchdog_units());
   append_sync_write(kWatchdog, 1, zeros, bytes);  // a watchdog that has expired refuses goals until it is cleared
   append_sync_write(kGoal, 4, here, bytes);
   append_sync_write(kTorque, 1, ones, bytes);

@@ -21,6 +21,8 @@ class DynamixelDriver : public ServoBus {
   void append_reset(std::vector<uint8_t>& bytes) override;
   void clear_stream() override { stream_.clear(); }
   double velocity_unit() const override;
+  int64_t most_late_us() const override;
+  int watchdog_units() const;
 
  private:
   void append_sync_read(int address, int size, std::vector<uint8_t>& bytes) const;

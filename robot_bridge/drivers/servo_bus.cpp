@@ -73,7 +73,9 @@ void ServoBus::answered(int id, int position, int velocity, const std::string& f
     const auto k = static_cast<size_t>(i);
     reading.position[i] =
         options_.signs[k] * (motors_[k].position - options_.zero_steps[k]) / kStepsPerTurn * 2 * std::numbers::pi;
-    reading.velocity[i] = options_.signs[k] * motors_[k].velocity * velocity_unit();
+    // A motor at rest reports 0 or one unit, and one of a Dynamixel is more than the bridge's standstill.
+    const int units = std::abs(motors_[k].velocity) > 1 ? motors_[k].velocity : 0;
+    reading.velocity[i] = options_.signs[k] * units * velocity_unit();
   }
   reading_ = std::move(reading);
   measured_ = true;
@@ -85,6 +87,15 @@ void ServoBus::answered_limits(int id, int lowest, int highest) {
   motor->limited = true;
   motor->lowest = lowest;
   motor->highest = highest;
+}
+
+/// The motors that owe an answer, as text.
+std::string ServoBus::unanswered() const {
+  std::string ids;
+  for (const Motor& motor : motors_) {
+    if (!motor.answered) ids += (ids.empty() ? "motor " : ", motor ") + std::to_string(motor.id);
+  }
+  return ids;
 }
 
 /// What is wrong before the torque may be switched on; "" for nothing. A motor ignores or clamps goals beyond its own
@@ -110,7 +121,14 @@ std::string ServoBus::wrong_limits() const {
 
 void ServoBus::tick(const Time& now, WireOutbox& out) {
   if (!connected_ || now.us - asked_us_ < options_.period_us) return;
-  if (measured_ && fault_.empty() && now.us - complete_us_ > kSilence) fault_ = "a motor does not answer";
+  // Motors that were not asked owe no answer. Their watchdog is fed by what is sent to them.
+  const int64_t late = now.us - asked_us_;
+  if (started_ && fault_.empty() && late > most_late_us())
+    fault_ = fmt::format("the driver was late by {} ms: the motors' watchdog may have stopped them", late / 1000);
+  if (late > options_.period_us + kSilence / 2) complete_us_ = now.us;
+  const int64_t silence = std::max(kSilence, 3 * options_.period_us);
+  if (measured_ && fault_.empty() && now.us - complete_us_ > silence) fault_ = unanswered() + " does not answer";
+  missing_ = unanswered();
   asked_us_ = now.us;
   clear_stream();
   for (Motor& motor : motors_) motor.answered = false;
@@ -138,9 +156,9 @@ void ServoBus::tick(const Time& now, WireOutbox& out) {
 
 DriverStatus ServoBus::status() const {
   using Phase = DriverStatus::Phase;
-  if (!connected_) return {Phase::kWaiting, "cannot open " + options_.device};
+  if (!connected_) return {Phase::kWaiting, "cannot open " + options_.device + " as a serial port"};
   if (!fault_.empty()) return {Phase::kFault, fault_ + "; then multireach-robot reset"};
-  if (!measured_) return {Phase::kWaiting, "waiting for an answer of all motors"};
+  if (!measured_) return {Phase::kWaiting, "waiting for an answer of " + (missing_.empty() ? "all motors" : missing_)};
   if (!std::ranges::all_of(motors_, &Motor::limited))
     return {Phase::kWaiting, "waiting for the position limits of all motors"};
   if (!enabled_) return {Phase::kWaiting, "waiting for multireach-robot enable"};

@@ -20,8 +20,9 @@ struct ServoOptions {
 
 /// The cycle on a bus of servos: the motors' own position limits are read and compared with those of the joints, the
 /// torque is switched on, then in each period one packet with all goals and one that
-/// asks for all positions. A motor that does not answer for 100 ms, or reports an error, stops everything: goals are
-/// no longer sent, and the torque stays as it is. The subclass implements the packets.
+/// asks for all positions. A motor that does not answer for 100 ms (3 periods, where these are longer), or reports an
+/// error, stops everything: goals are no longer sent, and the torque stays as it is. The subclass implements the
+/// packets.
 class ServoBus : public Driver {
  public:
   ServoBus(int joints, const ServoOptions& options);
@@ -60,15 +61,19 @@ class ServoBus : public Driver {
   virtual void clear_stream() = 0;
   /// rad/s of one unit of velocity.
   virtual double velocity_unit() const = 0;
+  /// From one packet to the next: later, the motors may have stopped by themselves.
+  virtual int64_t most_late_us() const { return INT64_MAX; }
 
   /// For the subclass's receive(): what motor `id` answered; `fault`: "" or what is wrong with it.
   void answered(int id, int position, int velocity, const std::string& fault, const Time& now);
   /// The same, for its position limits, steps.
   void answered_limits(int id, int lowest, int highest);
   const std::vector<Motor>& motors() const { return motors_; }
+  int64_t period_us() const { return options_.period_us; }
 
  private:
   bool complete() const;
+  std::string unanswered() const;
   std::string wrong_limits() const;
   int steps_of(size_t joint, double position) const;
 
@@ -80,7 +85,7 @@ class ServoBus : public Driver {
   int64_t started_us_ = INT64_MIN / 2, asked_us_ = INT64_MIN / 2;
   bool started_ = false, ready_ = false;
   int64_t complete_us_ = 0, deaf_until_us_ = INT64_MIN / 2;
-  std::string fault_;
+  std::string fault_, missing_;
   std::optional<Reading> reading_;
 };
 

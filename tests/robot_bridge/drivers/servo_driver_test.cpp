@@ -1,6 +1,8 @@
 // The buses of servos: published bytes, stuffing, corrupt streams, and what the motors do.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "robot_bridge/drivers/dynamixel_driver.hpp"
 #include "robot_bridge/drivers/emulators/servo_emulator.hpp"
 #include "robot_bridge/drivers/feetech_driver.hpp"
@@ -165,6 +167,121 @@ TEST(ServoBus, AMotorOutsideItsOwnLimitsDoesNotLeap) {
         << driver->status().text;
     EXPECT_EQ(emulator->position(), start);
   }
+}
+
+// A driver that is not scheduled for 70 ms: by the manual, a watchdog of 3 units has then stopped the motors, and they
+// refuse all goals until it is cleared, without an answer to a sync write.
+TEST(Dynamixel, AWatchdogThatExpiredIsAFaultAndResetClearsIt) {
+  const RobotConfig robot = with_dynamixel();
+  const auto options = drivers::driver_config_from(robot, "").servo;
+  drivers::DynamixelEmulator emulator(robot.chain, JointVector::Zero(5), options);
+  drivers::DynamixelDriver driver(5, options);
+  drivers::WireOutbox to_robot, to_driver;
+  int64_t us = 0;
+  const auto run = [&](int ms, double goal, bool scheduled = true) {
+    for (int k = 0; k < ms; ++k) {
+      us += 1000;
+      for (const auto& message : std::exchange(to_robot, {})) emulator.receive(0, message.bytes, {us, us}, to_driver);
+      if (scheduled) {
+        for (const auto& message : std::exchange(to_driver, {})) driver.receive(0, message.bytes, {us, us}, to_robot);
+        if (driver.status().phase == drivers::DriverStatus::Phase::kReady)
+          driver.command(JointVector::Constant(5, goal), JointVector::Zero(5), us, {us, us}, to_robot);
+        driver.tick({us, us}, to_robot);
+      }
+      emulator.tick({us, us}, to_driver);
+    }
+  };
+  driver.enable({0, 0}, to_robot);
+  driver.link_changed(0, true, {0, 0}, to_robot);
+  run(500, 0.01);
+  ASSERT_EQ(driver.status().text, "ready");
+  EXPECT_NEAR(emulator.position()[0], 0.01, 1e-3);
+  run(70, 0.01, false);
+  run(20, 0.02);
+  EXPECT_NE(driver.status().text.find("late by 7"), std::string::npos) << driver.status().text;
+  EXPECT_NE(driver.status().text.find("watchdog may have stopped them; then multireach-robot reset"), std::string::npos)
+      << driver.status().text;
+  driver.reset({us, us}, to_robot);
+  run(500, 0.02);
+  ASSERT_EQ(driver.status().text, "ready");
+  EXPECT_NEAR(emulator.position()[0], 0.02, 1e-3);
+}
+
+// A slow bus, with the longest period that robot.yaml may name, must not let the motors' watchdog expire.
+TEST(ServoBus, TheLongestPeriodIsNoFault) {
+  for (RobotConfig robot : {with_dynamixel(), robot_named("so101")}) {
+    auto options = drivers::driver_config_from(robot, "").servo;
+    options.period_us = 100000;
+    const bool is_dynamixel = drivers::driver_config_from(robot, "").name == "dynamixel";
+    std::unique_ptr<drivers::ServoEmulator> emulator;
+    std::unique_ptr<drivers::Driver> driver;
+    if (is_dynamixel) {
+      emulator = std::make_unique<drivers::DynamixelEmulator>(robot.chain, JointVector::Zero(5), options);
+      driver = std::make_unique<drivers::DynamixelDriver>(5, options);
+    } else {
+      emulator = std::make_unique<drivers::FeetechEmulator>(robot.chain, JointVector::Zero(5), options);
+      driver = std::make_unique<drivers::FeetechDriver>(5, options);
+    }
+    drivers::WireOutbox to_robot, to_driver;
+    driver->enable({0, 0}, to_robot);
+    driver->link_changed(0, true, {0, 0}, to_robot);
+    for (int64_t us = 1000; us < 5000000; us += 1000) {
+      for (const auto& message : std::exchange(to_robot, {})) emulator->receive(0, message.bytes, {us, us}, to_driver);
+      for (const auto& message : std::exchange(to_driver, {})) driver->receive(0, message.bytes, {us, us}, to_robot);
+      if (driver->status().phase == drivers::DriverStatus::Phase::kReady)
+        driver->command(JointVector::Constant(5, 0.1), JointVector::Zero(5), us, {us, us}, to_robot);
+      driver->tick({us, us}, to_robot);
+      emulator->tick({us, us}, to_driver);
+    }
+    EXPECT_EQ(driver->status().text, "ready");
+    EXPECT_NEAR(emulator->position()[0], 0.1, 2e-3);
+  }
+}
+
+// One unit of a Dynamixel's velocity is 0.229 rpm, 0.024 rad/s: more than 1 % of the limit of a gentle arm, which is
+// the bridge's standstill. A motor at rest reports 0 or one unit.
+TEST(Dynamixel, OneUnitOfVelocityIsStandstill) {
+  drivers::DynamixelDriver driver(2, {.motor_ids = {1, 2}});
+  drivers::WireOutbox out;
+  driver.link_changed(0, true, {0, 0}, out);
+  const auto measure = [&](int velocity) {
+    for (const uint8_t id : {1, 2}) {
+      dynamixel::Packet status{id, dynamixel::kStatus, {0}};
+      dynamixel::put(status.parameters, velocity, 4);
+      dynamixel::put(status.parameters, 2048, 4);
+      driver.receive(0, dynamixel::encode(status), {0, 0}, out);
+    }
+    driver.tick({1000000 * (velocity + 10), 0}, out);
+    return driver.take_reading()->velocity[1];
+  };
+  EXPECT_EQ(measure(-1), 0);
+  EXPECT_EQ(measure(1), 0);
+  EXPECT_NEAR(measure(2), 2 * 0.229 * 2 * std::numbers::pi / 60, 1e-9);
+}
+
+TEST(ServoBus, NamesTheMotorsThatDoNotAnswer) {
+  drivers::FeetechDriver driver(3, {.motor_ids = {1, 4, 9}});
+  drivers::WireOutbox out;
+  driver.link_changed(0, true, {0, 0}, out);
+  int64_t us = 0;
+  const auto cycles = [&](int count, std::vector<uint8_t> ids) {
+    for (int k = 0; k < count; ++k) {
+      driver.tick({us += 8000, us}, out);
+      for (const uint8_t id : ids) driver.receive(0, feetech::encode({id, 0, {0, 8, 0, 0}}), {us, us}, out);
+    }
+  };
+  cycles(3, {1});
+  EXPECT_EQ(driver.status().text, "waiting for an answer of motor 4, motor 9");
+  cycles(3, {1, 4, 9});
+  EXPECT_EQ(driver.status().text, "waiting for the position limits of all motors");
+  cycles(20, {1, 4});
+  EXPECT_EQ(driver.status().text, "motor 9 does not answer; then multireach-robot reset");
+  // The driver was not scheduled: no motor is to blame.
+  driver.reset({us, us}, out);
+  cycles(6, {1, 4, 9});
+  us += 500000;
+  cycles(3, {1, 4, 9});
+  EXPECT_EQ(driver.status().phase, drivers::DriverStatus::Phase::kWaiting) << driver.status().text;
 }
 
 TEST(ServoBus, ANoisyLineIsNoFault) {
