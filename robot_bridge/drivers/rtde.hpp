@@ -13,6 +13,7 @@ namespace multireach::drivers::rtde {
 /// package, the type, and the payload.
 enum class Type : uint8_t {
   kVersion = 'V',
+  kController = 'v',  // asks for the version of the robot's software: four 32-bit numbers
   kText = 'M',
   kData = 'U',
   kSetupOutputs = 'O',

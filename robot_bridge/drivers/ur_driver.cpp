@@ -8,6 +8,7 @@ namespace multireach::drivers {
 namespace {
 
 constexpr size_t kRtde = 0, kDashboard = 1, kScript = 2;
+constexpr size_t kLongestAnswer = 4096;
 constexpr double kSilence = 0.02;            // s: without a new counter for this long, the program ends
 constexpr int64_t kLate = 100000;            // us without data
 constexpr int64_t kActionPeriod = 1000000;   // us from one attempt to the next
@@ -99,6 +100,10 @@ void UrDriver::receive(size_t link, std::span<const uint8_t> bytes, const Time& 
     dashboard_silent_ = false;
     for (size_t end; (end = answers_.find('\n')) != std::string::npos; answers_.erase(0, end + 1))
       receive_answer(answers_.substr(0, end));
+    if (answers_.size() > kLongestAnswer) {  // no dashboard server
+      answers_.clear();
+      out.push_back({kDashboard, {}, true});
+    }
     return;
   }
   stream_.add(bytes);
@@ -117,7 +122,8 @@ void UrDriver::refuse(const std::string& why) {
 
 void UrDriver::receive_package(const rtde::Package& package, const Time& now, WireOutbox& out) {
   rtde::Reader reader(package.payload);
-  if (package.type != rtde::Type::kText) heard_us_ = now.us;
+  const bool data = package.type == rtde::Type::kData;
+  if (package.type != rtde::Type::kText && !data) heard_us_ = now.us;
   switch (package.type) {
     case rtde::Type::kVersion:
       if (setup_ != Setup::kVersion) return;
@@ -146,21 +152,24 @@ void UrDriver::receive_package(const rtde::Package& package, const Time& now, Wi
       setup_ = Setup::kRunning;
       return;
     case rtde::Type::kData:
-      if (setup_ == Setup::kRunning) receive_data(package.payload);
+      if (setup_ != Setup::kRunning) return;
+      unreadable_ = !receive_data(package.payload);
+      if (!unreadable_) heard_us_ = now.us;
       return;
     default:
       return;
   }
 }
 
-void UrDriver::receive_data(std::span<const uint8_t> payload) {
+/// Whether it has the form that was agreed on.
+bool UrDriver::receive_data(std::span<const uint8_t> payload) {
   rtde::Reader reader(payload);
-  if (reader.u8() != output_recipe_) return;
+  if (reader.u8() != output_recipe_) return false;
   Reading reading{JointVector(6), JointVector(6), JointVector::Zero(6)};
   for (double& value : reading.position) value = reader.real();
   for (double& value : reading.velocity) value = reader.real();
   const int robot_mode = reader.i32(), safety_mode = reader.i32(), program = reader.i32();
-  if (!reader.at_end() || !reading.position.allFinite() || !reading.velocity.allFinite()) return;
+  if (!reader.at_end() || !reading.position.allFinite() || !reading.velocity.allFinite()) return false;
   streams_ = true;
   silent_ = false;
   robot_mode_ = robot_mode;
@@ -172,6 +181,7 @@ void UrDriver::receive_data(std::span<const uint8_t> payload) {
   }
   if (safety_mode > kProtectiveStop) enabled_ = false;  // an emergency stop takes the power away
   reading_ = std::move(reading);
+  return true;
 }
 
 void UrDriver::ask_dashboard(const std::string& line, const Time& now, WireOutbox& out) {
@@ -242,7 +252,7 @@ void UrDriver::tick(const Time& now, WireOutbox& out) {
   watch_dashboard(now, out);
   if (setup_ == Setup::kNone || setup_ == Setup::kRefused) return;
   if (now.us - heard_us_ > (streams_ ? kLate : kAnswerTime)) {
-    silent_ = silent_ || !streams_;
+    silent_ = silent_ || (!streams_ && !unreadable_);
     program_ = 0;
     heard_us_ = now.us;
     out.push_back({kRtde, {}, true});
@@ -255,6 +265,11 @@ void UrDriver::tick(const Time& now, WireOutbox& out) {
 
 DriverStatus UrDriver::status() const {
   using Phase = DriverStatus::Phase;
+  if (unreadable_) {
+    return {Phase::kFault, options_.host +
+                               ", port 30004: the data do not have the agreed form (VECTOR6D actual_q and actual_qd, "
+                               "three INT32), or are not finite: is this the robot? Connecting again"};
+  }
   if (silent_) {
     return {Phase::kFault, options_.host +
                                " accepts connections on port 30004, but does not answer: the robot is still starting, "

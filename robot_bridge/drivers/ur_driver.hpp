@@ -41,7 +41,7 @@ class UrDriver : public Driver {
 
   int64_t period_us() const { return options_.e_series ? 2000 : 8000; }
   void receive_package(const rtde::Package& package, const Time& now, WireOutbox& out);
-  void receive_data(std::span<const uint8_t> payload);
+  bool receive_data(std::span<const uint8_t> payload);
   void receive_answer(const std::string& line);
   void refuse(const std::string& why);
   void send_registers(const Time& now, WireOutbox& out);
@@ -60,6 +60,7 @@ class UrDriver : public Driver {
   bool dashboard_ = false, script_ = false, enabled_ = false, stopped_ = false, reset_asked_ = false, local_ = false;
   bool streams_ = false;                  // data have come since RTDE was connected
   bool silent_ = false;                   // RTDE was connected, and did not answer in time
+  bool unreadable_ = false;               // the newest data have not the agreed form
   std::optional<int64_t> unanswered_us_;  // since when the dashboard server owes an answer
   bool dashboard_silent_ = false;         // it did not answer in time
   int robot_mode_ = -1, safety_mode_ = 1, program_ = 0, id_ = 0;

@@ -10,6 +10,7 @@ namespace multireach::drivers {
 namespace {
 
 constexpr size_t kRtde = 0, kDashboard = 1, kScript = 2;
+constexpr size_t kFirstRegister = 24;                         // of those for clients; the lower ones are a fieldbus's
 constexpr int64_t kPowerOnMs = 2000, kBrakeReleaseMs = 1000;  // assumed
 constexpr int64_t kUnlockAfterMs = 5000;
 constexpr double kServo = 60;           // rad/s: a delay of about 34 ms, as measured with lookahead 0.03
@@ -49,7 +50,9 @@ std::vector<Link> UrEmulator::links() const {
 void UrEmulator::link_changed(size_t link, bool up, const Time&, WireOutbox& out) {
   if (link == kRtde) {
     stream_.clear();
-    handshake_ = 0;
+    version_ = sends_ = false;
+    outputs_.clear();
+    inputs_.clear();
   } else if (link == kScript) {
     script_.clear();
   } else {
@@ -75,6 +78,16 @@ void UrEmulator::receive(size_t link, std::span<const uint8_t> bytes, const Time
   }
 }
 
+/// The input register that `name` names; nothing for another name.
+std::variant<std::monostate, int32_t*, double*> UrEmulator::input(const std::string& name) {
+  for (size_t i = 0; i < integers_.size(); ++i) {
+    const std::string number = std::to_string(kFirstRegister + i);
+    if (name == "input_int_register_" + number) return &integers_[i];
+    if (name == "input_double_register_" + number) return &doubles_[i];
+  }
+  return {};
+}
+
 void UrEmulator::receive_package(const rtde::Package& package, WireOutbox& out) {
   static const std::map<std::string, std::string> kTypes{{"actual_q", "VECTOR6D"}, {"actual_qd", "VECTOR6D"},
                                                          {"robot_mode", "INT32"},  {"safety_mode", "INT32"},
@@ -88,37 +101,48 @@ void UrEmulator::receive_package(const rtde::Package& package, WireOutbox& out) 
     for (const std::string& name : names) list += (list.empty() ? "" : ",") + type_of(name);
     return list;
   };
+  const auto known = [](const std::string& list) { return list.find("NOT_FOUND") == std::string::npos; };
   switch (package.type) {
     case rtde::Type::kVersion:
-      handshake_ = 1;
-      return reply(rtde::Writer().u8(reader.u16() == 2 ? 1 : 0));
+      version_ = reader.u16() == 2;
+      return reply(rtde::Writer().u8(version_ ? 1 : 0));
+    case rtde::Type::kController:
+      return reply(rtde::Writer().i32(e_series_ ? 5 : 3).i32(15).i32(0).i32(0));
     case rtde::Type::kSetupOutputs: {
-      if (handshake_ < 1) return;
+      if (!version_) return;
       const double rate = reader.real();
       outputs_ = split(reader.rest());
       const std::string list = types(outputs_, [&](const std::string& name) {
         const auto found = kTypes.find(name);
         return found == kTypes.end() ? std::string("NOT_FOUND") : found->second;
       });
-      const bool accepted = list.find("NOT_FOUND") == std::string::npos && rate > 0 && rate <= 1.01 / step_s();
-      handshake_ = accepted ? 2 : 1;
+      const bool accepted = known(list) && rate > 0 && rate <= 1.01 / step_s();
+      if (!accepted) outputs_.clear();
       return reply(rtde::Writer().u8(accepted ? 1 : 0).text(list));
     }
     case rtde::Type::kSetupInputs: {
-      if (handshake_ < 2) return;
-      handshake_ = 3;
-      return reply(rtde::Writer().u8(1).text(types(split(reader.rest()), [](const std::string& name) {
-        return std::string(name.starts_with("input_int") ? "INT32" : "DOUBLE");
-      })));
+      if (!version_) return;
+      inputs_.clear();
+      const std::string list = types(split(reader.rest()), [this](const std::string& name) {
+        constexpr std::array<const char*, 3> kNames{"NOT_FOUND", "INT32", "DOUBLE"};
+        inputs_.push_back(input(name));
+        return std::string(kNames[inputs_.back().index()]);
+      });
+      if (!known(list)) inputs_.clear();
+      return reply(rtde::Writer().u8(inputs_.empty() ? 0 : 1).text(list));
     }
     case rtde::Type::kStart:
-      reply(rtde::Writer().u8(handshake_ >= 3 ? 1 : 0));
-      handshake_ = handshake_ >= 3 ? 4 : handshake_;
-      return;
+      sends_ = !outputs_.empty();
+      return reply(rtde::Writer().u8(sends_ ? 1 : 0));
+    case rtde::Type::kPause:
+      sends_ = false;
+      return reply(rtde::Writer().u8(1));
     case rtde::Type::kData:
-      if (handshake_ < 4 || reader.u8() != 1) return;
-      for (int32_t& value : integers_) value = reader.i32();
-      for (double& value : doubles_) value = reader.real();
+      if (reader.u8() != 1) return;
+      for (const auto& input : inputs_) {
+        if (const auto integer = std::get_if<int32_t*>(&input)) **integer = reader.i32();
+        if (const auto number = std::get_if<double*>(&input)) **number = reader.real();
+      }
       return;
     default:
       return;
@@ -260,7 +284,7 @@ void UrEmulator::tick(const Time&, WireOutbox& out) {
   } else if (servo_) {
     joints_.follow(target_, kServo, 1e-3);
   }
-  if (handshake_ == 4 && ms_ % cycle == 0) send_data(out);
+  if (sends_ && ms_ % cycle == 0) send_data(out);
 }
 
 }  // namespace multireach::drivers

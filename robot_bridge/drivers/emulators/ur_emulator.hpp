@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <optional>
+#include <variant>
 
 #include "robot_bridge/drivers/emulators/emulator.hpp"
 #include "robot_bridge/drivers/rtde.hpp"
@@ -36,6 +38,7 @@ class UrEmulator : public Emulator {
     bool moving = false;
   };
 
+  std::variant<std::monostate, int32_t*, double*> input(const std::string& name);
   void receive_package(const rtde::Package& package, WireOutbox& out);
   std::string answer(const std::string& line);
   void start_program();
@@ -51,9 +54,10 @@ class UrEmulator : public Emulator {
   std::string fault_, program_, script_, dashboard_;
   rtde::Stream stream_;
   std::vector<std::string> outputs_;
-  int handshake_ = 0;  // packages of the set-up that were accepted, of 4
-  std::array<int32_t, 2> integers_{};
-  std::array<double, 6> doubles_{};
+  std::vector<std::variant<std::monostate, int32_t*, double*>> inputs_;  // registers that a data package writes
+  bool version_ = false, sends_ = false;  // version 2 of RTDE was agreed on; outputs are sent
+  std::array<int32_t, 24> integers_{};    // input registers 24 to 47
+  std::array<double, 24> doubles_{};
   int32_t output_register_ = 0;
   std::optional<Program> running_;
   JointVector target_;

@@ -66,6 +66,79 @@ TEST(UrProgram, EndsAfterTwentyMillisecondsOfSilenceOnBothSeries) {
   EXPECT_NE(drivers::ur_program({}, 7).find("write_output_integer_register(24, 7)"), std::string::npos);
 }
 
+// Universal Robots' client library asks for the software's version, sets the outputs up, starts and pauses them to see
+// that the robot has booted, and then sets its inputs up.
+TEST(UrEmulator, ServesAClientThatStartsBeforeItSetsItsInputsUp) {
+  drivers::UrEmulator emulator(robot_named("ur5e").chain, JointVector::Zero(6), true);
+  WireOutbox out;
+  const auto answers = [&](rtde::Type type, const Bytes& payload) {
+    out.clear();
+    emulator.receive(0, rtde::encode(type, payload), {0, 0}, out);
+    return out.size() == 1 ? out[0].bytes : Bytes{};
+  };
+  const auto sent = [&] {
+    out.clear();
+    for (int ms = 0; ms < 20; ++ms) emulator.tick({0, 0}, out);
+    return out.size();
+  };
+  answers(rtde::Type::kVersion, {0, 2});
+  const Bytes version = answers(rtde::Type::kController, {});
+  ASSERT_EQ(version.size(), 19U);
+  EXPECT_EQ(version[6], 5) << "e-Series";
+  answers(rtde::Type::kSetupOutputs, rtde::Writer().real(500).text("timestamp,actual_q").bytes());
+  EXPECT_EQ(answers(rtde::Type::kStart, {}), (Bytes{0, 4, 'S', 1}));
+  EXPECT_EQ(sent(), 10U);
+  EXPECT_EQ(answers(rtde::Type::kPause, {}), (Bytes{0, 4, 'P', 1}));
+  EXPECT_EQ(sent(), 0U);
+  EXPECT_EQ(answers(rtde::Type::kSetupInputs, rtde::Writer().text("input_int_register_30,no_such_input").bytes()),
+            rtde::encode(rtde::Type::kSetupInputs, rtde::Writer().u8(0).text("INT32,NOT_FOUND").bytes()));
+  EXPECT_EQ(answers(rtde::Type::kSetupInputs, rtde::Writer().text("input_double_register_31").bytes()),
+            rtde::encode(rtde::Type::kSetupInputs, rtde::Writer().u8(1).text("DOUBLE").bytes()));
+  EXPECT_EQ(answers(rtde::Type::kStart, {}), (Bytes{0, 4, 'S', 1}));
+  EXPECT_EQ(sent(), 10U);
+}
+
+// As Universal Robots' own fake server does: it negotiates one recipe and sends the data under the number of another.
+TEST(UrDriver, DataOfAnotherFormAreNamedAndConnectedAgain) {
+  drivers::UrDriver driver({});
+  WireOutbox out;
+  driver.link_changed(0, true, {0, 0}, out);
+  const auto answer = [&](rtde::Type type, const Bytes& payload, int64_t us) {
+    driver.receive(0, rtde::encode(type, payload), {us, us}, out);
+  };
+  answer(rtde::Type::kVersion, {1}, 0);
+  answer(rtde::Type::kSetupOutputs, rtde::Writer().u8(1).text("VECTOR6D,VECTOR6D,INT32,INT32,INT32").bytes(), 0);
+  answer(rtde::Type::kSetupInputs,
+         rtde::Writer().u8(1).text("INT32,INT32,DOUBLE,DOUBLE,DOUBLE,DOUBLE,DOUBLE,DOUBLE").bytes(), 0);
+  answer(rtde::Type::kStart, {1}, 0);
+  rtde::Writer data;
+  data.u8(0);
+  for (int k = 0; k < 12; ++k) data.real(0);
+  data.i32(7).i32(1).i32(0);
+  bool closes = false;
+  for (int64_t us = 0; us < 3000000; us += 2000) {
+    answer(rtde::Type::kData, data.bytes(), us);
+    driver.tick({us, us}, out);
+    for (const auto& message : std::exchange(out, {})) closes = closes || (message.link == 0 && message.close);
+  }
+  EXPECT_EQ(driver.status().phase, drivers::DriverStatus::Phase::kFault);
+  EXPECT_NE(driver.status().text.find("port 30004: the data do not have the agreed form"), std::string::npos)
+      << driver.status().text;
+  EXPECT_TRUE(closes);
+}
+
+TEST(UrDriver, ADashboardServerThatEndsNoLineIsLeft) {
+  drivers::UrDriver driver({});
+  WireOutbox out;
+  driver.link_changed(1, true, {0, 0}, out);
+  out.clear();
+  const Bytes text(1000, 'x');
+  for (int k = 0; k < 10 && out.empty(); ++k) driver.receive(1, text, {0, 0}, out);
+  ASSERT_EQ(out.size(), 1U);
+  EXPECT_TRUE(out[0].close);
+  EXPECT_EQ(out[0].link, 1U);
+}
+
 TEST(UrDriver, PowersTheRobotOnOnlyWhenItIsEnabled) {
   drivers::UrDriver driver({});
   const RobotConfig robot = robot_named("ur5e");
