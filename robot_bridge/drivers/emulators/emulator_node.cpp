@@ -1,5 +1,6 @@
 #include "robot_bridge/drivers/emulators/emulator_node.hpp"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <Eigen/Core>
@@ -54,8 +55,12 @@ std::unique_ptr<Emulator> make_emulator(const RobotConfig& robot, const DriverCo
   for (int i = 0; i < chain.size(); ++i) {
     const auto given = robot.start.find(chain.joint(i).name);
     start[i] = given == robot.start.end() ? default_joint_position(chain.lower()[i], chain.upper()[i]) : given->second;
+    if (start[i] < chain.lower()[i] || start[i] > chain.upper()[i]) {
+      throw InputError(
+          fmt::format("{}: key 'start_joint_position.{}' is {:.6g}; expected {:.6g} to {:.6g}, the joint's limits",
+                      robot.file.file(), chain.joint(i).name, start[i], chain.lower()[i], chain.upper()[i]));
+    }
   }
-  start = chain.clamped(start);
   if (config.name == "iiwa") return std::make_unique<IiwaEmulator>(chain, start);
   if (config.name == "panda" && chain.size() == 7)
     return std::make_unique<PandaEmulator>(chain, start, PandaEmulatorOptions{.model = config.franka_model});

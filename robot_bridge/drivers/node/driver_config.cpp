@@ -91,6 +91,8 @@ void add_servo_keys(ConfigKeys<DriverConfig>& keys) {
                for (const double id : numbers_or_none(config, "motor_ids")) {
                  if (id != std::floor(id) || id < 0 || id > 252)
                    config.fail("motor_ids", "whole numbers from 0 to 252");
+                 if (std::ranges::find(o.servo.motor_ids, static_cast<int>(id)) != o.servo.motor_ids.end())
+                   config.fail("motor_ids", "another number for each joint");
                  o.servo.motor_ids.push_back(static_cast<int>(id));
                }
              })

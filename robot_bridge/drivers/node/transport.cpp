@@ -6,6 +6,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -21,8 +22,9 @@
 namespace multireach::drivers {
 namespace {
 
-constexpr int64_t kRetryPeriod = 500000;         // us
-constexpr int64_t kConnectTimeout = 3000000;     // us; the kernel's own takes two minutes
+constexpr int64_t kRetryPeriod = 500000;      // us
+constexpr int64_t kConnectTimeout = 3000000;  // us; the kernel's own takes two minutes
+constexpr size_t kMaxReceived = size_t{1} << 16;
 constexpr size_t kMaxPending = size_t{1} << 16;  // bytes that the other side has not taken yet
 
 /// A file descriptor that never blocks.
@@ -32,11 +34,13 @@ class DescriptorTransport : public Transport {
 
   bool receive(std::vector<uint8_t>& bytes) override {
     std::array<uint8_t, 4096> buffer;
-    while (descriptor_ >= 0) {
+    for (size_t received = 0; descriptor_ >= 0;) {
+      if (received >= kMaxReceived) return true;  // the rest in the next period: a flood must not keep this one
       const ssize_t count = ::read(descriptor_, buffer.data(), buffer.size());
       if (count < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
       if (count == 0) return false;
       bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + count);
+      received += static_cast<size_t>(count);
     }
     return false;
   }
@@ -85,7 +89,7 @@ class TcpClient : public DescriptorTransport {
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
     if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0 || !found)
-      throw InputError("driver: the host '" + host + "' has no address");
+      throw InputError("driver.host: '" + host.substr(0, 100) + "' has no IPv4 address");
     std::memcpy(&address_, found->ai_addr, sizeof address_);
     ::freeaddrinfo(found);
   }
@@ -166,7 +170,7 @@ speed_t baud_constant(int baud) {
   for (const auto& [rate, constant] : kRates) {
     if (rate == baud) return constant;
   }
-  throw InputError("driver: " + std::to_string(baud) + " baud is not a rate of serial ports");
+  throw InputError("driver.baud: " + std::to_string(baud) + " is not a rate of serial ports");
 }
 
 /// Eight data bits, no parity, nothing changed on the way.
@@ -181,15 +185,23 @@ void set_raw(int descriptor, speed_t baud) {
   ::tcsetattr(descriptor, TCSANOW, &settings);
 }
 
+/// Motor commands must not get into a file that `driver.device` names by mistake.
 class SerialPort : public DescriptorTransport {
  public:
-  SerialPort(std::string device, int baud) : device_(std::move(device)), baud_(baud_constant(baud)) {}
+  SerialPort(std::string device, int baud) : device_(std::move(device)), baud_(baud_constant(baud)) {
+    struct stat found {};
+    if (::stat(device_.c_str(), &found) == 0 && !S_ISCHR(found.st_mode))
+      throw InputError("driver.device: '" + device_ + "' is no serial port");
+  }
 
   bool open(int64_t now_us) override {
     if (descriptor_ >= 0) return true;
     if (now_us < next_attempt_us_) return false;
     next_attempt_us_ = now_us + kRetryPeriod;
+    struct stat found {};  // it may have been absent at the start, and opening a pipe has effects
+    if (::stat(device_.c_str(), &found) != 0 || !S_ISCHR(found.st_mode)) return false;
     descriptor_ = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ >= 0 && !::isatty(descriptor_)) close_descriptor();
     if (descriptor_ >= 0) {
       set_raw(descriptor_, baud_);
       ::tcflush(descriptor_, TCIOFLUSH);

@@ -25,8 +25,8 @@ class Transport {
 
 using Transports = std::vector<std::unique_ptr<Transport>>;
 
-/// What connects a driver to each of its links: null for kLcm. Throws InputError for a host without an address and a
-/// baud that serial ports do not have.
+/// What connects a driver to each of its links: null for kLcm. Throws InputError for a host without an address, a
+/// baud that serial ports do not have, and a device that exists and is no serial port.
 Transports client_transports(const std::vector<Link>& links);
 /// What connects an emulator to the links: TCP ports are listened on, on this machine only; a serial device becomes a
 /// pseudo-terminal, to which a symbolic link `address` is made. Throws InputError where that is impossible.

@@ -1,8 +1,12 @@
 // What every driver has in common: which commands it obeys, when it sends nothing, and the template.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "robot_bridge/drivers/node/driver_node.hpp"
 #include "robot_bridge/drivers/template_driver.hpp"
@@ -380,6 +384,38 @@ TEST(DriverConfig, NamesWhatIsWrong) {
   EXPECT_EQ(drivers::driver_config_from(iiwa, "").name, "iiwa");
   EXPECT_NE(message([&] { (void)drivers::driver_config_from(hoap2, "template"); }).find("'driver.port' is missing"),
             std::string::npos);
+}
+
+// A start position in degrees, and two motors of one id.
+TEST(DriverConfig, RefusesAStartBeyondTheLimitsAndAnIdThatStandsTwice) {
+  const auto message = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  RobotConfig robot = robot_named("ur5e");
+  robot.start["elbow_joint"] = 90;
+  EXPECT_NE(message([&] {
+              (void)drivers::make_emulator(robot, drivers::driver_config_from(robot, ""));
+            }).find("key 'start_joint_position.elbow_joint' is 90; expected -3.14159 to 3.14159"),
+            std::string::npos);
+
+  const std::filesystem::path folder = ::testing::TempDir() + "/multireach-driver-config-" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy(MULTIREACH_SOURCE_DIR "/robots/so101/so101.urdf", folder / "so101.urdf");
+  std::ifstream in(MULTIREACH_SOURCE_DIR "/robots/so101/robot.yaml");
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const auto at = text.find("[1, 2, 3, 4, 5]");
+  ASSERT_NE(at, std::string::npos);
+  std::ofstream(folder / "robot.yaml") << text.replace(at, 15, "[1, 2, 3, 2, 5]");
+  EXPECT_NE(message([&] {
+              (void)drivers::driver_config_from(RobotConfig::load((folder / "robot.yaml").string()), "");
+            }).find("'driver.motor_ids' expected another number for each joint"),
+            std::string::npos);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

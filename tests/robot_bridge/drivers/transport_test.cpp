@@ -153,5 +153,19 @@ TEST_F(SerialEmulator, LeavesWhatAnotherPutInItsPlace) {
   EXPECT_TRUE(std::filesystem::exists(link.address));
 }
 
+// A process with the right to do so would write its packets into any file.
+TEST_F(SerialEmulator, NothingButASerialPortIsWritten) {
+  const Transports early = client_transports({link});  // it is plugged in later
+  EXPECT_FALSE(early[0]->open(0));
+  std::ofstream(link.address) << "mine";
+  EXPECT_FALSE(early[0]->open(10000000));
+  EXPECT_EQ(std::filesystem::file_size(link.address), 4U);
+  EXPECT_THROW((void)client_transports({link}), InputError);
+  EXPECT_THROW((void)client_transports({{.kind = Link::Kind::kSerial, .address = folder, .number = 1000000}}),
+               InputError);
+  const Transports null = client_transports({{.kind = Link::Kind::kSerial, .address = "/dev/null", .number = 1000000}});
+  EXPECT_FALSE(null[0]->open(0));
+}
+
 }  // namespace
 }  // namespace multireach::drivers
