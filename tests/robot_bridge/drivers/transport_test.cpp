@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -41,6 +42,10 @@ class Server {
     if (accepted < 0) return;
     if (connection_ >= 0) ::close(connection_);
     connection_ = accepted;
+  }
+  /// As many of these bytes as the connection takes at once.
+  ssize_t send(const std::vector<uint8_t>& bytes) const {
+    return ::send(connection_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
   }
   /// Closes with a reset, as a robot that is switched off does.
   void hang_up() {
@@ -85,6 +90,25 @@ TEST(TcpClient, ARobotThatClosesItsConnectionIsNoSignal) {
   EXPECT_FALSE(transports[0]->send(bytes));
   transports[0]->close();
   await([&] { return transports[0]->open(now += 1000); });
+}
+
+// A robot that sends without an end must not keep the driver from its period.
+TEST(TcpClient, AFloodIsReadInParts) {
+  Server server;
+  const Transports transports = client_transports({tcp(server.port)});
+  int64_t now = 0;
+  await([&] { return transports[0]->open(now += 1000); });
+  server.accept();
+  ssize_t sent = 0;
+  await([&] { return (sent += std::max<ssize_t>(0, server.send(std::vector<uint8_t>(10000, 7)))) >= 150000; });
+  size_t received = 0, most = 0;
+  await([&] {
+    std::vector<uint8_t> bytes;
+    EXPECT_TRUE(transports[0]->receive(bytes));
+    most = std::max(most, bytes.size());
+    return (received += bytes.size()) >= static_cast<size_t>(sent);
+  });
+  EXPECT_LE(most, 70000U);
 }
 
 // A listener whose queue is full drops what comes: the connection is neither accepted nor refused.
