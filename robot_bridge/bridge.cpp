@@ -273,6 +273,7 @@ void Bridge::watch_robot() {
 }
 
 void Bridge::fail(const char* cause) {
+  joint_of_fault_ = monitor_.furthest_joint();
   decelerate(cause);
   state_ = BridgeState::kFault;
 }

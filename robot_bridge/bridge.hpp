@@ -89,6 +89,8 @@ class Bridge {
   /// Decelerates and waits, or continues at the speed override of before.
   void pause(bool paused) { paused_ = paused; }
   bool paused() const { return paused_; }
+  /// With the cause kDoesNotFollow: the joint that was too far from its commands.
+  int joint_of_fault() const { return joint_of_fault_; }
 
   /// The time of the next tick, microseconds; nullopt while no commands are sent.
   std::optional<int64_t> next_tick() const { return next_tick_; }
@@ -140,6 +142,7 @@ class Bridge {
   BridgeState state_ = BridgeState::kIdle;
   const char* cause_ = "";
   bool enabled_ = true, paused_ = false;
+  int joint_of_fault_ = 0;
   double pace_ = 1;  // the speed factor in effect, which falls gradually
   double speed_ = 1, path_rate_ = 1, setpoint_rate_ = 1;
 

@@ -60,12 +60,12 @@ MeasurementVerdict RobotMonitor::update(const Measurement& measurement, bool com
   others_ = 0;
   age_us_ = 0;
   error_ = tracking_error();
-  if (commanded && !fault_ && error_ > options_.max_tracking_error) fault_ = "the robot does not follow its commands";
+  if (commanded && !fault_ && error_ > options_.max_tracking_error) fault_ = kDoesNotFollow;
   return MeasurementVerdict::kAccepted;
 }
 
 /// The largest distance of a joint from the range of its recent commands.
-double RobotMonitor::tracking_error() const {
+double RobotMonitor::tracking_error() {
   const size_t known = std::min(num_commands_, kHistory);
   if (known == 0) return 0;
   double error = 0;
@@ -75,7 +75,9 @@ double RobotMonitor::tracking_error() const {
       low = std::min(low, history_[k][i]);
       high = std::max(high, history_[k][i]);
     }
-    error = std::max({error, low - newest_->theta[i], newest_->theta[i] - high});
+    const double here = std::max(low - newest_->theta[i], newest_->theta[i] - high);
+    if (here > error) furthest_joint_ = i;
+    error = std::max(error, here);
   }
   return error;
 }

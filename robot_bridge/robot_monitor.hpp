@@ -35,6 +35,9 @@ enum class MeasurementVerdict {
 /// The fault where the robot reports one of its own.
 inline constexpr const char* kRobotsOwnFault = "the robot reports a fault";
 
+/// The fault where a joint is too far from its commands.
+inline constexpr const char* kDoesNotFollow = "the robot does not follow its commands";
+
 /// Compares the robot's measurements with its commands.
 class RobotMonitor {
  public:
@@ -62,6 +65,8 @@ class RobotMonitor {
   bool late() const { return age_us_ > options_.state_timeout_us; }
   /// What is wrong with the robot, as text; null when nothing is.
   const char* fault() const;
+  /// The joint that was furthest from its recent commands when the newest measurement came.
+  int furthest_joint() const { return furthest_joint_; }
   /// Whether every joint is slower than a hundredth of its speed limit.
   bool stands() const;
   /// 1, and less where a joint is further from its recent commands than half of what is allowed.
@@ -71,7 +76,7 @@ class RobotMonitor {
   static constexpr int kOthers = 10;
   static constexpr size_t kHistory = 100;  // commands, for the delay and the lag of the robot
 
-  double tracking_error() const;
+  double tracking_error();
 
   MotionLimits limits_;
   MonitorOptions options_;
@@ -87,6 +92,7 @@ class RobotMonitor {
   std::array<JointVector, kHistory> history_;
   size_t num_commands_ = 0;
   double error_ = 0;  // rad or m, of the newest measurement
+  int furthest_joint_ = 0;
 };
 
 }  // namespace multireach::robot_bridge

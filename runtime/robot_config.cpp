@@ -1,11 +1,14 @@
 #include "runtime/robot_config.hpp"
 
+#include <tinyxml2.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 
 #include "kinematics/urdf_chain.hpp"
+#include "kinematics/urdf_document.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/files.hpp"
@@ -116,14 +119,36 @@ Chain chain_of(const Arm& arm, const std::string& urdf_path, const Config& secti
   }
 }
 
+/// Whether the first link is the parent of the second one, or of its parent, and so on.
+bool is_above(const std::string& urdf_path, const std::string& first, const std::string& second) {
+  tinyxml2::XMLDocument document;
+  parse_urdf_document(read_text_file(urdf_path), document);
+  std::map<std::string, std::string> parents;
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    const auto *parent = joint->FirstChildElement("parent"), *child = joint->FirstChildElement("child");
+    const char* above = parent ? parent->Attribute("link") : nullptr;
+    const char* below = child ? child->Attribute("link") : nullptr;
+    if (above && below) parents[below] = above;
+  }
+  for (auto at = parents.find(second); at != parents.end(); at = parents.find(at->second)) {
+    if (at->second == first) return true;
+  }
+  return false;
+}
+
 constexpr double kMostTurns = 4;          // of a joint in either direction
 constexpr double kFastest = 30;           // rad/s
 constexpr double kShortestStart = 0.005;  // s, from rest to the speed limit
 
 }  // namespace
 
-std::vector<std::string> unit_doubts(const RobotConfig& robot) {
+std::vector<std::string> doubts_about(const RobotConfig& robot) {
   std::vector<std::string> doubts;
+  if (is_above(robot.urdf_path, robot.chain.tip(), robot.chain.base())) {
+    doubts.push_back("the tip '" + robot.chain.tip() + "' is nearer to the root of the URDF than the base '" +
+                     robot.chain.base() + "'; are they swapped?");
+  }
   const auto doubt = [&](const Joint& joint, const char* what, double value, const char* unit) {
     doubts.push_back("joint '" + joint.name + "': " + what + " of " + config_number(value) + " " + unit +
                      "; in degrees? Angles are in radians");

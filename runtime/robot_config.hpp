@@ -28,9 +28,10 @@ struct RobotConfig {
   std::optional<Config> section(const std::string& name) const;
 };
 
-/// Sentences on limits of rotary joints that look like degrees: beyond four turns, faster than 30 rad/s, or an
-/// acceleration that reaches the velocity limit within 5 ms.
-std::vector<std::string> unit_doubts(const RobotConfig& robot);
+/// Sentences on what is allowed but most likely wrong: a tip above the base in the URDF's tree; limits of rotary joints
+/// that look like degrees (beyond four turns, faster than 30 rad/s, or an acceleration that reaches the velocity limit
+/// within 5 ms).
+std::vector<std::string> doubts_about(const RobotConfig& robot);
 
 /// The joint configuration under `key`, one value per joint of the chain. Throws InputError when it is outside the
 /// limits.

@@ -82,6 +82,7 @@ check_options() {
   [[ "$role" =~ ^(all|eyes|robot)$ ]] || fail "--role: '$role' is not one of all, eyes, robot"
   [[ -z $group || $group =~ ^(0|[1-9][0-9]{0,2})$ && $group -le 255 ]] || fail "--group: '$group' is not a number from 0 to 255"
   [ $isolated = no ] || [ "$role" = all ] || fail "--role $role needs the network that --isolated takes away"
+  [ "$(basename "$robot")" != robot.yaml ] || robot=$(dirname "$robot")
   [ -r "$robot/robot.yaml" ] || [ ! -r "$root/$robot/robot.yaml" ] || robot=$root/$robot
   [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
   check_robot_kind

@@ -205,7 +205,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "overshoot.")
       .otherwise(in_time(reach.damping_ratio, track.damping_ratio))
       .number(
-          "link_radius_m", "m", 0, 10, [](auto& k) -> auto& { return k.guarded.body.link_radius_m; },
+          "link_radius_m", "m", 0, 0.5, [](auto& k) -> auto& { return k.guarded.body.link_radius_m; },
           "The links are capsules of this radius, which avoid obstacles; 0: obstacles are ignored.")
       .number(
           "margin_m", "m", 0, 1, [](auto& k) -> auto& { return k.guarded.body.margin_m; },

@@ -274,6 +274,8 @@ std::string BridgeNode::cause() const {
   if (idle) return bridge_.enabled() ? "waiting for the robot" : "disabled";
   if (bridge_.state() == BridgeState::kArmed && !bridge_.commands_robot())
     return "shape: linear never commands a real robot";
+  if (std::string_view(bridge_.cause()) == robot_bridge::kDoesNotFollow)
+    return std::string(bridge_.cause()) + " (joint '" + chain_.joint(bridge_.joint_of_fault()).name + "')";
   const bool may_move = bridge_.state() == BridgeState::kArmed || bridge_.state() == BridgeState::kRunning;
   if (may_move && bridge_.paused()) return "paused";
   if (may_move && bridge_.speed() == 0) return "the speed override is 0";

@@ -154,12 +154,16 @@ MujocoArm::MujocoArm(const std::string& urdf_xml, const MujocoArmOptions& option
       throw std::invalid_argument("has a floating or planar joint, which is not simulated");
     }
     joint_names_.emplace_back(mj_id2name(model, mjOBJ_JOINT, joint));
-    effort_.push_back(limit_of(effort, joint_names_.back()));
+    const bool limited =
+        options.limited.empty() || std::ranges::find(options.limited, joint_names_.back()) != options.limited.end();
+    effort_.push_back(limited ? limit_of(effort, joint_names_.back()) : std::numeric_limits<double>::infinity());
     fastest_.push_back(limit_of(velocity, joint_names_.back()));
   }
   if (joint_names_.empty()) throw std::invalid_argument("has no joint to simulate");
   model->opt.timestep = options.step_s;
   model->opt.disableflags |= mjDSBL_WARMSTART;
+  mju_zero(model->dof_damping, model->nv);
+  mju_zero(model->dof_frictionloss, model->nv);
   mjData* data = simulation_->data = mj_makeData(model);
   for (int joint = 0; joint < model->njnt; ++joint) {
     const mjtNum* range = model->jnt_range + 2 * joint;

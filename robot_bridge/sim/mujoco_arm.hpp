@@ -21,13 +21,17 @@ struct MujocoArmOptions {
   double natural_frequency_rad_s = 100;  ///< of each joint's servo; determines the gains
   double damping_ratio = 1;
   /// Initial joint positions, rad or m. Other joints start at default_joint_position().
-  std::map<std::string, double> start;
+  std::map<std::string, double> start{};
+  /// Joints with the URDF's effort limits; all if empty. The others, as those of a robot's other arm, hold their
+  /// position with any effort: they must not disturb the arm.
+  std::vector<std::string> limited{};
 };
 
 /// A robot simulated by MuJoCo from its URDF. Every joint has high-gain position control, like that of the Hoap2's own
 /// board: a velocity loop within a position loop. The velocity v_wanted + w / (2 z) (q_wanted - q) is limited to the
 /// URDF's; the torque is M(q) 2 z w (this velocity - v) plus the bias torques (gravity, Coriolis and centrifugal),
-/// within the URDF's effort limit, where all joints accelerate less together. There are no collisions: visual and
+/// within the URDF's effort limit, where all joints accelerate less together. The
+/// drives compensate friction and damping, which are not simulated. There are no collisions: visual and
 /// collision shapes are removed.
 class MujocoArm {
  public:

@@ -8,6 +8,7 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/config_keys.hpp"
+#include "runtime/joint_fields.hpp"
 
 namespace multireach {
 namespace {
@@ -45,6 +46,7 @@ MujocoArm simulated_arm(const RobotConfig& robot) {
   MujocoArmOptions options;
   if (const auto section = robot.section("robot_sim")) robot_sim_keys().read(*section, options);
   options.start = robot.start;
+  options.limited = joint_names(robot.chain);
   try {
     return MujocoArm(read_text_file(robot.urdf_path), options);
   } catch (const StartPositionError& fault) {

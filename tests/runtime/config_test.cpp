@@ -168,20 +168,28 @@ TEST_F(ConfigFile, ARobotFileNamesWhatIsWrong) {
 
 TEST_F(ConfigFile, LimitsThatLookLikeDegreesAreDoubted) {
   RobotConfig robot = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/ur5e/robot.yaml");
-  EXPECT_TRUE(unit_doubts(robot).empty()) << unit_doubts(robot).front();
+  EXPECT_TRUE(doubts_about(robot).empty()) << doubts_about(robot).front();
   std::vector<Joint> joints = robot.chain.joints();
   std::vector<Eigen::Isometry3d> fixed;
   for (int i = 0; i <= robot.chain.size(); ++i) fixed.push_back(robot.chain.fixed(i));
   joints[0].lower = -360;
   joints[1].velocity = 180;
-  robot.chain = Chain(std::move(joints), std::move(fixed), "base", "tip");
+  robot.chain = Chain(std::move(joints), std::move(fixed), robot.chain.base(), robot.chain.tip());
   robot.joint_acceleration_limits = JointVector::Constant(6, 10);
   robot.joint_acceleration_limits[2] = 800;
-  const std::vector<std::string> doubts = unit_doubts(robot);
+  const std::vector<std::string> doubts = doubts_about(robot);
   ASSERT_EQ(doubts.size(), 3U);
   EXPECT_EQ(doubts[0], "joint 'shoulder_pan_joint': a position limit of -360 rad; in degrees? Angles are in radians");
   EXPECT_TRUE(doubts[1].starts_with("joint 'shoulder_lift_joint': a velocity limit of")) << doubts[1];
   EXPECT_TRUE(doubts[2].starts_with("joint 'elbow_joint': an acceleration limit")) << doubts[2];
+}
+
+TEST_F(ConfigFile, ABaseAndATipThatLookSwappedAreDoubted) {
+  write_text_file(path_,
+                  "robot: {urdf: " MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf, base: right_hand, tip: torso}\n");
+  const std::vector<std::string> doubts = doubts_about(RobotConfig::load(path_));
+  ASSERT_EQ(doubts.size(), 1U);
+  EXPECT_NE(doubts[0].find("are they swapped?"), std::string::npos) << doubts[0];
 }
 
 TEST_F(ConfigFile, AControllerSectionNamesWhatIsWrong) {

@@ -463,6 +463,10 @@ RunReport RunReporter::report() const {
   } else if (reached < reaches.size()) {
     report.reason = fmt::format("{} of {} reachable positions were not reached to {} mm", reaches.size() - reached,
                                 reaches.size(), 1e3 * kReached);
+    for (const char* node : {"bridge", "robot_driver"}) {
+      if (count(channel::kJointCommand) == 0 && run.nodes.contains(node))
+        report.reason += fmt::format("; {}: {}", node, run.nodes.at(node).newest.state);
+    }
     if (!out["bridge_faults"].empty()) {
       report.reason += "; the bridge was in a fault: " + out["bridge_faults"][0]["cause"].get<std::string>();
     } else if (!out["bridge_stops"].empty()) {

@@ -75,6 +75,50 @@ TEST(MujocoArm, DoesNotFlingAfterAGapOfItsCommands) {
   EXPECT_LT(error, 5e-3) << "rad: as FollowsASmoothCommand";
 }
 
+/// The Hoap2's URDF with this text in each joint.
+std::string hoap2_with(const std::string& text) {
+  std::string urdf = hoap2_urdf();
+  for (size_t at = urdf.find("</joint>"); at != std::string::npos; at = urdf.find("</joint>", at + text.size() + 1))
+    urdf.insert(at, text);
+  return urdf;
+}
+
+TEST(MujocoArm, DrivesCompensateFrictionAndDamping) {
+  MujocoArm plain(hoap2_urdf(), {}), stiff(hoap2_with("<dynamics damping='10' friction='1'/>"), {});
+  for (int ms = 0; ms < 500; ++ms) {
+    for (MujocoArm* arm : {&plain, &stiff}) {
+      arm->command("right_EB", -1 - 1e-3 * ms, -1);
+      arm->step();
+    }
+  }
+  EXPECT_EQ(stiff.positions(), plain.positions());
+}
+
+TEST(MujocoArm, JointsOfAnotherArmDoNotDisturbThisOne) {
+  const std::vector<std::string> right{"right_SFE", "right_SAA", "right_SHR", "right_EB"};
+  std::string urdf = hoap2_urdf();
+  // The left arm is too weak to hold itself.
+  for (size_t at = urdf.find("name=\"left_"); at != std::string::npos; at = urdf.find("name=\"left_", at + 1)) {
+    const size_t effort = urdf.find("effort=\"", at), end = urdf.find("</joint>", at);
+    if (effort < end) urdf.replace(effort, urdf.find('"', effort + 8) + 1 - effort, "effort=\"0.001\"");
+  }
+  ASSERT_NE(urdf, hoap2_urdf());
+  MujocoArm arm(urdf, {.start = {{"right_EB", -1}, {"left_SAA", -0.8}}, .limited = right});
+  const auto& names = arm.joint_names();
+  const std::vector<double> begin = arm.positions();
+  double worst = 0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    const double wanted = -1 + 0.3 * std::sin(3e-3 * ms);
+    arm.command("right_EB", wanted, 0.9 * std::cos(3e-3 * ms));
+    arm.step();
+    for (size_t i = 0; i < names.size(); ++i) {
+      const double expected = names[i] == "right_EB" ? wanted : begin[i];
+      if (ms > 200) worst = std::max(worst, std::abs(arm.positions()[i] - expected));
+    }
+  }
+  EXPECT_LT(worst, 5e-3) << "rad: as FollowsASmoothCommand";
+}
+
 TEST(MujocoArm, APushMovesItAndItComesBack) {
   const Chain chain = testing::hoap2();
   MujocoArm arm(hoap2_urdf(), {.start = {{"right_SAA", -0.6}, {"right_EB", -1}}});
