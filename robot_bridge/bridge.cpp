@@ -11,7 +11,6 @@ constexpr double kImpossible = 1e6;              // rad or m: no joint has such 
 constexpr int64_t kFarthest = int64_t{1} << 60;  // us: times within it can be subtracted and added to
 constexpr double kImpliedSpeed = 1.5;            // times the speed limit: a set-point that implies more is refused
 constexpr double kApproachSpeed = 0.2;           // speed override while the robot is far from the set-points
-constexpr double kMinSpeed = 0.01;               // a smaller speed override pauses
 constexpr double kSlowing = 2;  // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
 // Where more than one in twenty set-points is too early or too old, the first one of the motion was itself late or
@@ -91,7 +90,10 @@ bool Bridge::measured(const Measurement& measurement, MeasurementVerdict& verdic
   measured_since_gap_ = true;
   if (measurement.real && !known) disable();  // a real robot waits for an explicit enable
   const bool ready = enabled_ && !measurement.faulted;
-  if (state_ == BridgeState::kIdle && ready) state_ = BridgeState::kArmed;
+  if (state_ == BridgeState::kIdle && ready) {
+    state_ = BridgeState::kArmed;
+    cause_ = "";
+  }
   if (state_ == BridgeState::kArmed && !ready && !next_tick_) state_ = BridgeState::kIdle;
   return true;
 }
@@ -245,8 +247,10 @@ void Bridge::skip(int64_t periods) {
   measured_since_gap_ = false;
   num_waiting_ = 0;
   path_rate_ = setpoint_rate_ = 0;
-  if (state_ == BridgeState::kRunning || state_ == BridgeState::kStopping)
+  if (state_ == BridgeState::kRunning || state_ == BridgeState::kStopping) {
     state_ = enabled_ ? BridgeState::kArmed : BridgeState::kStopping;
+    if (enabled_) cause_ = "";
+  }
 }
 
 /// One period without its command.

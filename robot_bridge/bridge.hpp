@@ -86,6 +86,7 @@ class Bridge {
   [[nodiscard]] bool reset();
   /// Sets the speed override, 0 to 1. Others are ignored.
   void set_speed(double speed);
+  static constexpr double kMinSpeed = 0.01;  ///< a smaller speed override pauses
   /// Decelerates and waits, or continues at the speed override of before.
   void pause(bool paused) { paused_ = paused; }
   bool paused() const { return paused_; }

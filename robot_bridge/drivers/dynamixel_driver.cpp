@@ -23,7 +23,8 @@ void append(const dynamixel::Packet& packet, std::vector<uint8_t>& bytes) {
 
 /// 3 units, and where the period is longer than one of them, two periods at least.
 int DynamixelDriver::watchdog_units() const {
-  return std::max(3, static_cast<int>(2 * period_us() / kWatchdogUnit) + 1);
+  const int64_t two_periods = (2 * period_us() + kWatchdogUnit - 1) / kWatchdogUnit;
+  return std::max(3, static_cast<int>(two_periods) + 1);
 }
 
 /// The watchdog counts in units: it may expire up to one unit early.

@@ -278,7 +278,7 @@ std::string BridgeNode::cause() const {
     return std::string(bridge_.cause()) + " (joint '" + chain_.joint(bridge_.joint_of_fault()).name + "')";
   const bool may_move = bridge_.state() == BridgeState::kArmed || bridge_.state() == BridgeState::kRunning;
   if (may_move && bridge_.paused()) return "paused";
-  if (may_move && bridge_.speed() == 0) return "the speed override is 0";
+  if (may_move && bridge_.speed() < robot_bridge::Bridge::kMinSpeed) return "the speed override is 0";
   return bridge_.cause();
 }
 

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
       [] { return multireach::robot_config_reference() + "\n" + multireach::bridge_config_reference(); });
   return program.run(argc, argv, [&] {
     const auto robot = multireach::RobotConfig::load(config);
-    for (const std::string& doubt : multireach::doubts_about(robot)) spdlog::warn("{}: {}", robot.urdf_path, doubt);
+    for (const std::string& doubt : multireach::doubts_about(robot)) spdlog::warn("{}: {}", robot.file.file(), doubt);
     return multireach::run_live([&] { return std::make_unique<multireach::BridgeNode>(robot); }, live);
   });
 }

@@ -101,14 +101,16 @@ std::string prepared(const std::string& urdf_xml, std::map<std::string, double>&
   return printer.CStr();
 }
 
-/// The largest share, 0 to 1, of these torques that the drives can add to `bias`. Were each joint clamped by itself,
-/// the others would get torques for accelerations that it does not reach, and the arm would fling. A drive that cannot
-/// even bear the bias does not count.
+/// The share, 0 to 1, of these torques that the drives can add to `bias`. Were each joint clamped by itself, the others
+/// would get torques for accelerations that it does not reach, and throw it to and fro. A drive that the bias loads by
+/// more than kLoaded counts as loaded so much: it is clamped by itself, and does not stop all others.
 double feasible_share(const std::vector<double>& torques, const mjtNum* bias, const std::vector<double>& effort) {
+  constexpr double kLoaded = 0.8;
   double share = 1;
   for (size_t i = 0; i < torques.size(); ++i) {
-    const double left = effort[i] - (torques[i] < 0 ? -bias[i] : bias[i]), wanted = std::abs(torques[i]);
-    if (std::abs(bias[i]) < effort[i] && wanted > left) share = std::min(share, left / wanted);
+    const double load = std::min(torques[i] < 0 ? -bias[i] : bias[i], kLoaded * effort[i]),
+                 wanted = std::abs(torques[i]);
+    if (wanted > effort[i] - load) share = std::min(share, (effort[i] - load) / wanted);
   }
   return share;
 }
@@ -248,13 +250,16 @@ void MujocoArm::step() {
   const auto n = joint_names_.size();
   std::vector<mjtNum> acceleration(n);
   for (size_t i = 0; i < n; ++i) {
-    const double error = wanted_position_[i] - data->qpos[i], approach = wanted_velocity_[i] + w / (2 * z) * error;
-    acceleration[i] = w * w * error + 2 * z * w * (wanted_velocity_[i] - data->qvel[i]);
-    if (std::abs(approach) > fastest_[i])
-      acceleration[i] = 2 * z * w * (std::copysign(fastest_[i], approach) - data->qvel[i]);
+    const double bias = data->qfrc_bias[i], speed = data->qvel[i];
+    if (std::abs(bias) >= effort_[i]) continue;  // it falls; the others are not to follow its error
+    acceleration[i] = w * w * (wanted_position_[i] - data->qpos[i]) + 2 * z * w * (wanted_velocity_[i] - speed);
+    // Not beyond the speed limit with the next step.
+    acceleration[i] =
+        std::clamp(acceleration[i], (-fastest_[i] - speed) / options_.step_s, (fastest_[i] - speed) / options_.step_s);
   }
   mj_mulM(model, data, torques_.data(), acceleration.data());
-  const double share = feasible_share(torques_, data->qfrc_bias, effort_);
+  // What a push asks of one joint is no reason for the others to give way.
+  const double share = simulation_->pushed_body >= 0 ? 1 : feasible_share(torques_, data->qfrc_bias, effort_);
   for (size_t i = 0; i < n; ++i) {
     torques_[i] = std::clamp(share * torques_[i] + data->qfrc_bias[i], -effort_[i], effort_[i]);
     data->qfrc_applied[i] = torques_[i];

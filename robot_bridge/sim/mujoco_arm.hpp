@@ -28,11 +28,10 @@ struct MujocoArmOptions {
 };
 
 /// A robot simulated by MuJoCo from its URDF. Every joint has high-gain position control, like that of the Hoap2's own
-/// board: a velocity loop within a position loop. The velocity v_wanted + w / (2 z) (q_wanted - q) is limited to the
-/// URDF's; the torque is M(q) 2 z w (this velocity - v) plus the bias torques (gravity, Coriolis and centrifugal),
-/// within the URDF's effort limit, where all joints accelerate less together. The
-/// drives compensate friction and damping, which are not simulated. There are no collisions: visual and
-/// collision shapes are removed.
+/// board: the torque is M(q) (w^2 (q_wanted - q) + 2 z w (v_wanted - v)) plus the bias torques (gravity, Coriolis and
+/// centrifugal), within the URDF's effort limit. No joint accelerates beyond the URDF's velocity limit. Where a drive
+/// cannot give its torque, all joints accelerate less together, unless the arm is pushed. The drives compensate
+/// friction and damping, which are not simulated. There are no collisions: visual and collision shapes are removed.
 class MujocoArm {
  public:
   /// `urdf_xml` is the text of the URDF file. Throws std::invalid_argument with a message when MuJoCo cannot load it,

@@ -104,8 +104,11 @@ void RobotSimNode::receive_push(std::span<const uint8_t> bytes) {
   if (push_) arm_.push(push_->link, push_->force_n);
   if (known && next.duration_us >= 0) {
     next_push_ = next;
+    refusal_.clear();
   } else {
-    refusal_ = "refused a push on '" + next.link + "': no link of the URDF, or no possible force or duration";
+    constexpr size_t kLongestName = 100;
+    refusal_ = "refused a push on '" + next.link.substr(0, kLongestName) +
+               "': no link of the URDF, or no possible force or duration";
     ++counters_.refused;
   }
 }

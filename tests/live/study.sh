@@ -74,7 +74,7 @@ echo "{}" >"$work/empty.json"
 refuses "is not a result" "$bin/multireach-study" merge "$work/empty.json"
 ends_with 1 "/dev/full" "$bin/multireach-study" "${arm[@]}" --samples 10 --csv /dev/full --json /dev/null
 sed 's/lower="[^"]*" upper="[^"]*"/lower="0" upper="0"/' "$root/robots/hoap2/hoap2.urdf" >"$work/stiff.urdf"
-refuses "its workspace is empty" "$bin/multireach-study" --urdf "$work/stiff.urdf" --base torso --tip right_hand
+refuses "it cannot move" "$bin/multireach-study" --urdf "$work/stiff.urdf" --base torso --tip right_hand
 
 # Killed in the middle it leaves no file.
 "$bin/multireach-study" "${arm[@]}" --samples 100000000 --json "$work/killed.json" &

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <multireach/robot_state_t.hpp>
 
+#include "runtime/files.hpp"
 #include "runtime/message.hpp"
 #include "tests/input_fault.hpp"
 #include "tools/foxglove/schemas.hpp"
@@ -78,6 +79,40 @@ TEST(FoxgloveScene, FramesLeadToTheHandWhereTheChainHasIt) {
   EXPECT_FALSE(scene.messages("ROBOT_STATE", *encode(state), kReceived + 40000).empty());
   EXPECT_TRUE(
       FoxgloveScene(robot, nullptr).messages("ROBOT_STATE", *encode(state_of(robot.chain, NAN)), kReceived).empty());
+}
+
+TEST(FoxgloveScene, AJointAboveTheBaseHasAFrameOfItsOwnName) {
+  const std::string path = ::testing::TempDir() + "multireach_foxglove_test.yaml";
+  write_text_file(
+      path, "robot: {urdf: " MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf, base: right_hand, tip: left_hand}\n");
+  const RobotConfig robot = RobotConfig::load(path);
+  FoxgloveScene scene(robot, nullptr);
+  const auto messages = scene.messages("ROBOT_STATE", *encode(state_of(robot.chain, -0.2)), kReceived);
+  ASSERT_EQ(messages.size(), 2u);
+  std::vector<std::string> frames;
+  for (const json& each : messages[0].message["transforms"]) frames.push_back(each["child_frame_id"]);
+  ASSERT_EQ(frames.size(), 9u);
+  EXPECT_EQ(frames[0], "right_EB") << "moved from child to parent";
+  EXPECT_EQ(frames[3], "right_SFE");
+  EXPECT_EQ(frames[4], "left_shoulder_flexion");
+  EXPECT_EQ(frames[8], "left_hand");
+}
+
+TEST(FoxgloveScene, ObstaclesAreDrawnAgainForThoseWhoComeLater) {
+  const RobotConfig robot = hoap2();
+  FoxgloveScene scene(robot, nullptr);
+  obstacles_t obstacles{};
+  obstacles.obstacles.resize(1);
+  obstacles.num_obstacles = 1;
+  obstacles.obstacles[0].size_m[0] = 0.1;
+  EXPECT_EQ(scene.messages("OBSTACLES", *encode(obstacles), kReceived).size(), 1u);
+  const auto drawn = [&](int64_t after_us) {
+    const auto messages = scene.messages("ROBOT_STATE", *encode(state_of(robot.chain, 0)), kReceived + after_us);
+    return messages.back().message["entities"].size();
+  };
+  EXPECT_EQ(drawn(500'000), 1u) << "the arm";
+  EXPECT_EQ(drawn(1'100'000), 2u);
+  EXPECT_EQ(drawn(1'200'000), 1u);
 }
 
 TEST(FoxgloveScene, ATargetIsAnEllipsoidUntilItIsLost) {

@@ -16,6 +16,7 @@ struct FakeBridge {
   bool accepts = true;
   int8_t in = bridge_state_t::ARMED;
   double speed = 1;
+  const char* cause = "";
   std::vector<int8_t> done{};
   int64_t last = 0;
 
@@ -24,6 +25,7 @@ struct FakeBridge {
     state.run = run;
     state.state = in;
     state.speed = speed;
+    state.cause = cause;
     state.request = request.request;
     state.request_accepted = request.kind == bridge_request_t::STATUS ||
                              (accepts && request.run == (asks_all(request.kind) ? bridge_request_t::ALL : run));
@@ -111,9 +113,9 @@ TEST(BridgeAsker, AsksNothingElseOfTwoBridges) {
 }
 
 TEST(BridgeAsker, SaysWhyNothingMovesThoughTheBridgeAgrees) {
-  const auto problem = [](int8_t kind, int8_t state, double speed = 1) {
+  const auto problem = [](int8_t kind, int8_t state, double speed = 1, const char* cause = "") {
     BridgeAsker asker(1000);
-    FakeBridge bridge{.in = state, .speed = speed};
+    FakeBridge bridge{.in = state, .speed = speed, .cause = cause};
     int64_t now = 0;
     asker.ask("word", kind, 1);
     const auto answer = converse(asker, bridge, now);
@@ -127,6 +129,11 @@ TEST(BridgeAsker, SaysWhyNothingMovesThoughTheBridgeAgrees) {
   EXPECT_NE(problem(bridge_request_t::ENABLE, bridge_state_t::FAULT).find("`multireach-robot reset`"),
             std::string::npos);
   EXPECT_NE(problem(bridge_request_t::RESUME, bridge_state_t::ARMED, 0).find("speed PERCENT"), std::string::npos);
+  EXPECT_NE(problem(bridge_request_t::ENABLE, bridge_state_t::ARMED, 1, "paused").find("`multireach-robot resume`"),
+            std::string::npos);
+  EXPECT_NE(
+      problem(bridge_request_t::RESUME, bridge_state_t::STOPPING, 1, "disabled").find("`multireach-robot enable`"),
+      std::string::npos);
   EXPECT_EQ(problem(bridge_request_t::RESUME, bridge_state_t::RUNNING), "");
   EXPECT_EQ(problem(bridge_request_t::SPEED, bridge_state_t::IDLE, 0.1), "") << "set before the robot is enabled";
 }

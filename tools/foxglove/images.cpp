@@ -45,19 +45,24 @@ std::string image_side(const images_t& images, size_t i) {
   return type == images_t::LEFT ? "left" : type == images_t::RIGHT ? "right" : std::to_string(type);
 }
 
+std::string foxglove_image_schema(int32_t pixel_format) {
+  if (pixel_format == image_t::PIXEL_FORMAT_MJPEG) return "foxglove.CompressedImage";
+  return encoding_of(pixel_format) ? "foxglove.RawImage" : "";
+}
+
 std::optional<FoxgloveMessage> foxglove_image(const std::string& topic, const images_t& images, size_t i) {
   const image_t& image = images.images[i];
   const std::string side = image_side(images, i);
-  FoxgloveMessage out{topic + "/" + side, "", {{"timestamp", foxglove_time(image.utime)}, {"frame_id", side}}};
+  FoxgloveMessage out{topic + "/" + side,
+                      foxglove_image_schema(image.pixelformat),
+                      {{"timestamp", foxglove_time(image.utime)}, {"frame_id", side}}};
   if (image.pixelformat == image_t::PIXEL_FORMAT_MJPEG) {
-    out.schema = "foxglove.CompressedImage";
     out.message["data"] = base64(image.data);
     out.message["format"] = "jpeg";
     return out;
   }
   const auto encoding = encoding_of(image.pixelformat);
   if (!encoding) return std::nullopt;
-  out.schema = "foxglove.RawImage";
   out.message["width"] = image.width;
   out.message["height"] = image.height;
   out.message["encoding"] = *encoding;

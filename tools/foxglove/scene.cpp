@@ -19,12 +19,14 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
-constexpr int64_t kPeriod = 33000;    // us, between two drawings of the arm
-constexpr double kThin = 0.02;        // of the arm's reach: the links' radius where robot.yaml has none
-constexpr double kSigmas = 2;         // the ellipsoid around a target, ...
-constexpr double kSmallest = 0.005;   // m, ... and its smallest radius, to be seen
-constexpr size_t kMostTargets = 100;  // a sender that invents names must not fill the memory
-constexpr double kLetters = 14;       // pixels
+constexpr int64_t kPeriod = 33000;                // us, between two drawings of the arm
+constexpr int64_t kRepeats = 1000000;             // us, between two drawings of the same obstacles
+constexpr int64_t kTargetLifetime = 500'000'000;  // ns: as long as a target coasts
+constexpr double kThin = 0.02;                    // of the arm's reach: the links' radius where robot.yaml has none
+constexpr double kSigmas = 2;                     // the ellipsoid around a target, ...
+constexpr double kSmallest = 0.005;               // m, ... and its smallest radius, to be seen
+constexpr size_t kMostTargets = 100;              // a sender that invents names must not fill the memory
+constexpr double kLetters = 14;                   // pixels
 
 json vector(const Eigen::Vector3d& v) {
   return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}};
@@ -62,12 +64,13 @@ json cylinder(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double rad
           {"color", colour}};
 }
 
-json entity(int64_t utime, const std::string& frame, const std::string& id) {
+/// `lifetime_ns`: how long it is drawn without a newer one; 0 for ever.
+json entity(int64_t utime, const std::string& frame, const std::string& id, int64_t lifetime_ns = 0) {
   json empty = json::array();
   return {{"timestamp", foxglove_time(utime)},
           {"frame_id", frame},
           {"id", id},
-          {"lifetime", {{"sec", 0}, {"nsec", 0}}},
+          {"lifetime", {{"sec", 0}, {"nsec", lifetime_ns}}},
           {"frame_locked", true},
           {"cubes", empty},
           {"spheres", empty},
@@ -82,17 +85,22 @@ json deletion(int64_t utime, const std::string& id) {
   return {{"timestamp", foxglove_time(utime)}, {"type", kMatchingId}, {"id", id}};
 }
 
-/// Names of the links that the joints of a URDF move: their frames are those that a URDF layer of the 3-D view draws.
-std::map<std::string, std::string> children_of_joints(const std::string& urdf_path) {
+/// Names of the links that the joints of a chain from `base` move: their frames are those that a URDF layer of the 3-D
+/// view draws. A joint above the base, which the chain passes from child to parent, has no such link.
+std::map<std::string, std::string> links_of_joints(const std::string& urdf_path, const std::string& base) {
   tinyxml2::XMLDocument document;
   parse_urdf_document(read_text_file(urdf_path), document);
-  std::map<std::string, std::string> children;
+  std::map<std::string, std::string> children, parents;
   const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
   for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
     const auto* child = joint->FirstChildElement("child");
-    if (child && joint->Attribute("name") && child->Attribute("link"))
-      children[joint->Attribute("name")] = child->Attribute("link");
+    const auto* parent = joint->FirstChildElement("parent");
+    if (!child || !joint->Attribute("name") || !child->Attribute("link")) continue;
+    children[joint->Attribute("name")] = child->Attribute("link");
+    if (parent && parent->Attribute("link")) parents[child->Attribute("link")] = parent->Attribute("link");
   }
+  for (std::string link = base; !link.empty(); link = parents[link])
+    std::erase_if(children, [&](const auto& each) { return each.second == link; });
   return children;
 }
 
@@ -105,11 +113,10 @@ Eigen::Quaterniond rotation_of(const double (&wxyz)[4]) {
 
 FoxgloveScene::FoxgloveScene(const RobotConfig& robot, const StereoRig* rig)
     : chain_(robot.chain), root_(robot.chain.base()), radius_m_(kThin * robot.chain.reach()) {
-  auto children = children_of_joints(robot.urdf_path);
+  auto links = links_of_joints(robot.urdf_path, root_);
   for (const Joint& joint : chain_.joints()) {
-    // A joint that the chain passes from child to parent moves the parent.
-    const std::string link = children[joint.name];
-    link_.push_back(link.empty() || link == root_ ? joint.name : link);
+    const std::string link = links[joint.name];
+    link_.push_back(link.empty() ? joint.name : link);
   }
   const auto controller = robot.section("controller");
   if (controller && controller->has("link_radius_m")) {
@@ -136,9 +143,9 @@ std::vector<FoxgloveMessage> FoxgloveScene::messages(std::string_view channel, s
 }
 
 std::vector<FoxgloveMessage> FoxgloveScene::arm(std::span<const uint8_t> bytes, int64_t utime) {
+  if (drawn_utime_ && utime >= *drawn_utime_ && utime - *drawn_utime_ < kPeriod) return {};
   const auto state = decode<robot_state_t>(bytes);
   if (!state) return {};
-  if (drawn_utime_ && utime >= *drawn_utime_ && utime - *drawn_utime_ < kPeriod) return {};
   const auto theta = from_fields(chain_, state->joint_name, state->joint_position);
   if (!theta || !theta->allFinite()) return {};
   drawn_utime_ = utime;
@@ -165,7 +172,13 @@ std::vector<FoxgloveMessage> FoxgloveScene::arm(std::span<const uint8_t> bytes, 
   drawing["spheres"].push_back(ball(X_WT.translation(), radius_m_, colour(0.1, 0.35, 0.8)));
   if (chain_.tip() != parent) frames.push_back(transform(utime, parent, chain_.tip(), X_parent.inverse() * X_WT));
   for (size_t k = 0; k < cameras_.size(); ++k) frames.push_back(transform(utime, root_, cameras_[k].first, X_WC_[k]));
-  return {{"/tf", "foxglove.FrameTransforms", {{"transforms", frames}}}, update(json::array(), json::array({drawing}))};
+  json drawings = json::array({drawing});
+  if (!obstacles_.is_null() && (!repeated_utime_ || std::abs(utime - *repeated_utime_) >= kRepeats)) {
+    repeated_utime_ = utime;
+    obstacles_["timestamp"] = foxglove_time(utime);
+    drawings.push_back(obstacles_);
+  }
+  return {{"/tf", "foxglove.FrameTransforms", {{"transforms", frames}}}, update(json::array(), drawings)};
 }
 
 std::vector<FoxgloveMessage> FoxgloveScene::target(const target_t& target, int64_t utime) {
@@ -190,7 +203,7 @@ std::vector<FoxgloveMessage> FoxgloveScene::target(const target_t& target, int64
     radii = (kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt()).cwiseMax(kSmallest);
   }
   const json tint = seen ? colour(0.9, 0.45, 0, 0.9) : colour(0.5, 0.5, 0.5, 0.6);
-  json drawing = entity(utime, root_, id);
+  json drawing = entity(utime, root_, id, kTargetLifetime);
   drawing["spheres"].push_back(sphere(p_WT, 2 * radii, axes, tint));
   drawing["texts"].push_back(
       {{"pose", pose(p_WT + radii.maxCoeff() * Eigen::Vector3d::UnitZ(), Eigen::Quaterniond::Identity())},
@@ -222,6 +235,8 @@ std::vector<FoxgloveMessage> FoxgloveScene::obstacles(const obstacles_t& obstacl
     drawing["spheres"].push_back(ball(centre - half, size.x(), tint));
     drawing["cylinders"].push_back(cylinder(centre - half, centre + half, size.x(), tint));
   }
+  obstacles_ = drawing;
+  repeated_utime_ = utime;
   return {update(json::array(), json::array({drawing}))};
 }
 

@@ -24,7 +24,8 @@ class FoxgloveScene {
   /// `rig`: the cameras, with X_WL; null where they are not known.
   FoxgloveScene(const RobotConfig& robot, const StereoRig* rig);
 
-  /// What follows from a message on this channel: often nothing. The arm is drawn at most 30 times a second.
+  /// What follows from a message on this channel: often nothing. The arm is drawn at most 30 times a second, and the
+  /// newest obstacles again once a second.
   /// `utime`: the time of receipt, microseconds, which counts because the robot's clock may be another one.
   std::vector<FoxgloveMessage> messages(std::string_view channel, std::span<const uint8_t> bytes, int64_t utime);
 
@@ -40,8 +41,9 @@ class FoxgloveScene {
   double radius_m_;                // of the links, as drawn
   std::vector<std::pair<std::string, CameraModel>> cameras_;
   std::vector<Eigen::Isometry3d> X_WC_;
-  std::optional<int64_t> drawn_utime_;
-  std::set<std::string> targets_;  // that are shown
+  std::optional<int64_t> drawn_utime_, repeated_utime_;
+  nlohmann::ordered_json obstacles_;  // their newest drawing, repeated for those who did not see it
+  std::set<std::string> targets_;     // that are shown
 };
 
 }  // namespace multireach

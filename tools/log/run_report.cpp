@@ -456,7 +456,8 @@ RunReport RunReporter::report() const {
 
   if (run.targets.empty()) {
     report.reason = "no TARGET was recorded";
-  } else if (std::ranges::none_of(run.targets, [](const target_t& target) { return target.last_seen_utime >= 0; })) {
+  } else if (std::ranges::none_of(run.targets,
+                                  [](const target_t& target) { return target.status == target_t::STATUS_TRACKED; })) {
     report.reason = "the target was never seen: " + run.targets.back().reason;
   } else if (reaches.empty() && !unreachable.empty()) {
     report.reason = fmt::format("none of the {} positions is within the arm's reach", unreachable.size());

@@ -15,11 +15,16 @@ std::string text_of(const nlohmann::ordered_json& value) {
 }  // namespace
 
 void FoxgloveFeed::receive(std::string_view channel, std::span<const uint8_t> bytes, int64_t utime) {
-  if (!hub_.watched()) return;
+  // Obstacles are sent once, perhaps before anybody watches; the scene repeats them.
+  if (!hub_.watched() && channel != channel::kObstacles) return;
   for (const FoxgloveMessage& message : scene_.messages(channel, bytes, utime)) send(message, utime);
   if (channel == channel::kStereoImages || channel == channel::kVisionDebug) {
     const auto images = decode<images_t>(bytes);
     for (size_t i = 0; images && i < images->images.size(); ++i) {
+      const std::string image_schema = foxglove_image_schema(images->images[i].pixelformat);
+      const std::string topic = std::string(channel) + "/" + image_side(*images, i);
+      if (image_schema.empty() || !hub_.wants(topic, image_schema, [&] { return foxglove_schema(image_schema); }))
+        continue;
       if (const auto image = foxglove_image(std::string(channel), *images, i)) send(*image, utime);
     }
     return;

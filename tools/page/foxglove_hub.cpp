@@ -108,7 +108,10 @@ void FoxgloveHub::write_to(Client& client, const Write& write) {
 void FoxgloveHub::subscribe(Client& client, const nlohmann::json& subscriptions) {
   for (const auto& each : subscriptions) {
     const auto id = number_in(each, "id"), channel = number_in(each, "channelId");
-    if (id && channel && client.topic_of.size() < kMaxSubscriptions) client.topic_of[*id] = *channel;
+    // A second subscription to a topic would only copy its messages.
+    const bool known =
+        channel && std::ranges::any_of(client.topic_of, [&](const auto& given) { return given.second == *channel; });
+    if (id && channel && !known && client.topic_of.size() < kMaxSubscriptions) client.topic_of[*id] = *channel;
   }
 }
 

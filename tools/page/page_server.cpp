@@ -164,7 +164,7 @@ void PageServer::State::serve_foxglove() {
       if (written > 0) mg_close_connection(connection);  // it would read the next message as the rest
       return false;
     };
-    of(data).options.foxglove->join(connection, write);
+    if (!of(data).options.foxglove->join(connection, write)) mg_close_connection(connection);
   };
   const auto receive = [](mg_connection* connection, int bits, char* bytes, size_t size, void* data) {
     constexpr int kLast = 0x80, kOpcode = 0x0f;

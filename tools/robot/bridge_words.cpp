@@ -4,10 +4,10 @@
 
 #include <array>
 
+#include "robot_bridge/bridge.hpp"
+
 namespace multireach {
 namespace {
-
-constexpr double kPausingSpeed = 0.01;  // the bridge pauses below it
 
 constexpr std::array kWords{
     BridgeWord{"enable", bridge_request_t::ENABLE, "let the bridge command the robot"},
@@ -45,9 +45,13 @@ bool asks_to_move(int8_t kind) {
 std::string hindrance_of(int8_t kind, const bridge_state_t& state) {
   if (kind != bridge_request_t::ENABLE && kind != bridge_request_t::RESUME) return "";
   if (state.state == bridge_state_t::FAULT) return "nothing moves in a fault: `multireach-robot reset` leaves it";
-  if (kind == bridge_request_t::RESUME && state.state == bridge_state_t::IDLE)
+  const bool disabled =
+      state.state == bridge_state_t::IDLE || (state.state == bridge_state_t::STOPPING && state.cause == "disabled");
+  if (kind == bridge_request_t::RESUME && disabled)
     return "`resume` only ends a pause, and the robot is not enabled: `multireach-robot enable`";
-  if (state.speed < kPausingSpeed) return "the speed override is 0: `multireach-robot speed PERCENT`";
+  if (kind == bridge_request_t::ENABLE && state.cause == "paused")
+    return "the robot is paused: `multireach-robot resume`";
+  if (state.speed < robot_bridge::Bridge::kMinSpeed) return "the speed override is 0: `multireach-robot speed PERCENT`";
   return "";
 }
 

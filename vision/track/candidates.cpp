@@ -13,14 +13,14 @@ namespace {
 
 using Status = StereoMatch::Status;
 
-// The constants of this file's terms are logarithms of the ratios of two histograms, of the labelled balls and of other
-// things of their colour, on the videos that docs/vision.md names for tuning.
 constexpr double kStill[] = {0, -kLead, -2 * kLead};  // share of remembered background 0, 0.3 and 1
-constexpr double kShape[] = {-2.2, 0, 1.5};           // compactness 0, 0.6 and 1
-constexpr double kContour = 2.4;                      // both images show a sphere contour
-constexpr double kColour[] = {-2.8, 0, 0.4};          // share well inside the colour model 0, 0.2 and 1
-constexpr double kGates = 3;                          // standard deviations that the gates of MatchOptions stand for
-constexpr double kContourSize = 0.04;                 // share of a known radius, as in the check of stereo_match
+// Logarithms of the ratios of two histograms, of the labelled balls and of other things of their colour, on the videos
+// that docs/vision.md names for tuning.
+constexpr double kShape[] = {-2.2, 0, 1.5};   // compactness 0, 0.6 and 1
+constexpr double kContour = 2.4;              // both images show a sphere contour
+constexpr double kColour[] = {-2.8, 0, 0.4};  // share well inside the colour model 0, 0.2 and 1
+constexpr double kGates = 3;                  // standard deviations that the gates of MatchOptions stand for
+constexpr double kContourSize = 0.04;         // share of a known radius, as in the check of stereo_match
 
 double squared(double value) {
   return value * value;
