@@ -265,7 +265,7 @@ void UrDriver::tick(const Time& now, WireOutbox& out) {
 
 DriverStatus UrDriver::status() const {
   using Phase = DriverStatus::Phase;
-  if (unreadable_) {
+  if (unreadable_ && setup_ != Setup::kNone) {  // without a connection this is no news
     return {Phase::kFault, options_.host +
                                ", port 30004: the data do not have the agreed form (VECTOR6D actual_q and actual_qd, "
                                "three INT32), or are not finite: is this the robot? Connecting again"};
