@@ -36,8 +36,8 @@ json schema() {
 }
 
 TEST(FoxgloveHub, AdvertisesAndSendsWhatIsSubscribed) {
+  Inbox inbox;  // outlives the hub's threads
   FoxgloveHub hub;
-  Inbox inbox;
   int key = 0;
   EXPECT_FALSE(hub.wants("TARGET", "multireach.target_t", schema)) << "nobody is there";
   ASSERT_TRUE(hub.join(&key, inbox.write()));
@@ -61,8 +61,8 @@ TEST(FoxgloveHub, AdvertisesAndSendsWhatIsSubscribed) {
 }
 
 TEST(FoxgloveHub, LateClientsGetAllTopicsAndThereIsRoomForAFew) {
-  FoxgloveHub hub;
   std::array<Inbox, FoxgloveHub::kMaxClients + 1> inbox;
+  FoxgloveHub hub;
   ASSERT_TRUE(hub.join(&inbox[0], inbox[0].write()));
   (void)hub.wants("A", "a", schema);
   (void)hub.wants("B", "b", schema);
@@ -73,8 +73,8 @@ TEST(FoxgloveHub, LateClientsGetAllTopicsAndThereIsRoomForAFew) {
 }
 
 TEST(FoxgloveHub, HostileTextsChangeNothing) {
+  Inbox inbox;  // outlives the hub's threads
   FoxgloveHub hub;
-  Inbox inbox;
   int key = 0;
   ASSERT_TRUE(hub.join(&key, inbox.write()));
   (void)hub.wants("A", "a", schema);
@@ -93,9 +93,9 @@ TEST(FoxgloveHub, HostileTextsChangeNothing) {
 }
 
 TEST(FoxgloveHub, AClientThatTakesNothingLosesTheOldestMessages) {
-  FoxgloveHub hub;
   std::mutex blocked;
   std::vector<size_t> sizes;
+  FoxgloveHub hub;
   int key = 0;
   std::unique_lock lock(blocked);
   ASSERT_TRUE(hub.join(&key, [&](bool binary, const std::string& bytes) {
