@@ -2,6 +2,7 @@
 
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <stdexcept>
@@ -119,6 +120,34 @@ void parse_urdf_document(std::string_view urdf_xml, tinyxml2::XMLDocument& docum
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) ++links;
   if (links > kMaxLinks) throw std::invalid_argument("has more than " + std::to_string(kMaxLinks) + " links");
   require_tree(*robot);
+}
+
+std::vector<std::string> UrdfTree::ancestry(std::string link) const {
+  std::vector<std::string> found;
+  while (true) {
+    found.push_back(link);
+    const auto above = std::ranges::find(joints, link, &Joint::child);
+    if (above == joints.end() || above->parent.empty()) return found;
+    link = above->parent;
+  }
+}
+
+UrdfTree urdf_tree(std::string_view urdf_xml) {
+  tinyxml2::XMLDocument document;
+  parse_urdf_document(urdf_xml, document);
+  const auto text = [](const tinyxml2::XMLElement* element, const char* name) -> std::string {
+    const char* value = element ? element->Attribute(name) : nullptr;
+    return value ? value : "";
+  };
+  UrdfTree tree;
+  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
+  for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+    tree.links.push_back(text(link, "name"));
+  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
+    tree.joints.push_back({text(joint, "name"), text(joint->FirstChildElement("parent"), "link"),
+                           text(joint->FirstChildElement("child"), "link")});
+  }
+  return tree;
 }
 
 }  // namespace multireach

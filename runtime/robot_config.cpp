@@ -1,7 +1,5 @@
 #include "runtime/robot_config.hpp"
 
-#include <tinyxml2.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -119,24 +117,6 @@ Chain chain_of(const Arm& arm, const std::string& urdf_path, const Config& secti
   }
 }
 
-/// Whether the first link is the parent of the second one, or of its parent, and so on.
-bool is_above(const std::string& urdf_path, const std::string& first, const std::string& second) {
-  tinyxml2::XMLDocument document;
-  parse_urdf_document(read_text_file(urdf_path), document);
-  std::map<std::string, std::string> parents;
-  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
-  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
-    const auto *parent = joint->FirstChildElement("parent"), *child = joint->FirstChildElement("child");
-    const char* above = parent ? parent->Attribute("link") : nullptr;
-    const char* below = child ? child->Attribute("link") : nullptr;
-    if (above && below) parents[below] = above;
-  }
-  for (auto at = parents.find(second); at != parents.end(); at = parents.find(at->second)) {
-    if (at->second == first) return true;
-  }
-  return false;
-}
-
 constexpr double kMostTurns = 4;          // of a joint in either direction
 constexpr double kFastest = 30;           // rad/s
 constexpr double kShortestStart = 0.005;  // s, from rest to the speed limit
@@ -145,7 +125,8 @@ constexpr double kShortestStart = 0.005;  // s, from rest to the speed limit
 
 std::vector<std::string> doubts_about(const RobotConfig& robot) {
   std::vector<std::string> doubts;
-  if (is_above(robot.urdf_path, robot.chain.tip(), robot.chain.base())) {
+  const auto above = urdf_tree(read_text_file(robot.urdf_path)).ancestry(robot.chain.base());
+  if (std::ranges::find(above, robot.chain.tip()) != above.end()) {
     doubts.push_back("the tip '" + robot.chain.tip() + "' is nearer to the root of the URDF than the base '" +
                      robot.chain.base() + "'; are they swapped?");
   }

@@ -1,9 +1,12 @@
 #include "kinematics/urdf_chain.hpp"
+#include "kinematics/urdf_document.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
+
+#include "tests/test_arms.hpp"
 
 namespace multireach {
 namespace {
@@ -160,6 +163,15 @@ TEST(UrdfChain, RefusesWhatWouldExhaustMemoryOrTheStack) {
 
 TEST(UrdfChain, AFaultOutsideTheChainDoesNotMatter) {
   EXPECT_EQ(fault(robot(second("floating", "")), "a", "b"), "");
+}
+
+TEST(UrdfTree, NamesLinksJointsAndTheWayToTheRoot) {
+  const UrdfTree tree = urdf_tree(testing::file_text(testing::hoap2_file().path));
+  EXPECT_EQ(tree.joints.size() + 1, tree.links.size());
+  const std::vector<std::string> way = tree.ancestry("right_hand");
+  EXPECT_EQ(way.front(), "right_hand");
+  EXPECT_EQ(way.back(), "torso");
+  EXPECT_EQ(tree.ancestry("torso"), std::vector<std::string>{"torso"});
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 #include "tools/foxglove/scene.hpp"
 
-#include <tinyxml2.h>
-
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <multireach/robot_state_t.hpp>
 
@@ -88,20 +87,13 @@ json deletion(int64_t utime, const std::string& id) {
 /// Names of the links that the joints of a chain from `base` move: their frames are those that a URDF layer of the 3-D
 /// view draws. A joint above the base, which the chain passes from child to parent, has no such link.
 std::map<std::string, std::string> links_of_joints(const std::string& urdf_path, const std::string& base) {
-  tinyxml2::XMLDocument document;
-  parse_urdf_document(read_text_file(urdf_path), document);
-  std::map<std::string, std::string> children, parents;
-  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
-  for (auto* joint = robot->FirstChildElement("joint"); joint; joint = joint->NextSiblingElement("joint")) {
-    const auto* child = joint->FirstChildElement("child");
-    const auto* parent = joint->FirstChildElement("parent");
-    if (!child || !joint->Attribute("name") || !child->Attribute("link")) continue;
-    children[joint->Attribute("name")] = child->Attribute("link");
-    if (parent && parent->Attribute("link")) parents[child->Attribute("link")] = parent->Attribute("link");
+  const UrdfTree tree = urdf_tree(read_text_file(urdf_path));
+  const auto above = tree.ancestry(base);
+  std::map<std::string, std::string> links;
+  for (const UrdfTree::Joint& joint : tree.joints) {
+    if (std::ranges::find(above, joint.child) == above.end()) links[joint.name] = joint.child;
   }
-  for (std::string link = base; !link.empty(); link = parents[link])
-    std::erase_if(children, [&](const auto& each) { return each.second == link; });
-  return children;
+  return links;
 }
 
 Eigen::Quaterniond rotation_of(const double (&wxyz)[4]) {

@@ -1,7 +1,5 @@
 #include "tools/publish/messages.hpp"
 
-#include <tinyxml2.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <stdexcept>
@@ -69,20 +67,15 @@ obstacle_t obstacle_message(const std::string& shape, const Eigen::Vector3d& p_W
 }
 
 void require_link(const std::string& urdf_path, const std::string& link) {
-  tinyxml2::XMLDocument document;
+  UrdfTree tree;
   try {
-    parse_urdf_document(read_text_file(urdf_path), document);
+    tree = urdf_tree(read_text_file(urdf_path));
   } catch (const std::invalid_argument& fault) {
     throw InputError(urdf_path + ": " + fault.what());
   }
+  if (std::ranges::find(tree.links, link) != tree.links.end()) return;
   std::string names;
-  const tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
-  for (auto* each = robot->FirstChildElement("link"); each; each = each->NextSiblingElement("link")) {
-    const char* name = each->Attribute("name");
-    if (!name) continue;
-    if (name == link) return;
-    names += (names.empty() ? "" : ", ") + std::string(name);
-  }
+  for (const std::string& name : tree.links) names += (names.empty() ? "" : ", ") + name;
   throw InputError("perturbation: " + urdf_path + " has no link '" + link + "'; it has " + names);
 }
 
