@@ -1,5 +1,5 @@
 // multireach-bench-ik: compares inverse kinematics solvers on reachable targets, in the manner of Beeson & Ames,
-// "TRAC-IK" (Humanoids 2015): share solved and time, for the project's solvers and Orocos KDL, as a Markdown table.
+// "TRAC-IK" (Humanoids 2015): share solved and time, for the project's solvers and Orocos KDL, as Markdown tables.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -41,8 +41,16 @@ Chain load_turning(const ArmName& arm) {
 }
 
 struct Score {
-  int64_t solved = 0, inside = 0, both = 0;
+  int64_t solved = 0, both = 0;  // both: solved, and inside the limits
   std::vector<double> microseconds, simulated_s;
+};
+
+/// What every solver achieved for one arm and task.
+struct Comparison {
+  std::string arm;
+  TaskKind task = TaskKind::kPosition;
+  std::vector<IkSolver> solvers;
+  std::vector<Score> scores;
 };
 
 double quantile(std::vector<double>& values, double q) {
@@ -75,10 +83,11 @@ double processor_microseconds() {
   return static_cast<double>(now.tv_sec) * 1e6 + static_cast<double>(now.tv_nsec) * 1e-3;
 }
 
-void measure(const std::string& name, const Chain& chain, TaskKind task, int64_t samples, uint64_t seed) {
-  std::vector<IkSolver> solvers = own_solvers(chain);
-  for (IkSolver& solver : kdl_solvers(chain, task)) solvers.push_back(std::move(solver));
-  std::vector<Score> scores(solvers.size());
+Comparison measure(const std::string& name, const Chain& chain, TaskKind task, int64_t samples, uint64_t seed) {
+  Comparison result{name, task, own_solvers(chain), {}};
+  for (IkSolver& solver : kdl_solvers(chain, task)) result.solvers.push_back(std::move(solver));
+  const std::vector<IkSolver>& solvers = result.solvers;
+  result.scores.resize(solvers.size());
   JointVector middle(chain.size());
   for (int i = 0; i < chain.size(); ++i) middle[i] = 0.5 * (chain.sample_lower(i) + chain.sample_upper(i));
   for (int64_t k = 0; k < samples; ++k) {
@@ -90,30 +99,42 @@ void measure(const std::string& name, const Chain& chain, TaskKind task, int64_t
       const double begin = processor_microseconds();
       const IkAnswer answer = solvers[which].solve(target, middle);
       const double end = processor_microseconds();
-      Score& score = scores[which];
+      Score& score = result.scores[which];
       score.microseconds.push_back(end - begin);
       const JointVector posture = unwound(chain, answer.posture);
-      const bool solved = meets(chain, target, posture), inside = inside_limits(chain, posture);
+      const bool solved = meets(chain, target, posture);
       score.solved += solved;
-      score.inside += inside;
-      score.both += solved && inside;
+      score.both += solved && inside_limits(chain, posture);
       if (solvers[which].moves && solved) score.simulated_s.push_back(answer.simulated_s);
     }
   }
-  const double all = static_cast<double>(samples) / 100;
-  for (size_t s = 0; s < solvers.size(); ++s) {
-    Score& score = scores[s];
-    const double mean = std::accumulate(score.microseconds.begin(), score.microseconds.end(), 0.0) /
-                        static_cast<double>(score.microseconds.size());
-    const std::string moving = solvers[s].moves ? fmt::format("{:.2f}, {:.2f}", quantile(score.simulated_s, 0.5),
-                                                              quantile(score.simulated_s, 0.95))
-                                                : "";
-    fmt::print("| {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.1f} | {} |\n", name,
-               task == TaskKind::kPose ? 6 : 3, solvers[s].name, static_cast<double>(score.solved) / all,
-               static_cast<double>(score.inside) / all, static_cast<double>(score.both) / all, mean,
-               quantile(score.microseconds, 0.5), quantile(score.microseconds, 0.95), moving);
+  fmt::print(stderr, "measured: {}, m = {}\n", name, task == TaskKind::kPose ? 6 : 3);
+  return result;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// A table with a row for each comparison and a column for each solver.
+template <typename Cell>
+void print_table(const char* title, std::vector<Comparison>& comparisons, Cell cell_of) {
+  if (comparisons.empty()) return;
+  fmt::print("\n## {}\n\n| arm | m |", title);
+  for (const IkSolver& solver : comparisons.front().solvers) fmt::print(" {} |", solver.name);
+  fmt::print("\n|---|---|");
+  for (size_t s = 0; s < comparisons.front().solvers.size(); ++s) fmt::print("---|");
+  fmt::print("\n");
+  for (Comparison& each : comparisons) {
+    fmt::print("| {} | {} |", each.arm, each.task == TaskKind::kPose ? 6 : 3);
+    for (Score& score : each.scores) fmt::print(" {} |", cell_of(score));
+    fmt::print("\n");
   }
-  std::fflush(stdout);
+}
+
+/// A time with two digits below 10, whole above.
+std::string short_time(double microseconds) {
+  return fmt::format(microseconds < 9.95 ? "{:.1f}" : "{:.0f}", microseconds);
 }
 
 int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bool skip_missing) {
@@ -125,15 +146,30 @@ int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bo
       chains.emplace_back(arm.name, load_turning(arm));
     }
   }
-  fmt::print("{} targets for each arm, seed {}; processor time\n\n", samples, seed);
-  fmt::print(
-      "| arm | m | solver | solved, % | inside limits, % | both, % | mean, µs | median | 95 % | moving, s: median, 95 "
-      "% "
-      "|\n"
-      "|---|---|---|---|---|---|---|---|---|---|\n");
+  std::vector<Comparison> comparisons;
   for (const auto& [name, chain] : chains) {
-    measure(name, chain, TaskKind::kPosition, samples, seed);
-    if (chain.size() >= 6) measure(name, chain, TaskKind::kPose, samples, seed);
+    comparisons.push_back(measure(name, chain, TaskKind::kPosition, samples, seed));
+    if (chain.size() >= 6) comparisons.push_back(measure(name, chain, TaskKind::kPose, samples, seed));
+  }
+  fmt::print("{} targets for each row, seed {}\n", samples, seed);
+  const double per_cent = static_cast<double>(samples) / 100;
+  print_table("Solved", comparisons, [&](const Score& score) {
+    const double inside = static_cast<double>(score.both) / per_cent,
+                 all = static_cast<double>(score.solved) / per_cent;
+    return score.solved > score.both ? fmt::format("{:.2f} ({:.2f})", inside, all) : fmt::format("{:.2f}", inside);
+  });
+  print_table("Time", comparisons, [](Score& score) {
+    return fmt::format("{}, {}, {}", short_time(mean(score.microseconds)),
+                       short_time(quantile(score.microseconds, 0.5)), short_time(quantile(score.microseconds, 0.95)));
+  });
+  fmt::print("\n## Movement\n\n| arm | m | solver | median, s | 95 % |\n|---|---|---|---|---|\n");
+  for (Comparison& each : comparisons) {
+    for (size_t s = 0; s < each.solvers.size(); ++s) {
+      if (!each.solvers[s].moves) continue;
+      std::vector<double>& times = each.scores[s].simulated_s;
+      fmt::print("| {} | {} | {} | {:.2f} | {:.2f} |\n", each.arm, each.task == TaskKind::kPose ? 6 : 3,
+                 each.solvers[s].name, quantile(times, 0.5), quantile(times, 0.95));
+    }
   }
   return 0;
 }
@@ -143,7 +179,7 @@ int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bo
 
 int main(int argc, char** argv) {
   using namespace multireach::bench;
-  CLI::App app("Inverse kinematics for reachable targets, beside Orocos KDL, as a Markdown table.",
+  CLI::App app("Inverse kinematics for reachable targets, beside Orocos KDL, as Markdown tables.",
                "multireach-bench-ik");
   std::vector<std::string> named;
   int64_t samples = 10000;

@@ -149,7 +149,7 @@ IkSolver wrapped(const Chain& chain, const std::string& name, std::shared_ptr<Kd
     }
     return IkAnswer{found.data, 0};
   };
-  return {.name = starts > 1 ? name + ", begun again" : name, .solve = solve, .moves = false};
+  return {.name = starts > 1 ? name + ", again" : name, .solve = solve, .moves = false};
 }
 
 IkAnswer run_to_rest(GuardedLaw& law, const TaskTarget& target, const JointVector& start) {
@@ -194,19 +194,19 @@ std::vector<IkSolver> own_solvers(const Chain& chain) {
   const auto search = std::make_shared<MultiStartIk>(chain);
   const auto law = std::make_shared<GuardedLaw>(chain);
   return {
-      {.name = "nearest posture (`MultiStartIk::best`)",
+      {.name = "nearest",
        .solve =
            [search](const TaskTarget& target, const JointVector& start) {
              return IkAnswer{search->best(target, start).theta, 0};
            },
        .moves = false},
-      {.name = "first posture (`MultiStartIk::first`)",
+      {.name = "first",
        .solve =
            [search](const TaskTarget& target, const JointVector& start) {
              return IkAnswer{search->first(target, start).theta, 0};
            },
        .moves = false},
-      {.name = "reached by moving (`GuardedLaw`)",
+      {.name = "moving",
        .solve = [law](const TaskTarget& target, const JointVector& start) { return run_to_rest(*law, target, start); },
        .moves = true}};
 }
@@ -219,8 +219,8 @@ std::vector<IkSolver> kdl_solvers(const Chain& chain, TaskKind task) {
   } else {
     newton = std::make_shared<NewtonRaphson<PositionOnlyFk, PositionOnlyPinv>>(chain);
   }
-  return {wrapped(chain, "KDL LMA", lma, 1), wrapped(chain, "KDL LMA", lma, kMaxStarts),
-          wrapped(chain, "KDL NR_JL", newton, 1), wrapped(chain, "KDL NR_JL", newton, kMaxStarts)};
+  return {wrapped(chain, "LMA", lma, 1), wrapped(chain, "LMA", lma, kMaxStarts), wrapped(chain, "NR_JL", newton, 1),
+          wrapped(chain, "NR_JL", newton, kMaxStarts)};
 }
 
 }  // namespace multireach::bench

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Every arm with its driver and emulator, as a user starts it, one after the other. Prints a table for docs/robots.md: exit code, places
-# reached, the worst error of these, what the emulated robot and the driver refused, and where the arm stopped.
+# Every arm with its driver and emulator, as a user starts it, one after the other. Builds them where needed. Prints a table for docs/robots.md: exit
+# code, positions reached, the worst error of these, what the emulated robot and the driver refused, and where the arm stopped.
 # Then, from a set-point to the wire: the time from JOINT_SETPOINT to the first JOINT_COMMAND that shows it, by arrival at the recorder; the
 # time in the driver, from a JOINT_COMMAND to the bytes for the robot; and how regularly the robot was commanded.
 #   bench/robots.sh [ARM ...]     default: all; so101_dynamixel is the SO-101 as if its motors were Dynamixel
@@ -15,6 +15,7 @@ node_field() { tr -d ' \n' <"$1" | grep -o "\"$2\":{[^{}]*" | grep -o "\"$3\":[0
 
 if [ $# -eq 0 ]; then set -- iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel; fi
 failed=0
+printf '## Reaches\n\n'
 echo "| arm | driver | exit code | reached | worst error, mm | stops of the emulated robot | commands refused | restarts |"
 echo "|---|---|---|---|---|---|---|---|"
 for arm in "$@"; do
@@ -27,7 +28,7 @@ for arm in "$@"; do
   driver=$(awk '/^driver:/ { found = 1 } found && /name:/ { print $2; exit }' "$folder/robot.yaml")
   out=$work/out.json
   export MULTIREACH_WIRE_REPORT=$work/$arm.wire
-  XDG_STATE_HOME=$work/state "$root/tools/launch.sh" --no-setup --robot "$folder" --driver "$driver" --emulator --isolated --record "$work/run.lcm" --json "$out" >"$work/report" 2>"$work/err"
+  XDG_STATE_HOME=$work/state "$root/tools/launch.sh" --robot "$folder" --driver "$driver" --emulator --isolated --record "$work/run.lcm" --json "$out" >"$work/report" 2>"$work/err"
   code=$?
   if [ $code -ne 0 ]; then
     failed=1
@@ -47,7 +48,7 @@ for arm in "$@"; do
   rm -f "$work/run.lcm"
   [ -z "${MULTIREACH_KEEP:-}" ] || cp "$out" "$MULTIREACH_KEEP/$arm.json"
 done
-echo
+printf '\n## On the wire\n\n'
 echo "| arm | \`JOINT_SETPOINT\` to \`JOINT_COMMAND\` p50, p99, max, ms | in the driver p50, p99, max, ms | commands on the wire | period p50, p99, max, ms |"
 echo "|---|---|---|---|---|"
 for arm in "$@"; do

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Builds the benchmarks, runs them several times, and prints the best of each as two tables of docs/benchmarks.md: absolute
-# times, and ratios within the run.
+# Builds the benchmarks of steps, runs them several times, and prints the best of each as two tables of docs/benchmarks.md, with ratios
+# within the run.
 #   bench/run.sh [REPETITIONS]     default 9
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
 build=build/bench
-cmake --preset release -B "$build" -DMULTIREACH_BENCH=ON -DMULTIREACH_TESTS=OFF >/dev/null
+cmake --preset release -B "$build" -DMULTIREACH_BENCH=ON >/dev/null
 cmake --build "$build" --target multireach-bench-step >/dev/null
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

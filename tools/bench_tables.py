@@ -1,40 +1,54 @@
 #!/usr/bin/env python3
-"""Runs a benchmark of vision, which it finds in PATH, and prints its table of docs/ as Markdown.
+"""Runs programs, which it finds in PATH, and prints what they measure as tables of docs/, in Markdown.
 
-Usage: bench_tables.py accuracy|vision-times
+Usage: bench_tables.py accuracy|vision-times|calibration|tags|moebius
+
+calibration needs the Debian package opencv-doc, moebius the images of ../shared/data.
 """
+import glob
 import json
-import subprocess
+import pathlib
 import sys
+import tempfile
+
+from markdown_tables import head, output_of, print_chosen, row, section
+
+# The positions of the balls, and the walls behind them. No constant of vision was set on FRESH; many were set on the others.
+FRESH = ("--seed", "909", "--walls", "191")
+FAMILIAR = {"first": ("--seed", "101", "--walls", "1"), "second": ("--seed", "102", "--walls", "11")}
 
 
-def run(*command):
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    if done.returncode:
-        sys.exit(f"bench_tables.py: failed: {' '.join(command)}")
-    return done.stdout
-
-
-def head(*columns):
-    print("| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
-
-
-def row(*cells):
-    print("| " + " | ".join(map(str, cells)) + " |")
+def accuracy_of(*options):
+    """The cases by their name."""
+    said = output_of("multireach-bench-accuracy", "--positions", "40", *options, "--json", "-")
+    return {case["name"]: case for case in json.loads(said[said.index("\n{"):])["cases"]}
 
 
 def accuracy():
-    said = run("multireach-bench-accuracy", "--positions", "40", "--seed", "909", "--walls", "191", "--json", "-")
-    report = json.loads(said[said.index("\n{"):])
-    head("case", "seen, of 40", "reported as occluded", "error, mm: median", "RMS", "goal of RMS", "NEES/3; 1 for a consistent covariance", "inside of 95 %")
-    for case in report["cases"]:
-        row(case["name"], case["seen"], case["declared_occluded"], f"{case['median_mm']:.3f}", f"{case['rms_mm']:.3f}", case["aim_rms_mm"] or "",
-            f"{case['nees_per_dimension']:.2f}", f"{case['inside_95_percent']:.0f} %")
-    row("all", "", "", "", "", "", f"{report['nees_per_dimension']:.2f}", "")
+    fresh = accuracy_of(*FRESH)
+    familiar = {name: accuracy_of(*options, "--only", "motion") for name, options in FAMILIAR.items()}
+
+    def errors(case):
+        return [f"{case['median_mm']:.3f}", f"{case['rms_mm']:.3f}"]
+
+    def covariance(case):
+        return [f"{case['nees_per_dimension']:.2f}", f"{case['inside_95_percent']:.0f} %"]
+
+    section("Images")
+    head("case", "seen, of 40", "reported as occluded", "error, mm: median", "RMS", "goal of RMS", "NEES/3", "inside the 95 % ellipsoid")
+    for case in fresh.values():
+        if "motion" not in case["name"]:
+            row(case["name"], case["seen"], case["declared_occluded"], *errors(case), case["aim_rms_mm"] or "", *covariance(case))
+    section("Motion")
+    head("case", "set", "seen, of 40", "error, mm: median", "RMS", "NEES/3", "inside the 95 % ellipsoid")
+    for name in (name for name in fresh if "motion" in name):
+        for title, cases in {"no constant was set on it": fresh, **familiar}.items():
+            row(name, title, cases[name]["seen"], *errors(cases[name]), *covariance(cases[name]))
 
 
 def vision_times():
-    said = run("multireach-bench-vision", "--benchmark_repetitions=12", "--benchmark_enable_random_interleaving=true", "--benchmark_format=json")
+    said = output_of("multireach-bench-vision", "--benchmark_repetitions=12", "--benchmark_enable_random_interleaving=true",
+                     "--benchmark_format=json")
     best = {}
     for each in json.loads(said)["benchmarks"]:
         if each["run_type"] == "iteration":
@@ -56,11 +70,38 @@ def vision_times():
     times("the same, target lost before every pair", "pair_to_target_when_lost/{}", "turbojpeg_pair/{}", "turbojpeg alone")
 
 
-TABLES = {"accuracy": accuracy, "vision-times": vision_times}
+def calibration():
+    data = "/usr/share/doc/opencv-doc/examples/data"
+    if not glob.glob(f"{data}/left*.jpg"):
+        sys.exit("bench_tables.py: the chessboards of Debian's opencv-doc are not here")
+    head("`--lens`", "pairs", "stereo RMS, px", "left-out corners, squares: median", "95 %", "max")
+    for lens in ("radtan", "plumb_bob", "rational"):
+        with tempfile.TemporaryDirectory() as folder:
+            report = pathlib.Path(folder, "report.json")
+            output_of("multireach-calibrate", "cameras", "--pattern", "9x6", "--square", "0.025", "--left", f"{data}/left[01]?.jpg",
+                      "--right", f"{data}/right[01]?.jpg", "--lens", lens, "--leave-one-out", "--json", report, "-o", f"{folder}/cameras.yaml")
+            found = json.loads(report.read_text())
+        left_out = found["leave_one_out"]
+        row(lens, found["pairs_used"], f"{found['stereo_rms_px']:.4f}", f"{left_out['median_squares']:.4f}", f"{left_out['p95_squares']:.4f}",
+            f"{left_out['max_squares']:.3f}")
+
+
+def print_rows_of_test(*tests):
+    """The lines of tables that tests print."""
+    said = output_of("multireach_runtime_tests", f"--gtest_filter={':'.join(tests)}")
+    rows = [line for line in said.splitlines() if line.startswith("|")]
+    if not rows:
+        sys.exit(f"bench_tables.py: no table was printed by {', '.join(tests)}")
+    print("\n".join(rows))
+
+
+def tags():
+    print_rows_of_test("TagAccuracy.OfRenderedTags", "TagAccuracy.FarAwayAnOrientationIsRightOrNotGiven")
+
+
+def moebius():
+    print_rows_of_test("Moebius.WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth")
+
+
 if __name__ == "__main__":
-    if sys.argv[1:] in (["--help"], ["-h"]):
-        print(__doc__.strip())
-    elif len(sys.argv) == 2 and sys.argv[1] in TABLES:
-        TABLES[sys.argv[1]]()
-    else:
-        sys.exit("bench_tables.py: expected one of: " + ", ".join(TABLES))
+    print_chosen({"accuracy": accuracy, "vision-times": vision_times, "calibration": calibration, "tags": tags, "moebius": moebius}, __doc__)

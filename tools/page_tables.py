@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fills in the tables of the pages from the files of results.
 
-Usage: page_tables.py [--results DIR] [--into DIR] [PAGE...]      default: all pages of docs/
+Usage: page_tables.py [--results DIR] [--into DIR] [PAGE...]      default: README.md and all pages of docs/
 
 A table stands in a page between two comments, of which the first names the file, as a link of the page would:
 
@@ -10,6 +10,7 @@ A table stands in a page between two comments, of which the first names the file
     <!-- table: results/measures.csv fig1 -->   the quantities of fig1, with a column for each law; "fig1 by law": with a row for each
     <!-- end of table -->
 
+A block of text between ```text and ``` in a file of results counts as a table.
 tools/numbers.sh writes the first two kinds of file, studies/figures.sh the third; a figure without rows in it keeps its table.
 --results: read the files, by their names alone, from this folder. --into: write the pages there.
 """
@@ -33,14 +34,20 @@ def anchor(heading):
 
 
 def sections(text):
-    """The tables of a file of results, by the anchor of their heading; "" for the title."""
-    found, section = {}, ""
+    """The tables and blocks of text of a file of results, by the anchor of their heading; "" for the title."""
+    found, section, inside = {}, "", False
     for line in text.splitlines():
-        if line.startswith("## "):
+        fence = line.startswith("```")
+        if line.startswith("## ") and not inside:
             section = anchor(line[3:])
-        elif line.startswith("|"):
+        elif line.startswith("|") or fence or inside:
             found[section] = found.get(section, "") + line + "\n"
+        inside ^= fence
     return found
+
+
+def pages_with_tables():
+    return [path for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if BEGIN in path.read_text()]
 
 
 def date_of(text):
@@ -122,10 +129,8 @@ def main(arguments):
             raise Wrong(f"unknown option '{word}'; see --help")
         else:
             pages.append(pathlib.Path(word))
-    for page in pages or sorted((ROOT / "docs").glob("*.md")):
+    for page in pages or pages_with_tables():
         text = page.read_text()
-        if BEGIN not in text:
-            continue
         try:
             new = filled(text, page.parent, options.get("--results"))
         except Wrong as error:

@@ -7,12 +7,12 @@ straightness and slow-joints need the arms of ../shared/robots.
 """
 import json
 import pathlib
-import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+from markdown_tables import ROOT, head, output_of, print_chosen, row, section
+
 OWN, SHARED = "robots", "../shared/robots"
 ARMS = {"Hoap2": (f"{OWN}/hoap2/hoap2.urdf", "torso", "right_hand"),
         "Panda": (f"{SHARED}/panda.urdf", "panda_link0", "panda_hand"),
@@ -30,19 +30,7 @@ def study(arm, *options):
     urdf, base, tip = arm
     if not (ROOT / urdf).exists():
         sys.exit(f"study_tables.py: {urdf} is not here")
-    command = ["multireach-study", *options, "--urdf", str(ROOT / urdf), "--base", base, "--tip", tip, "--json", "-"]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
-    if done.returncode:
-        sys.exit(f"study_tables.py: failed: {' '.join(command)}")
-    return json.loads(done.stdout)
-
-
-def head(*columns):
-    print("| " + " | ".join(columns) + " |\n" + "|---" * len(columns) + "|")
-
-
-def row(*cells):
-    print("| " + " | ".join(map(str, cells)) + " |", flush=True)
+    return json.loads(output_of("multireach-study", *options, "--urdf", str(ROOT / urdf), "--base", base, "--tip", tip, "--json", "-"))
 
 
 def mm(values):
@@ -58,7 +46,7 @@ def tracking():
     columns = ("arm", "path", "", "rms error, mm: p50", "p95", "largest error, mm: p50", "p95", "lag, ms: p50", "p95")
     for title, knows, paths in (("With the velocity", True, ("circle, 2 s", "figure 8, 2 s")), ("Positions only", False, ("circle, 2 s",)),
                                 ("Too fast", True, ("circle, 0.5 s",))):
-        print(f"\n## {title}\n")
+        section(title)
         head(*columns)
         for name, result in results.items():
             for each in result["rows"]:
@@ -110,11 +98,5 @@ def slow_joints():
         row(name, equal["failures"], default["failures"], *(f"{each['settle_s']['p50']:.2f}" for each in (equal, default, alone)))
 
 
-TABLES = {"tracking": tracking, "straightness": straightness, "slow-joints": slow_joints}
 if __name__ == "__main__":
-    if sys.argv[1:] in (["--help"], ["-h"]):
-        print(__doc__.strip())
-    elif len(sys.argv) == 2 and sys.argv[1] in TABLES:
-        TABLES[sys.argv[1]]()
-    else:
-        sys.exit("study_tables.py: expected one of: " + ", ".join(TABLES))
+    print_chosen({"tracking": tracking, "straightness": straightness, "slow-joints": slow_joints}, __doc__)

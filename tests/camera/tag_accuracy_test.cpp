@@ -133,13 +133,19 @@ struct Errors {
     std::ranges::sort(of);
     return of.empty() ? 0 : of[static_cast<size_t>(share * static_cast<double>(of.size() - 1))];
   }
-  void print(const char* name) const {
+  /// The rows of a table of docs/, which tools/bench_tables.py takes from the output.
+  static void print_head() {
     std::printf(
-        "%s: %d poses, %d ambiguous, %d lost, %d flipped; position median %.3f 95%% %.3f mm, NEES/3 %.2f; "
-        "orientation median %.3f 95%% %.3f deg, NEES/3 %.2f\n",
-        name, posed, ambiguous, lost, flipped, quantile(mm, 0.5), quantile(mm, 0.95),
-        nees_position / (3 * (posed + ambiguous)), quantile(degrees, 0.5), quantile(degrees, 0.95),
-        nees_orientation / (3 * posed));
+        "| rendered tags of 6 cm, tilted by up to 55° | distance, m | tags | not seen | without orientation | tilted "
+        "the wrong way | "
+        "position, mm: median | 95 %% | NEES/3 | orientation, degrees: median | 95 %% | NEES/3 |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  }
+  void print(const char* name, double near, double far) const {
+    std::printf("| %s | %.1f to %.1f | %d | %d | %d | %d | %.3f | %.3f | %.2f | %.3f | %.3f | %.2f |\n", name, near,
+                far, posed + ambiguous + lost, lost, ambiguous, flipped, quantile(mm, 0.5), quantile(mm, 0.95),
+                nees_position / (3 * (posed + ambiguous)), quantile(degrees, 0.5), quantile(degrees, 0.95),
+                nees_orientation / (3 * posed));
   }
 };
 
@@ -197,14 +203,15 @@ TEST(TagAccuracy, OfRenderedTags) {
     double position_mm, orientation_degrees;  // 95 % at most
   };
   const StereoRig small = rig_of(320, 300, 0.12), large = rig_of(640, 600, 0.12);
-  for (const Case& c : {Case{"320 x 240, both", small, Eyes::kBoth, 0.3, 0.7, 0, 0.3, 0.4},
-                        {"320 x 240, one", small, Eyes::kLeft, 0.3, 0.7, 0, 1.2, 0.5},
-                        {"640 x 480, both", large, Eyes::kBoth, 0.3, 0.9, 0, 0.1, 0.1},
-                        {"640 x 480, one", large, Eyes::kLeft, 0.3, 0.9, 0, 0.5, 0.3},
-                        {"640 x 480, both, JPEG 85", large, Eyes::kBoth, 0.3, 0.9, 85, 0.3, 0.3},
-                        {"640 x 480, one, JPEG 85", large, Eyes::kLeft, 0.3, 0.9, 85, 1.2, 0.5}}) {
+  Errors::print_head();
+  for (const Case& c : {Case{"320 × 240, both cameras", small, Eyes::kBoth, 0.3, 0.7, 0, 0.3, 0.4},
+                        {"320 × 240, one camera", small, Eyes::kLeft, 0.3, 0.7, 0, 1.2, 0.5},
+                        {"640 × 480, both cameras", large, Eyes::kBoth, 0.3, 0.9, 0, 0.1, 0.1},
+                        {"640 × 480, one camera", large, Eyes::kLeft, 0.3, 0.9, 0, 0.5, 0.3},
+                        {"640 × 480, both cameras, JPEG of quality 85", large, Eyes::kBoth, 0.3, 0.9, 85, 0.3, 0.3},
+                        {"640 × 480, one camera, JPEG of quality 85", large, Eyes::kLeft, 0.3, 0.9, 85, 1.2, 0.5}}) {
     const Errors errors = errors_of(c.rig, tag, c.eyes, c.near, c.far, kPoses, c.jpeg_quality);
-    errors.print(c.name);
+    errors.print(c.name, c.near, c.far);
     EXPECT_EQ(errors.lost, 0) << c.name;
     EXPECT_LE(errors.ambiguous, kPoses / 10) << c.name;
     EXPECT_EQ(errors.flipped, 0) << c.name;
@@ -217,9 +224,10 @@ TEST(TagAccuracy, OfRenderedTags) {
 
 TEST(TagAccuracy, FarAwayAnOrientationIsRightOrNotGiven) {
   const TagLook tag{7, 0.06};
-  for (const Eyes eyes : {Eyes::kLeft, Eyes::kBoth}) {
-    const Errors errors = errors_of(rig_of(320, 300, 0.12), tag, eyes, 0.6, 1.4, 100);
-    errors.print(eyes == Eyes::kLeft ? "far, one" : "far, both");
+  constexpr double kNear = 0.6, kFar = 1.4;
+  for (const Eyes eyes : {Eyes::kBoth, Eyes::kLeft}) {
+    const Errors errors = errors_of(rig_of(320, 300, 0.12), tag, eyes, kNear, kFar, 100);
+    errors.print(eyes == Eyes::kLeft ? "320 × 240, one camera, far" : "320 × 240, both cameras, far", kNear, kFar);
     EXPECT_EQ(errors.flipped, 0);
     EXPECT_GT(errors.posed, 40);
     EXPECT_GE(errors.ambiguous, eyes == Eyes::kLeft ? 10 : 0);

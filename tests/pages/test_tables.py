@@ -1,6 +1,7 @@
 """Every table that a page takes from a file of docs/results is that of the file, every file is in a page and in docs/numbers.md, and its
 command is the one that tools/numbers.sh runs."""
 import csv
+import pathlib
 import re
 import subprocess
 
@@ -13,7 +14,7 @@ RESULTS = ROOT / "docs/results"
 
 
 def pages():
-    return {path.name: path.read_text() for path in sorted((ROOT / "docs").glob("*.md")) if page_tables.BEGIN in path.read_text()}
+    return {str(path.relative_to(ROOT)): path.read_text() for path in page_tables.pages_with_tables()}
 
 
 def listed():
@@ -27,17 +28,17 @@ def faults_of_pages(texts, results=RESULTS):
     used = set()
     for name, text in texts.items():
         try:
-            if page_tables.filled(text, ROOT / "docs", results) != text:
-                yield f"docs/{name} has other tables than the files of docs/results: run tools/numbers.sh --fill"
+            if page_tables.filled(text, (ROOT / name).parent, results) != text:
+                yield f"{name} has other tables than the files of docs/results: run tools/numbers.sh --fill"
         except page_tables.Wrong as error:
-            yield f"docs/{name}: {error}"
-        used |= {(block["file"], block["section"] or block["figure"] or "") for block in page_tables.BLOCK.finditer(text)}
+            yield f"{name}: {error}"
+        used |= {(pathlib.Path(block["file"]).name, block["section"] or block["figure"] or "") for block in page_tables.BLOCK.finditer(text)}
     with open(results / "measures.csv", newline="") as file:
-        there = {("results/measures.csv", row["figure"]) for row in csv.DictReader(file)}
+        there = {("measures.csv", row["figure"]) for row in csv.DictReader(file)}
     for path in results.glob("*.md"):
         tables = page_tables.sections(path.read_text())
-        there |= {(f"results/{path.name}", "" if len(tables) == 1 else section) for section in tables}
-    yield from (f"no page has the table {section or 'of'} {'of ' if section else ''}docs/{file}" for file, section in sorted(there - used))
+        there |= {(path.name, "" if len(tables) == 1 else section) for section in tables}
+    yield from (f"no page has the table {section or 'of'} {'of ' if section else ''}docs/results/{file}" for file, section in sorted(there - used))
 
 
 def faults_of_files(files, commands, numbers):
@@ -48,9 +49,9 @@ def faults_of_files(files, commands, numbers):
             continue
         if name not in commands:
             yield f"tools/numbers.sh does not list {name}"
-        elif f"- Command: `{commands[name]}`\n" not in files[name]:
+        elif not re.search(rf"^- Command: `{re.escape(commands[name])}( .*)?`$", files[name], re.MULTILINE):
             yield f"docs/results/{name}.md is of another command: run tools/numbers.sh {name}"
-        for what in ("Measured: 20\\d\\d-", "Version: ", "Computer: .* processors", "Compiler: "):
+        for what in ("Measured: 20\\d\\d-", "Version: .*, commit [0-9a-f]{7}", "Computer: .* processors", "Compiler: "):
             if not re.search(f"^- {what}", files[name], re.MULTILINE):
                 yield f"docs/results/{name}.md has no line '- {what}'"
         if f"(results/{name}.md)" not in numbers:
@@ -71,7 +72,7 @@ FILE = """# Some
 
 - Command: `multireach-some`
 - Measured: 2026-01-02, in 3 s
-- Version: 0.1.0 of 2026-01-01
+- Version: 0.1.0 of 2026-01-01, commit 0123abc
 - Computer: Some, 2 processors
 - Compiler: GCC 12
 
@@ -86,6 +87,13 @@ FILE = """# Some
 | c |
 |---|
 | 3 |
+
+## What a program printed
+
+```text
+## a
+ 1.5
+```
 """
 PAGE = """# Page
 
@@ -98,6 +106,9 @@ Measured on 2026-01-02: [command and computer](results/some.md).
 <!-- end of table -->
 
 <!-- table: results/some.md#first-of-two -->
+<!-- end of table -->
+
+<!-- table: results/some.md#what-a-program-printed -->
 <!-- end of table -->
 
 <!-- table: results/measures.csv fig by law -->
@@ -118,31 +129,35 @@ def results(tmp_path):
 def test_a_page_is_filled(results):
     made = page_tables.filled(PAGE, ROOT, results)
     assert "first-of-two -->\n| a | b |\n|---|---|\n| 1 | 2 |\n\nMeasured on 2026-01-02: [command and computer](results/some.md).\n<!-- end" in made
+    assert "printed -->\n```text\n## a\n 1.5\n```\n\nMeasured" in made
     assert "by law -->\n|  | way (m) | reaches | time (s) |\n|---|---|---|---|\n| x | < 0.001 | 7 |  |\n| y | 20000 |  | – |\n<!-- end" in made
     assert "fig -->\n|  | x | y |\n|---|---|---|\n| way (m) | < 0.001 | 20000 |\n| reaches | 7 |  |\n| time (s) |  | – |\n<!-- end" in made
     assert page_tables.filled(made, ROOT, results) == made
-    assert not list(faults_of_pages({"page.md": made}, results))
+    assert not list(faults_of_pages({"docs/page.md": made}, results))
 
 
 def test_what_is_wrong_with_a_page_is_found(results):
     made = page_tables.filled(PAGE, ROOT, results)
     other = "docs/page.md has other tables than the files of docs/results: run tools/numbers.sh --fill"
-    assert list(faults_of_pages({"page.md": made.replace("| 3 |", "| 4 |")}, results)) == [other]
-    assert list(faults_of_pages({"page.md": made.replace("2026-01-02", "2026-01-03", 1)}, results)) == [other]
+    assert list(faults_of_pages({"docs/page.md": made.replace("| 3 |", "| 4 |")}, results)) == [other]
+    assert list(faults_of_pages({"docs/page.md": made.replace("2026-01-02", "2026-01-03", 1)}, results)) == [other]
     (results / "unused.md").write_text(FILE.split("## Second")[0])
-    assert list(faults_of_pages({"page.md": made}, results)) == ["no page has the table of docs/results/unused.md"]
+    assert list(faults_of_pages({"docs/page.md": made}, results)) == ["no page has the table of docs/results/unused.md"]
     for change, error in (("#third", "results/some.md has no table third"), (".gone", "there is no results/some.md.gone"),
                           (" fig what", "is not understood")):
-        assert error in list(faults_of_pages({"page.md": made.replace("some.md#second", "some.md" + change)}, results))[0]
+        assert error in list(faults_of_pages({"docs/page.md": made.replace("some.md#second", "some.md" + change)}, results))[0]
 
 
 def test_what_is_wrong_with_a_file_is_found():
     numbers = "[some](results/some.md)"
     assert not list(faults_of_files({"some": FILE}, {"some": "multireach-some"}, numbers))
+    assert not list(faults_of_files({"some": FILE.replace("-some`", "-some --reaches 3`")}, {"some": "multireach-some"}, numbers))
     for files, commands, text, fault in (
             ({}, {"some": "x"}, numbers, "docs/results/some.md is missing: run tools/numbers.sh some"),
             ({"some": FILE}, {}, numbers, "tools/numbers.sh does not list some"),
             ({"some": FILE}, {"some": "multireach-some -n"}, numbers, "docs/results/some.md is of another command: run tools/numbers.sh some"),
+            ({"some": FILE.replace(", commit 0123abc", "")}, {"some": "multireach-some"}, numbers,
+             "docs/results/some.md has no line '- Version: .*, commit [0-9a-f]{7}'"),
             ({"some": FILE.replace("- Compiler", "")}, {"some": "multireach-some"}, numbers, "docs/results/some.md has no line '- Compiler: '"),
             ({"some": FILE}, {"some": "multireach-some"}, "", "docs/numbers.md does not list results/some.md")):
         assert list(faults_of_files(files, commands, text)) == [fault]

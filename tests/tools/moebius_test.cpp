@@ -25,10 +25,10 @@ struct Object {
   cv::Rect left, right;
   double behind_px;  ///< disparity by which its middle may lie behind its visible surface
 };
-const std::array<Object, 4> kObjects{{{"the pink solid", {198, 222, 66, 58}, {160, 221, 66, 58}, 0},
-                                      {"the pink star", {75, 175, 92, 78}, {36, 174, 92, 80}, 0},
-                                      {"the red solid", {212, 22, 80, 62}, {184, 23, 80, 62}, 0},
-                                      {"the blue solid", {308, 303, 58, 55}, {250, 303, 60, 52}, 1}}};
+const std::array<Object, 4> kObjects{{{"pink solid", {198, 222, 66, 58}, {160, 221, 66, 58}, 0},
+                                      {"pink star", {75, 175, 92, 78}, {36, 174, 92, 80}, 0},
+                                      {"red solid", {212, 22, 80, 62}, {184, 23, 80, 62}, 0},
+                                      {"blue solid", {308, 303, 58, 55}, {250, 303, 60, 52}, 1}}};
 
 class Moebius : public ::testing::Test {
  protected:
@@ -81,6 +81,8 @@ TEST_F(Moebius, ThePinkSolidIsWithinItsOwnRangeOfTrueDepth) {
 
 TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
   const VisionConfig config = VisionConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/moebius/vision.yaml");
+  // A table of docs/, which tools/bench_tables.py takes from the output.
+  std::printf("| object | measured, m | true depth of its visible surface, m: 5 %% | 95 %% |\n|---|---|---|---|\n");
   for (const Object& object : kObjects) {
     SCOPED_TRACE(object.name);
     const vision::LearnedColour left = vision::learn_colour(left_, object.left),
@@ -94,7 +96,7 @@ TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
     const auto [nearest, farthest] = true_range(object.left);
     EXPECT_GT(match.point.depth_left_m, nearest);
     EXPECT_LT(match.point.depth_left_m, farthest + object.behind_px * farthest * farthest / (1246.67 * 0.16));
-    std::printf("%s: %.3f m, true depths %.3f to %.3f m\n", object.name, match.point.depth_left_m, nearest, farthest);
+    std::printf("| %s | %.3f | %.3f | %.3f |\n", object.name, match.point.depth_left_m, nearest, farthest);
   }
 }
 
