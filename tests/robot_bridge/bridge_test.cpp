@@ -1,5 +1,4 @@
-#include "robot_bridge/bridge.hpp"
-
+// The stream of commands: set-points in, one command a tick out.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -8,58 +7,10 @@
 
 #include "robot_bridge/stream_check.hpp"
 #include "tests/allocation_count.hpp"
-#include "tests/test_arms.hpp"
+#include "tests/robot_bridge/bridging.hpp"
 
 namespace multireach::robot_bridge {
 namespace {
-
-constexpr int64_t kPeriod = 50000, kDelay = 5000, kRobot = 11, kController = 12;
-
-class Bridging : public ::testing::Test {
- protected:
-  Bridging() { start_ << 0.1, -0.5, -0.2, -0.8; }
-
-  /// The k-th set-point of a slow ramp that starts smoothly.
-  Setpoint ramp(int64_t k) const {
-    const double t = static_cast<double>(k), smooth = t < 10 ? t * t / 20 : t - 5, rate = t < 10 ? t / 10 : 1;
-    return {.run = kController,
-            .utime = k * kPeriod,
-            .sequence = k,
-            .theta = start_ + smooth * slope_,
-            .velocity = rate * slope_ / 0.05};
-  }
-  Measurement at(const JointVector& theta, int64_t utime = 0, int64_t run = kRobot) const {
-    return {.run = run, .utime = utime, .theta = theta, .velocity = JointVector::Zero(4)};
-  }
-  SetpointVerdict give(Bridge& bridge, const Setpoint& setpoint) const {
-    bool restarted = false;
-    return bridge.setpoint(setpoint, restarted);
-  }
-  /// A tick of a robot that does what it is told and says so.
-  Command obeyed_tick(Bridge& bridge) const {
-    Command command = bridge.tick();
-    EXPECT_TRUE(bridge.measured(at(command.theta, command.utime)));
-    return command;
-  }
-  /// Ten measurements of a robot that was not followed before.
-  bool heard_for_long(Bridge& bridge, const Measurement& measurement) const {
-    for (int k = 0; k < 9; ++k) EXPECT_FALSE(bridge.measured(measurement));
-    return bridge.measured(measurement);
-  }
-  /// Follows the ramp from its start until set-point `k` is executed.
-  Bridge running(int64_t k, const BridgeOptions& options = {}) const {
-    Bridge bridge(chain_, options);
-    EXPECT_TRUE(bridge.measured(at(start_)));
-    for (int64_t i = 0; i <= k; ++i) {
-      EXPECT_EQ(give(bridge, ramp(i)), SetpointVerdict::kAccepted);
-      for (int ms = 0; ms < 50; ++ms) obeyed_tick(bridge);
-    }
-    return bridge;
-  }
-
-  Chain chain_ = testing::hoap2();
-  JointVector start_{4}, slope_ = JointVector::Constant(4, -0.005);
-};
 
 TEST_F(Bridging, IsSilentUntilItKnowsTheRobotAndASetpoint) {
   Bridge bridge(chain_, {});
@@ -389,158 +340,6 @@ TEST_F(Bridging, ASlowerSpeedDoesNotOvershootAFastMotion) {
       EXPECT_LE(command.theta[0], goal[0] + 0.02) << "nor far beyond its goal, set-point " << k;
     }
   }
-}
-
-TEST_F(Bridging, ARobotThatDoesNotFollowIsAFaultThatIsLatched) {
-  Bridge bridge = running(10);
-  const JointVector blocked = bridge.tick().theta;
-  StreamCheck check(bridge.limits());
-  int64_t k = 11, utime = 0;
-  for (int ms = 0; ms < 5000 && bridge.next_tick(); ++ms) {
-    if (ms % 50 == 0) (void)give(bridge, ramp(k++));
-    const Command command = bridge.tick();
-    check.add(command.theta);
-    EXPECT_TRUE(bridge.measured(at(blocked, utime = command.utime)));
-  }
-  EXPECT_EQ(bridge.state(), BridgeState::kFault);
-  EXPECT_STREQ(bridge.cause(), "the robot does not follow its commands");
-  EXPECT_TRUE(check.keeps());
-  EXPECT_FALSE(bridge.next_tick()) << "no commands until a reset";
-  EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kNotReady);
-  EXPECT_TRUE(bridge.reset());
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "the robot may have gone meanwhile";
-  EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kNotReady);
-  EXPECT_TRUE(bridge.measured(at(blocked, utime)));
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
-  Setpoint here = ramp(k);
-  here.theta = blocked;
-  EXPECT_EQ(give(bridge, here), SetpointVerdict::kAccepted);
-  EXPECT_EQ(bridge.tick().theta, blocked) << "it starts from where the robot is";
-}
-
-TEST_F(Bridging, ARobotThatIsSilentStopsTheMotionThenIsAFault) {
-  Bridge bridge = running(20);
-  bool stopped = false;
-  int64_t k = 21;
-  for (int ms = 0; ms < 900; ++ms) {
-    if (ms % 50 == 0) (void)give(bridge, ramp(k++));
-    bridge.tick();
-    stopped |= bridge.state() == BridgeState::kStopping;
-  }
-  EXPECT_TRUE(stopped);
-  EXPECT_NE(bridge.state(), BridgeState::kFault);
-  for (int ms = 0; ms < 200 && bridge.next_tick(); ++ms) bridge.tick();
-  EXPECT_EQ(bridge.state(), BridgeState::kFault);
-  EXPECT_FALSE(bridge.reset()) << "it is still silent";
-}
-
-TEST_F(Bridging, ARestartedRobotAndAJumpAreFaults) {
-  Bridge restarted = running(20);
-  for (int ms = 0; ms < 150; ++ms) restarted.tick();
-  EXPECT_TRUE(heard_for_long(restarted, at(start_, 0, 78)));
-  restarted.tick();
-  EXPECT_STREQ(restarted.cause(), "the robot was restarted");
-  EXPECT_EQ(restarted.robot_run(), kRobot) << "the new robot must not obey the old motion";
-  Bridge jumped = running(20);
-  const Command command = jumped.tick();
-  EXPECT_TRUE(jumped.measured(at(command.theta + JointVector::Constant(4, 0.2), command.utime)));
-  jumped.tick();
-  EXPECT_STREQ(jumped.cause(), "the robot's measured position jumped");
-}
-
-TEST_F(Bridging, ARealRobotIsCommandedOnlyOnceEnabledAndAgainAfterItsRestart) {
-  Bridge bridge(chain_, {});
-  Measurement measurement = at(start_);
-  measurement.real = true;
-  bridge.enable();  // before the robot is known: not for this one
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
-  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady);
-  bridge.enable();
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "until its next state";
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
-  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kAccepted);
-  for (int ms = 0; ms < 150; ++ms) bridge.tick();
-  measurement.run = kRobot + 1;
-  EXPECT_TRUE(heard_for_long(bridge, measurement));
-  while (bridge.next_tick()) bridge.tick();
-  EXPECT_EQ(bridge.state(), BridgeState::kFault);
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_TRUE(bridge.reset());
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "the restarted robot was not enabled";
-}
-
-TEST_F(Bridging, ARealRobotOfRunZeroAndOneThatPassedForSimulatedWaitToBeEnabled) {
-  Bridge bridge(chain_, {});
-  Measurement measurement = at(start_, 0, 0);
-  measurement.real = true;
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
-  Bridge other(chain_, {});
-  EXPECT_TRUE(other.measured(at(start_)));
-  EXPECT_EQ(other.state(), BridgeState::kArmed);
-  measurement.run = kRobot;
-  EXPECT_TRUE(other.measured(measurement));
-  EXPECT_EQ(other.state(), BridgeState::kIdle);
-}
-
-TEST_F(Bridging, SilenceEndsALongSegmentAndAGoalBeyondTheLimitsIsInvalid) {
-  Bridge bridge = running(10);
-  for (int ms = 0; ms < 1000; ++ms) obeyed_tick(bridge);
-  ASSERT_EQ(bridge.state(), BridgeState::kArmed);
-  Setpoint far = ramp(40);
-  far.velocity.setZero();
-  far.theta[0] = chain_.upper()[0] + 5;
-  EXPECT_EQ(give(bridge, far), SetpointVerdict::kInvalid);
-  far.theta[0] = chain_.lower()[0];
-  const double begin = bridge.tick().theta[0], distance = std::abs(far.theta[0] - begin);
-  ASSERT_GT(distance, 1) << "longer than what is left of the time";
-  ASSERT_EQ(give(bridge, far), SetpointVerdict::kAccepted) << "the same controller resumes";
-  double end = begin;
-  for (int ms = 0; ms < 700; ++ms) end = obeyed_tick(bridge).theta[0];
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed) << "at rest after the time-out of 500 ms and a ramp of 0.2 s";
-  EXPECT_LT(std::abs(end - begin), distance / 2);
-}
-
-TEST_F(Bridging, ARealRobotIsNotCommandedInTheLinearShape) {
-  Bridge bridge(chain_, {.shape = BridgeOptions::Shape::kLinear});
-  Measurement measurement = at(start_);
-  measurement.real = true;
-  EXPECT_TRUE(bridge.measured(measurement));
-  bridge.enable();
-  EXPECT_EQ(give(bridge, ramp(0)), SetpointVerdict::kNotReady);
-}
-
-TEST_F(Bridging, ARobotThatReportsAFaultIsNotCommandedUntilTheFaultIsOverAndReset) {
-  Bridge bridge = running(10);
-  const JointVector stopped = bridge.tick().theta;
-  Measurement measurement = at(stopped, *bridge.next_tick());
-  measurement.faulted = true;
-  EXPECT_TRUE(bridge.measured(measurement));
-  while (bridge.next_tick()) bridge.tick();
-  EXPECT_EQ(bridge.state(), BridgeState::kFault);
-  EXPECT_STREQ(bridge.cause(), "the robot reports a fault");
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_TRUE(bridge.reset());
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle) << "its fault is not over";
-  measurement.faulted = false;
-  EXPECT_TRUE(bridge.measured(measurement));
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
-}
-
-TEST_F(Bridging, DisablingDeceleratesThenEndsTheStream) {
-  Bridge bridge = running(20);
-  StreamCheck check(bridge.limits());
-  bridge.disable();
-  EXPECT_EQ(bridge.state(), BridgeState::kStopping);
-  while (bridge.next_tick()) check.add(obeyed_tick(bridge).theta);
-  EXPECT_TRUE(check.keeps());
-  EXPECT_EQ(bridge.state(), BridgeState::kIdle);
-  EXPECT_EQ(give(bridge, ramp(22)), SetpointVerdict::kNotReady);
-  bridge.enable();
-  EXPECT_TRUE(bridge.measured(at(start_, 5000000)));
-  EXPECT_EQ(bridge.state(), BridgeState::kArmed);
 }
 
 TEST_F(Bridging, TheTickAllocatesNothing) {

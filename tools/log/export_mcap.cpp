@@ -2,6 +2,7 @@
 #include <multireach/images_t.hpp>
 #include <optional>
 
+#include "runtime/json_text.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/message_schema.hpp"
@@ -66,7 +67,7 @@ class Exporter {
       channel = channels_.emplace(std::pair(topic, schema->second), writer_.add_channel(schema->second, topic)).first;
     }
     const uint64_t time = plausible_utime(event.utime) ? static_cast<uint64_t>(event.utime) * 1000 : 0;
-    const auto text = message.dump(-1, ' ', false, json::error_handler_t::replace);
+    const std::string text = json_text(message);
     writer_.write(channel->second, static_cast<uint32_t>(event.number), time, time, text);
     ++written_;
   }

@@ -1,19 +1,12 @@
 #include "tools/page/foxglove_feed.hpp"
 
 #include "runtime/channels.hpp"
+#include "runtime/json_text.hpp"
 #include "runtime/message.hpp"
 #include "runtime/message_schema.hpp"
 #include "tools/foxglove/schemas.hpp"
 
 namespace multireach {
-namespace {
-
-std::string text_of(const nlohmann::ordered_json& value) {
-  return value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-}  // namespace
-
 void FoxgloveFeed::receive(std::string_view channel, std::span<const uint8_t> bytes, int64_t utime) {
   // Obstacles are sent once, perhaps before anybody watches; the scene repeats them.
   if (!hub_.watched() && channel != channel::kObstacles) return;
@@ -33,12 +26,12 @@ void FoxgloveFeed::receive(std::string_view channel, std::span<const uint8_t> by
   if (!schema) return;
   const std::string topic(channel);
   if (!hub_.wants(topic, "multireach." + schema->name, [&] { return json_schema_of(*schema); })) return;
-  if (const auto message = json_of(*schema, bytes)) hub_.publish(topic, utime, text_of(*message));
+  if (const auto message = json_of(*schema, bytes)) hub_.publish(topic, utime, json_text(*message));
 }
 
 void FoxgloveFeed::send(const FoxgloveMessage& message, int64_t utime) {
   if (hub_.wants(message.topic, message.schema, [&] { return foxglove_schema(message.schema); }))
-    hub_.publish(message.topic, utime, text_of(message.message));
+    hub_.publish(message.topic, utime, json_text(message.message));
 }
 
 }  // namespace multireach

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <array>
 
+#include "runtime/json_text.hpp"
+
 namespace multireach {
 namespace {
 
 using json = nlohmann::ordered_json;
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
 
 void append_little_endian(std::string& bytes, uint64_t value, int count) {
   for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
@@ -50,14 +48,14 @@ bool FoxgloveHub::join(const void* key, Write write) {
   if (clients_.size() >= kMaxClients || clients_.contains(key)) return false;
   auto client = std::make_unique<Client>();
   queue(*client, false,
-        text_of({{"op", "serverInfo"},
-                 {"name", "multireach"},
-                 {"capabilities", json::array()},
-                 {"supportedEncodings", json::array()},
-                 {"metadata", json::object()}}));
+        json_text({{"op", "serverInfo"},
+                   {"name", "multireach"},
+                   {"capabilities", json::array()},
+                   {"supportedEncodings", json::array()},
+                   {"metadata", json::object()}}));
   json channels = json::array();
   for (const auto& [topic, known] : topics_) channels.push_back(known.advertised);
-  if (!channels.empty()) queue(*client, false, text_of({{"op", "advertise"}, {"channels", channels}}));
+  if (!channels.empty()) queue(*client, false, json_text({{"op", "advertise"}, {"channels", channels}}));
   client->writer = std::thread([this, client = client.get(), write = std::move(write)] { write_to(*client, write); });
   clients_.emplace(key, std::move(client));
   return true;
@@ -148,11 +146,11 @@ bool FoxgloveHub::wants(const std::string& topic, const std::string& schema_name
                           {"topic", topic},
                           {"encoding", "json"},
                           {"schemaName", schema_name},
-                          {"schema", text_of(schema())},
+                          {"schema", json_text(schema())},
                           {"schemaEncoding", "jsonschema"}};
     known = topics_.emplace(topic, Topic{id, advertised}).first;
     for (const auto& [key, client] : clients_)
-      queue(*client, false, text_of({{"op", "advertise"}, {"channels", json::array({advertised})}}));
+      queue(*client, false, json_text({{"op", "advertise"}, {"channels", json::array({advertised})}}));
   }
   return std::ranges::any_of(clients_, [&](const auto& each) {
     return std::ranges::any_of(each.second->topic_of,

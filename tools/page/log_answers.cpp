@@ -9,6 +9,7 @@
 #include <multireach/target_t.hpp>
 
 #include "runtime/channels.hpp"
+#include "runtime/json_text.hpp"
 #include "runtime/message.hpp"
 #include "runtime/message_schema.hpp"
 #include "tools/page/jpeg_image.hpp"
@@ -27,10 +28,6 @@ constexpr std::array kShown{channel::kTarget,          channel::kObstacles,    c
 
 bool is_shown(const LogIndex::Series& series) {
   return std::ranges::find(kShown, series.channel) != kShown.end();
-}
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 struct Refused {
@@ -245,10 +242,10 @@ PageAnswer LogAnswers::answer(std::string_view path, std::string_view text) cons
     const Query query(text);
     const auto run = runs_.find(query.has("run") ? query.number("run", 0, INT64_MAX) : ShownRuns::kRecorded);
     if (!run) return {.status = 204};
-    if (path == "/log/overview") return {.body = text_of(overview_answer(*run))};
-    if (path == "/log/state") return {.body = text_of(state_answer(*run, query))};
-    if (path == "/log/span") return {.body = text_of(span_answer(*run, query))};
-    if (path == "/log/step") return {.body = text_of(step_answer(*run, query))};
+    if (path == "/log/overview") return {.body = json_text(overview_answer(*run))};
+    if (path == "/log/state") return {.body = json_text(state_answer(*run, query))};
+    if (path == "/log/span") return {.body = json_text(span_answer(*run, query))};
+    if (path == "/log/step") return {.body = json_text(step_answer(*run, query))};
     if (path == "/log/picture") return picture_answer(*run, query);
     throw Refused{fmt::format("'{}' is no question; expected overview, state, span, step or picture", path)};
   } catch (const Refused& refused) {

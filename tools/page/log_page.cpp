@@ -3,20 +3,17 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/files.hpp"
+#include "runtime/json_text.hpp"
 
 namespace multireach {
 namespace {
 
 using json = nlohmann::ordered_json;
 
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
 }  // namespace
 
 void LogPage::answer(const std::string& word, bool accepted, const std::string& text) {
-  browsers_.send(Outgoing::Kind::kAnswer, text_of({{"answer", word}, {"accepted", accepted}, {"text", text}}));
+  browsers_.send(Outgoing::Kind::kAnswer, json_text({{"answer", word}, {"accepted", accepted}, {"text", text}}));
 }
 
 void LogPage::handle(const std::string& text) {
@@ -47,7 +44,7 @@ void LogPage::step() {
   const int64_t version = runs_.version();
   if (!all && version == sent_version_) return;
   sent_version_ = version;
-  browsers_.send(Outgoing::Kind::kAnswer, text_of(runs_.json()));
+  browsers_.send(Outgoing::Kind::kAnswer, json_text(runs_.json()));
 }
 
 }  // namespace multireach

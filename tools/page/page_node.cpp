@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/channels.hpp"
+#include "runtime/json_text.hpp"
 #include "runtime/message_schema.hpp"
 #include "tools/page/jpeg_image.hpp"
 #include "tools/robot/bridge_words.hpp"
@@ -20,10 +21,6 @@ namespace {
 using json = nlohmann::ordered_json;
 
 constexpr int kLargestWidth = 640;  // pixels; a raw image is sent no wider than this
-
-std::string text_of(const json& value) {
-  return value.dump(-1, ' ', false, json::error_handler_t::replace);
-}
 
 std::string as_string(const std::vector<uint8_t>& bytes) {
   return {bytes.begin(), bytes.end()};
@@ -132,7 +129,7 @@ void PageNode::refuse(const std::string& why) {
 
 void PageNode::answer(const std::string& word, bool accepted, const std::string& text, const std::string& client) {
   browsers_.send(Outgoing::Kind::kAnswer,
-                 text_of({{"answer", word}, {"accepted", accepted}, {"text", text}, {"client", client}}));
+                 json_text({{"answer", word}, {"accepted", accepted}, {"text", text}, {"client", client}}));
 }
 
 void PageNode::handle_requests(Outbox& out) {
@@ -213,12 +210,12 @@ void PageNode::send_frame() {
   json frame{{"utime", next_tick_us_}, {"messages", messages}, {"rates", rates}};
   if (course_ && ticks_ % kTicksPerCourse == 0) {
     json course = course_->status();
-    if (const std::string text = text_of(course); text != course_sent_) {
+    if (const std::string text = json_text(course); text != course_sent_) {
       course_sent_ = text;
       frame["course"] = std::move(course);
     }
   }
-  browsers_.send(Outgoing::Kind::kFrame, text_of(frame));
+  browsers_.send(Outgoing::Kind::kFrame, json_text(frame));
 }
 
 void PageNode::tick(Outbox& out) {
