@@ -88,7 +88,7 @@ def calibration():
 
 def print_rows_of_test(*tests):
     """The lines of tables that tests print."""
-    said = output_of("multireach_runtime_tests", f"--gtest_filter={':'.join(tests)}")
+    said = output_of("multireach-table-tests", f"--gtest_filter={':'.join(tests)}")
     rows = [line for line in said.splitlines() if line.startswith("|")]
     if not rows:
         sys.exit(f"bench_tables.py: no table was printed by {', '.join(tests)}")

@@ -48,6 +48,14 @@ RUN = [
     "--target=0.1,-0.12,0.1 --gamma 350 --steps 300",
     "tools/multireach key new my.key && tools/launch.sh --key my.key",
     "build/release/bin/multireach-figures fig13 --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand -o curves.csv --measures -",
+    "multireach-replay run logs/reach.lcm -o out.lcm",
+    "tools/multireach log report run.lcm --robot robots/hoap2",
+    "tools/multireach replay sweep logs/reach.lcm --set controller.gamma_rad2_m2=100,180,350 -o table.csv",
+    "tools/multireach study --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand --samples 20000 --csv -",
+    "multireach-study --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand --law guarded --gamma 100,350 --samples "
+    "20000 --json study.json",
+    "build/release/bin/multireach-figures protocol-reaches --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand -o "
+    "curves.csv --measures -",
 ]
 # Exit codes other than 0, and a part that is left out.
 EXPECTED = {"multireach-log check run.lcm": 1, "multireach-log check logs/damaged.lcm": 1}
