@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
-# Builds the benchmarks of steps, runs them several times, and prints the best of each as two tables of docs/benchmarks.md, with ratios
+# Runs the benchmarks of steps, which it builds where they are not in PATH, several times, and prints the best of each as two tables of docs/benchmarks.md, with ratios
 # within the run.
 #   bench/run.sh [REPETITIONS]     default 9
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
-build=build/bench
-cmake --preset release -B "$build" -DMULTIREACH_BENCH=ON >/dev/null
-cmake --build "$build" --target multireach-bench-step >/dev/null
+program=$(command -v multireach-bench-step || true)  # tools/numbers.sh has built it
+if [ -z "$program" ]; then
+  cmake --preset release -B build/bench -DMULTIREACH_BENCH=ON >/dev/null
+  cmake --build build/bench --target multireach-bench-step >/dev/null
+  program=build/bench/bin/multireach-bench-step
+fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 for _ in $(seq "${1:-9}"); do
-  "$build/bin/multireach-bench-step" --benchmark_min_time=0.2 --benchmark_format=csv >>"$work/runs.csv" 2>/dev/null
+  "$program" --benchmark_min_time=0.2 --benchmark_format=csv >>"$work/runs.csv" 2>/dev/null
 done
 awk -F, '
   /^"/ { name = $1; gsub(/"/, "", name)

@@ -3,6 +3,7 @@
 # fills in the pages. Where an arm of ../shared/robots is missing, its table stays as it is. Builds what it needs in build/bench.
 #   tools/numbers.sh [NAME...]     default: those that take less than two minutes on two idle processors
 #   tools/numbers.sh NAME -- WORD...   one table, with more arguments for its command, e.g. fewer reaches; the file has the whole command
+#   tools/numbers.sh --built NAME...   with the programs that are in build/bench, without building them
 #   tools/numbers.sh --fill        only fills in the pages from docs/results
 #   tools/numbers.sh --list        the names, each with its command
 # Names: @NAMES@
@@ -42,13 +43,14 @@ table first-command long "The first command" "" "tools/launch.sh --isolated"
 
 wrong() { echo "numbers.sh: $*" >&2; exit 2; }
 fill() { /usr/bin/python3 tools/page_tables.py; }
-chosen=() more=()
+chosen=() more=() built=no
 while [ $# -gt 0 ]; do
   word=$1; shift
   case "$word" in
-    --help|-h) sed -n '2,9p' "$0" | cut -c3- | sed "s/@NAMES@/${names[*]}/"; exit 0 ;;
+    --help|-h) sed -n '2,10p' "$0" | cut -c3- | sed "s/@NAMES@/${names[*]}/"; exit 0 ;;
     --list) for name in "${names[@]}"; do printf '%s\t%s\n' "$name" "${commands[$name]}"; done; exit 0 ;;
     --fill) fill; exit 0 ;;
+    --built) built=yes ;;
     --) [ ${#chosen[@]} -eq 1 ] || wrong "-- expects one table before it"; more=("$@"); break ;;
     -*) wrong "unknown option '$word'; see --help" ;;
     *) [ -n "${commands[$word]+is}" ] || wrong "unknown table '$word'; expected one of: ${names[*]}"; chosen+=("$word") ;;
@@ -86,11 +88,13 @@ measure() {
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cmake --preset release -B "$build" -DMULTIREACH_BENCH=ON -DMULTIREACH_TESTS=ON -DMULTIREACH_PYTHON=ON >/dev/null
-needed=()
-for name in "${chosen[@]}"; do read -ra words <<<"${targets[$name]}"; needed+=("${words[@]}"); done
 version=$(version_text)
-[ ${#needed[@]} -eq 0 ] || cmake --build "$build" --target "${needed[@]}" >/dev/null
+if [ $built = no ]; then
+  cmake --preset release -B "$build" -DMULTIREACH_BENCH=ON -DMULTIREACH_TESTS=ON -DMULTIREACH_PYTHON=ON >/dev/null
+  needed=()
+  for name in "${chosen[@]}"; do read -ra words <<<"${targets[$name]}"; needed+=("${words[@]}"); done
+  [ ${#needed[@]} -eq 0 ] || cmake --build "$build" --target "${needed[@]}" >/dev/null
+fi
 export PATH="$root/$build/bin:$PATH" PYTHONPATH="$root/$build/python"
 failed=0
 for name in "${chosen[@]}"; do

@@ -98,7 +98,7 @@ for seed in $(seq "$first" $((first + runs - 1))); do
   awk -v share="$share" 'BEGIN { exit !(share != "" && share <= 1.06) }' || failed "seed $seed (${said[*]}): the robot moved at $share of its speed limit"
   awk -v excess="$(numbers "$work/report.json" max_limit_violation_rad)" 'BEGIN { exit !(excess <= 1e-9) }' || failed "seed $seed (${said[*]}): beyond a position limit"
   [ $resets -eq 0 ] || reset_runs=$((reset_runs + 1))
-  [ -z "${MULTIREACH_STALLS_TABLE:-}" ] || echo "seed $seed: ${said[*]}; resets $resets"
+  echo "seed $seed: ${said[*]}; resets $resets"
 done
 echo "$runs runs, $reset_runs of them with a fault that was reset, $failures failures"
 finish
