@@ -10,7 +10,7 @@ A table stands in a page between two comments, of which the first names the file
     <!-- table: results/measures.csv fig1 -->   the quantities of fig1, with a column for each law; "fig1 by law": with a row for each
     <!-- end of table -->
 
-A block of text between ```text and ``` in a file of results counts as a table.
+A block of text between ```text and ``` in a file of results counts as a table. A table whose file does not exist stays as it is.
 tools/numbers.sh writes the first two kinds of file, studies/figures.sh the third; a figure without rows in it keeps its table.
 --results: read the files, by their names alone, from this folder. --into: write the pages there.
 """
@@ -91,6 +91,8 @@ def table(block, folder, results):
     """What stands between the comments of a block of a page in `folder`."""
     path = (folder if results is None else results) / (block["file"] if results is None else pathlib.Path(block["file"]).name)
     if not path.is_file():
+        if block["old"]:
+            return block["old"]
         raise Wrong(f"there is no {block['file']}")
     if block["figure"]:
         made = measured(path, block["figure"], block["by_law"])
