@@ -134,7 +134,7 @@ void print_table(const char* title, std::vector<Comparison>& comparisons, Cell c
 
 /// A time with two digits below 10, whole above.
 std::string short_time(double microseconds) {
-  return fmt::format(microseconds < 9.95 ? "{:.1f}" : "{:.0f}", microseconds);
+  return microseconds < 9.95 ? fmt::format("{:.1f}", microseconds) : fmt::format("{:.0f}", microseconds);
 }
 
 int compare(const std::vector<ArmName>& arms, int64_t samples, uint64_t seed, bool skip_missing) {
