@@ -64,7 +64,9 @@ expect "doctor" 'Usage: multireach-doctor' multireach-doctor --help
 for program in "$system"/usr/bin/multireach*; do
   name=${program##*/}
   [ -e "$system/usr/share/man/man1/$name.1.gz" ] || failed "$name has no man page"
-  expect "completion of $name" '[a-z]' bash -c ". /usr/share/bash-completion/completions/$name; COMP_WORDS=($name \"\"); COMP_CWORD=1; compopt() { :; }; _${name//-/_}; echo \"\${COMPREPLY[*]}\""
+  # After an empty word: subcommands, which not all have; after -: options, which multireach itself has not.
+  expect "completion of $name" '[a-z]' bash -c ". /usr/share/bash-completion/completions/$name; compopt() { :; }; COMP_CWORD=1
+    for word in '' -; do COMP_WORDS=($name \"\$word\"); COMPREPLY=(); _${name//-/_}; echo \"\${COMPREPLY[*]}\"; done"
 done
 
 timed "install all packages, with compilers" inside sh -c "DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends /packages/*.deb g++ cmake ninja-build pkgconf man-db"
