@@ -177,3 +177,13 @@ def test_what_is_wrong_with_a_file_is_found():
             ({"some": FILE.replace("- Compiler", "")}, {"some": "multireach-some"}, numbers, "docs/results/some.md has no line '- Compiler: '"),
             ({"some": FILE}, {"some": "multireach-some"}, "", "docs/numbers.md does not list results/some.md")):
         assert list(faults_of_files(files, commands, text)) == [fault]
+
+
+@pytest.mark.parametrize("arguments, fault", [
+    (["nothing"], "unknown table 'nothing'; expected one of: "),
+    (["--nothing"], "unknown option '--nothing'"),
+    (["laws", "step", "--", "3"], "-- expects one table before it"),
+    (["--", "3"], "-- expects one table before it")])
+def test_wrong_arguments_of_numbers(arguments, fault):
+    done = subprocess.run([ROOT / "tools/numbers.sh", *arguments], capture_output=True, text=True)
+    assert done.returncode == 2 and fault in done.stderr
