@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "controller/ik/multi_start.hpp"
+#include "controller/node/controller_config.hpp"
 #include "robot_bridge/node/bridge_node.hpp"
 #include "robot_bridge/stream_check.hpp"
 #include "runtime/channels.hpp"
@@ -27,6 +28,7 @@
 #include "runtime/message_gate.hpp"
 #include "runtime/node.hpp"
 #include "tools/log/bridge_halts.hpp"
+#include "tools/log/flights.hpp"
 #include "tools/log/quantile.hpp"
 #include "tools/log/sequence_gaps.hpp"
 #include "tools/log/speed_window.hpp"
@@ -38,14 +40,10 @@ using nlohmann::json;
 
 constexpr double kReached = 5e-3;       // m; largest position error that counts as reached
 constexpr double kSamePosition = 8e-3;  // m; largest distance from the mean of the first matches during one dwell
+constexpr double kMet = 0.03;           // m; largest distance to a thrown target that counts as met: a ball in a hand
 constexpr size_t kFirstPositions = 5;
 constexpr int64_t kMinDwell = 1000000;  // us; shorter dwells are not reported
 constexpr int64_t kFinalPart = 250000;  // us; the error of a reach is the median over this last part of the dwell
-
-struct TimedPosition {
-  int64_t utime;
-  Eigen::Vector3d p_W;
-};
 
 struct Dwell {
   std::vector<TimedPosition> matches;
@@ -247,7 +245,7 @@ json vision_error_of(const std::vector<target_t>& targets, const std::map<int64_
 /// Collects all data for the report in one pass over the messages.
 class RunReporter::Data {
  public:
-  explicit Data(const RobotConfig& robot) : chain(robot.chain) {
+  explicit Data(const RobotConfig& robot) : chain(robot.chain), intercept(reach_options_from(robot).intercept) {
     const robot_bridge::BridgeOptions bridge = bridge_options_from(robot);
     smooth = bridge.shape == robot_bridge::BridgeOptions::Shape::kSmooth;
     limits_ = robot_bridge::motion_limits(robot.chain, bridge.speed_where_unlimited, bridge.acceleration, bridge.jerk);
@@ -262,6 +260,7 @@ class RunReporter::Data {
   }
 
   const Chain chain;
+  const std::optional<controller::FreeFallFilter::Options> intercept;  // where the hand is to meet thrown targets
   std::map<std::string, int64_t, std::less<>> counts;
   std::vector<target_t> targets;
   std::map<int64_t, target_t> truths;
@@ -382,7 +381,8 @@ RunReport RunReporter::report() const {
   json& out = report.json;
   json reaches = json::array(), unreachable = json::array();
   size_t reached = 0;
-  for (const Dwell& dwell : dwells_of(run.targets)) {
+  // A hand that waits for throws does not go to a target that rests.
+  for (const Dwell& dwell : run.intercept ? std::vector<Dwell>{} : dwells_of(run.targets)) {
     const json reach = reach_of(dwell, run.hand, origin);
     if (search.nearest(dwell.mean_position(), anywhere)) {
       reaches.push_back(reach);
@@ -408,6 +408,14 @@ RunReport RunReporter::report() const {
   out["reaches"] = reaches;
   out["reached"] = reached;
   out["unreachable"] = unreachable;
+  json flights = json::array();
+  if (run.intercept) flights = flights_of(run.targets, run.hand, *run.intercept, search, anywhere, origin);
+  out["flights"] = flights;
+  const auto is_missed = [](const json& flight) {
+    return flight["reachable"].get<bool>() &&
+           !(flight["closest_mm"].is_number() && flight["closest_mm"].get<double>() <= 1e3 * kMet);
+  };
+  const auto missed = std::ranges::count_if(flights, is_missed);
   const int64_t bridge_origin = run.targets.empty() ? run.first_utime : origin;
   out["bridge_faults"] = run.bridge_halts.faults_to_json(bridge_origin);
   // The end of a run is a stop, too.
@@ -473,6 +481,11 @@ RunReport RunReporter::report() const {
     } else if (!out["bridge_stops"].empty()) {
       report.reason += "; the bridge stopped: " + out["bridge_stops"][0]["cause"].get<std::string>();
     }
+  } else if (run.intercept && std::ranges::none_of(flights, [](const json& f) { return f["reachable"].get<bool>(); })) {
+    report.reason = "no target that falls freely came within the arm's reach";
+  } else if (missed > 0) {
+    report.reason = fmt::format("{} of {} thrown targets passed further than {} mm from the hand", missed,
+                                flights.size(), 1e3 * kMet);
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else if (command_speed > kFasterThanTheLimit) {
