@@ -70,7 +70,10 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
     require(options.intercept->gravity.allFinite() && options.intercept->gravity.norm() > 0.1,
             "gravity must be finite, and at least 0.1 m/s^2");
     require(options.intercept->other_acceleration > 0, "other_acceleration must be positive");
-    interception_.emplace(*guarded, steps_per_second());
+    GuardedParameters parameters = std::get<GuardedParameters>(options.law);
+    parameters.steps_per_second = steps_per_second();
+    parameters.ik = options.ik;
+    interception_.emplace(*guarded, parameters);
   }
   for (PastCommand& command : commands_) command.theta = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "controller/ik/multi_start.hpp"
+#include "controller/intercept/least_time.hpp"
 #include "controller/reach_controller.hpp"
 #include "controller/tracking_defaults.hpp"
 #include "kinematics/default_limits.hpp"
@@ -82,9 +83,7 @@ double largest_head_start(const Chain& chain, const std::vector<Eigen::Vector3d>
       const controller::IkSolution found =
           attempt == 0 ? ik.best(target, start) : ik.first(target, uniform_posture(chain, random, counter));
       if (found.error_m > 1e-5) break;
-      double needed = 0;
-      for (int i = 0; i < chain.size(); ++i)
-        needed = std::max(needed, least_time(std::abs(found.theta[i] - start[i]), speed[i], acceleration[i]));
+      const double needed = controller::least_time(found.theta - start, speed, acceleration);
       best = std::max(best, kDragStep * static_cast<double>(k) - needed);
     }
   }
@@ -114,12 +113,6 @@ Throw sample_throw(const Chain& chain, uint64_t seed, uint64_t index) {
   thrown.release = aim + Eigen::Vector3d(away * std::cos(from), away * std::sin(from), above);
   thrown.velocity = (aim - thrown.release - 0.5 * thrown.flight_s * thrown.flight_s * kGravity) / thrown.flight_s;
   return thrown;
-}
-
-double least_time(double distance, double speed, double acceleration) {
-  const double until_full = speed * speed / (2 * acceleration);
-  if (distance <= until_full) return std::sqrt(2 * distance / acceleration);
-  return speed / acceleration + (distance - until_full) / speed;
 }
 
 ThrowResult run_throw(const Chain& chain, const Throw& thrown, const ThrowOptions& options, uint64_t seed,

@@ -37,10 +37,6 @@ Throw sample_throw(const Chain& chain, uint64_t seed, uint64_t index);
 /// The joint positions in which the arm waits.
 JointVector waiting_posture(const Chain& chain);
 
-/// The least time, s, in which a joint at rest moves by `distance` with this speed and acceleration, without stopping
-/// there.
-double least_time(double distance, double speed, double acceleration);
-
 /// Plays one throw to the controller with `motion: intercept`: images at 30 Hz, whose noise is drawn from `seed` and
 /// `index`, each taken 30 ms before the robot shows the resulting motion.
 ThrowResult run_throw(const Chain& chain, const Throw& thrown, const ThrowOptions& options, uint64_t seed,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "controller/intercept/free_fall_filter.hpp"
+#include "controller/intercept/least_time.hpp"
 #include "controller/reach_controller.hpp"
 #include "controller/tracking_defaults.hpp"
 #include "numeric/random.hpp"
@@ -119,6 +120,21 @@ TEST(FreeFallFilter, IgnoresWhatIsNotFiniteAndWhatIsOlder) {
   }
   ASSERT_TRUE(filter.falls());
   EXPECT_LT((filter.at(400000)->position - thrown(0.4)).norm(), 1e-4);
+}
+
+// Against a joint that is accelerated step by step.
+TEST(LeastTime, IsThatOfAJointAtFullAcceleration) {
+  constexpr double kStep = 1e-5, kSpeed = 2, kAcceleration = 15;  // s, rad/s, rad/s^2
+  for (const double distance : {0.01, 0.13, 0.5, 2.0}) {
+    double at = 0, velocity = 0, time = 0;
+    while (at < distance) {
+      const double next = std::min(velocity + kStep * kAcceleration, kSpeed);
+      at += kStep * (velocity + next) / 2;
+      velocity = next;
+      time += kStep;
+    }
+    EXPECT_NEAR(least_time(distance, kSpeed, kAcceleration), time, 2 * kStep);
+  }
 }
 
 /// The Hoap2's controller, which waits for throws.

@@ -10,21 +10,6 @@
 namespace multireach {
 namespace {
 
-// Against a joint that is accelerated step by step.
-TEST(Throws, TheLeastTimeIsThatOfAJointAtFullAcceleration) {
-  constexpr double kStep = 1e-5, kSpeed = 2, kAcceleration = 15;  // s, rad/s, rad/s^2
-  for (const double distance : {0.01, 0.13, 0.5, 2.0}) {
-    double at = 0, velocity = 0, time = 0;
-    while (at < distance) {
-      const double next = std::min(velocity + kStep * kAcceleration, kSpeed);
-      at += kStep * (velocity + next) / 2;
-      velocity = next;
-      time += kStep;
-    }
-    EXPECT_NEAR(least_time(distance, kSpeed, kAcceleration), time, 2 * kStep);
-  }
-}
-
 TEST(Throws, LeadToAPlaceWithinReach) {
   const Chain chain = testing::hoap2();
   for (uint64_t k = 0; k < 100; ++k) {

@@ -1,19 +1,14 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <multireach/target_t.hpp>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "controller/ik/multi_start.hpp"
 #include "controller/intercept/free_fall_filter.hpp"
+#include "tools/log/timed_position.hpp"
 
 namespace multireach {
-
-struct TimedPosition {
-  int64_t utime;        ///< microseconds
-  Eigen::Vector3d p_W;  ///< m
-};
 
 /// Flights of a thrown target, in the order of time, from its TARGETs and the measured positions of the hand: lists of
 /// `begin_s` and `end_s` (when it was known to fall, message time since `origin`), `closest_mm`, the least distance of

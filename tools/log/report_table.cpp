@@ -66,6 +66,12 @@ std::string table_of(const json& report) {
                            list == std::string("reaches") ? "" : "  unreachable");
     }
   }
+  const int64_t seen = report["seen"].get<int64_t>(), moving = report["seen_without_position"].get<int64_t>();
+  if (4 * moving > seen) {
+    table += fmt::format(
+        "in {} of {} images the target moved, or was seen too unsteadily (8 mm, 1 s), for a position to be judged\n",
+        moving, seen);
+  }
   for (const json& flight : report["flights"]) {
     table += fmt::format("thrown target falls from {:.2f} to {:.2f} s: the hand is within {} mm at {} s{}\n",
                          flight["begin_s"].get<double>(), flight["end_s"].get<double>(),

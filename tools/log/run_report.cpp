@@ -28,6 +28,7 @@
 #include "runtime/message_gate.hpp"
 #include "runtime/node.hpp"
 #include "tools/log/bridge_halts.hpp"
+#include "tools/log/dwells.hpp"
 #include "tools/log/flights.hpp"
 #include "tools/log/quantile.hpp"
 #include "tools/log/sequence_gaps.hpp"
@@ -38,30 +39,11 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kReached = 5e-3;       // m; largest position error that counts as reached
-constexpr double kSamePosition = 8e-3;  // m; largest distance from the mean of the first matches during one dwell
-constexpr double kMet = 0.03;           // m; largest distance to a thrown target that counts as met: a ball in a hand
-constexpr size_t kFirstPositions = 5;
-constexpr int64_t kMinDwell = 1000000;  // us; shorter dwells are not reported
-constexpr int64_t kFinalPart = 250000;  // us; the error of a reach is the median over this last part of the dwell
-
-struct Dwell {
-  std::vector<TimedPosition> matches;
-  Eigen::Vector3d mean_position() const {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const TimedPosition& seen : matches) sum += seen.p_W;
-    return sum / static_cast<double>(matches.size());
-  }
-  int64_t duration() const { return matches.back().utime - matches.front().utime; }
-};
+constexpr double kMet = 0.03;  // m; largest distance to a thrown target that counts as met: a ball in a hand
 
 /// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, and the recorder's own
 /// is about as large.
 constexpr double kFasterThanTheLimit = 1.5;
-
-json vector(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
 
 /// What a node's NODE_STATUS said, over all its starts.
 struct NodeRecord {
@@ -161,52 +143,6 @@ struct CommandStream {
  private:
   static constexpr int64_t kPeriodUs = 1000;
 };
-
-std::vector<Dwell> dwells_of(const std::vector<target_t>& targets) {
-  std::vector<Dwell> dwells;
-  Dwell current;
-  const auto finish = [&] {
-    if (!current.matches.empty() && current.duration() >= kMinDwell) dwells.push_back(current);
-    current.matches.clear();
-  };
-  Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
-  for (const target_t& target : targets) {
-    if (target.status != target_t::STATUS_TRACKED) continue;
-    const TimedPosition seen{target.utime, Eigen::Map<const Eigen::Vector3d>(target.position_m)};
-    if (!seen.p_W.allFinite()) continue;
-    if (!current.matches.empty() && (seen.p_W - anchor).norm() > kSamePosition) finish();
-    current.matches.push_back(seen);
-    if (current.matches.size() <= kFirstPositions) anchor = current.mean_position();
-  }
-  finish();
-  return dwells;
-}
-
-/// Reports one dwell of the target, and how the end effector reached it.
-json reach_of(const Dwell& dwell, const std::vector<TimedPosition>& hand, int64_t origin) {
-  const Eigen::Vector3d target = dwell.mean_position();
-  const int64_t begin = dwell.matches.front().utime, end = dwell.matches.back().utime;
-  std::vector<double> final_errors;
-  int64_t settled = -1;
-  for (const TimedPosition& at : hand) {
-    if (at.utime < begin || at.utime > end) continue;
-    const double error = (at.p_W - target).norm();
-    if (error > kReached) {
-      settled = -1;
-    } else if (settled < 0) {
-      settled = at.utime;
-    }
-    if (at.utime > end - kFinalPart) final_errors.push_back(error);
-  }
-  json reach{{"target_m", vector(target)},
-             {"begin_s", static_cast<double>(begin - origin) * 1e-6},
-             {"end_s", static_cast<double>(end - origin) * 1e-6},
-             {"hand_error_mm", nullptr},
-             {"settle_s", nullptr}};
-  if (!final_errors.empty()) reach["hand_error_mm"] = 1e3 * quantile(final_errors, 0.5);
-  if (settled >= 0) reach["settle_s"] = static_cast<double>(settled - begin) * 1e-6;
-  return reach;
-}
 
 json lost_intervals_of(const std::vector<target_t>& targets, int64_t origin) {
   json intervals = json::array();
@@ -382,7 +318,8 @@ RunReport RunReporter::report() const {
   json reaches = json::array(), unreachable = json::array();
   size_t reached = 0;
   // A hand that waits for throws does not go to a target that rests.
-  for (const Dwell& dwell : run.intercept ? std::vector<Dwell>{} : dwells_of(run.targets)) {
+  const std::vector<Dwell> dwells = run.intercept ? std::vector<Dwell>{} : dwells_of(run.targets);
+  for (const Dwell& dwell : dwells) {
     const json reach = reach_of(dwell, run.hand, origin);
     if (search.nearest(dwell.mean_position(), anywhere)) {
       reaches.push_back(reach);
@@ -408,6 +345,13 @@ RunReport RunReporter::report() const {
   out["reaches"] = reaches;
   out["reached"] = reached;
   out["unreachable"] = unreachable;
+  // Images with the target, and those of them in which it stayed too short a time, or was seen too unsteadily, for a
+  // position to be judged.
+  int64_t seen = 0, in_dwells = 0;
+  for (const target_t& target : run.targets) seen += target.status == target_t::STATUS_TRACKED;
+  for (const Dwell& dwell : dwells) in_dwells += static_cast<int64_t>(dwell.matches.size());
+  out["seen"] = seen;
+  out["seen_without_position"] = run.intercept ? 0 : seen - in_dwells;
   json flights = json::array();
   if (run.intercept) flights = flights_of(run.targets, run.hand, *run.intercept, search, anywhere, origin);
   out["flights"] = flights;
