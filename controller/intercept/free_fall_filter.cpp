@@ -7,6 +7,7 @@ namespace multireach::controller {
 namespace {
 
 constexpr double kLeastSigma = 0.0005;   // m
+constexpr double kLargestVariance = 1;   // m^2: an observation that tells less says nothing about a throw
 constexpr double kFirstSpeed = 10;       // m/s: standard deviation of the velocity before the second observation
 constexpr double kDisagreement = 16.27;  // chi squared with 3 degrees of freedom: one in a thousand
 const double kEvidence = 2 * std::log(1000.0);
@@ -48,9 +49,8 @@ void FreeFallFilter::restart(const Eigen::Vector3d& position, const Eigen::Matri
 void FreeFallFilter::observe(int64_t utime, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance) {
   if (!position.allFinite() || (observations_ > 0 && utime <= utime_)) return;
   Eigen::Matrix3d noise = 0.5 * (covariance + covariance.transpose());
-  if (!noise.allFinite() || noise.cwiseAbs().maxCoeff() > 1 || noise.diagonal().minCoeff() < 0 ||
-      noise.llt().info() != Eigen::Success)
-    noise.setZero();
+  if (noise.diagonal().maxCoeff() > kLargestVariance) return;
+  if (!noise.allFinite() || noise.diagonal().minCoeff() < 0 || noise.llt().info() != Eigen::Success) noise.setZero();
   noise.diagonal().array() += kLeastSigma * kLeastSigma;
   const double seconds = 1e-6 * static_cast<double>(utime - utime_);
   utime_ = utime;

@@ -110,11 +110,12 @@ TEST(FreeFallFilter, ABounceIsAnotherFlight) {
   EXPECT_LT((filter.at(utime + 300000)->position - after(utime + 300000)).norm(), 1e-4);
 }
 
-TEST(FreeFallFilter, IgnoresWhatIsNotFiniteAndWhatIsOlder) {
+TEST(FreeFallFilter, IgnoresWhatIsNotFiniteOlderOrHardlyKnown) {
   FreeFallFilter filter({});
   for (int k = 0; k < 6; ++k) {
     filter.observe(kFrame * k, thrown(seconds(kFrame * k)), Eigen::Matrix3d::Zero());
     filter.observe(kFrame * k + 10, {NAN, 0, 0}, Eigen::Matrix3d::Zero());
+    filter.observe(kFrame * k + 10, {9, 9, 9}, 4 * Eigen::Matrix3d::Identity());
     filter.observe(kFrame * k - 10, {9, 9, 9}, Eigen::Matrix3d::Zero());
     filter.observe(kFrame * k, {9, 9, 9}, Eigen::Matrix3d::Constant(NAN));
   }
