@@ -22,6 +22,7 @@ constexpr double kStill = 0.01;               // rad (m): a joint that moves les
 constexpr double kArrived = 0.005;            // m: an end effector nearer than this to the target has arrived
 constexpr double kOffsetAfter = 1e7;          // us: time constant with which a lasting deviation is learnt as an offset
 constexpr double kMaxOffset = 0.5;            // rad (m): limits the effect of one wrong measurement on the offset
+constexpr int64_t kAfterMeeting = 200000;     // us: the hand stays so long where it was to meet the target
 constexpr int64_t kTicksWithin = 4;           // tick_us: at most so many ticks
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
@@ -50,7 +51,8 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
       rest_(options.rest),
       filter_(options.target),
       direction_(options.direction),
-      orientation_(options.orientation) {
+      orientation_(options.orientation),
+      fall_(options.intercept.value_or(FreeFallFilter::Options{})) {
   require(options.tick_us > 0 && options.tick_us <= kMaxTickPeriod, "tick_us must be positive, and at most 1e9");
   require(options.steps_per_tick > 0, "steps_per_tick must be positive");
   require(options.target.jump_m > 0, "jump_m must be positive");
@@ -62,6 +64,17 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   require(options.ik.samples >= 3 && options.ik.starts >= 0,
           "inverse kinematics needs at least 3 samples, and starts must not be negative");
   law_ = make_law(chain, options, steps_per_second());
+  if (options.intercept) {
+    const auto* guarded = dynamic_cast<const GuardedLaw*>(law_.get());
+    require(guarded != nullptr, "intercept needs GuardedParameters");
+    require(options.intercept->gravity.allFinite() && options.intercept->gravity.norm() > 0.1,
+            "gravity must be finite, and at least 0.1 m/s^2");
+    require(options.intercept->other_acceleration > 0, "other_acceleration must be positive");
+    GuardedParameters parameters = std::get<GuardedParameters>(options.law);
+    parameters.steps_per_second = steps_per_second();
+    parameters.ik = options.ik;
+    interception_.emplace(*guarded, parameters);
+  }
   for (PastCommand& command : commands_) command.theta = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
   const auto fault = joint_configuration_fault(chain, {rest_.begin(), rest_.end()}, "the rest posture");
@@ -73,6 +86,7 @@ bool ReachController::start(const JointVector& theta) {
   if (!law_->start(theta)) return false;
   if (options_.rest.size() == 0) rest_ = chain_.clamped(theta);
   filter_.reset();
+  forget_flight();
   last_seen_.reset();
   jumps_.fill(std::nullopt);
   flickers_ = false;
@@ -101,7 +115,8 @@ bool ReachController::observe(const TargetObservation& observation) {
   }
   const bool jumped = filter_.update(observation);
   jumped_ = jumped_ || jumped;
-  if (jumped) note_jump(observation.utime);
+  if (jumped && !interception_) note_jump(observation.utime);
+  if (interception_) fall_.observe(observation.utime, observation.position, observation.covariance);
   last_seen_ = observation.utime;
   last_position_ = filter_.position_at(observation.utime);
   bring_tick_forward(observation.utime);
@@ -140,6 +155,7 @@ bool ReachController::restart_grid(int64_t utime) {
   if (last_seen_ && *last_seen_ > utime) {
     last_seen_.reset();
     filter_.reset();
+    forget_flight();
   }
   return true;
 }
@@ -201,12 +217,41 @@ void ReachController::track_target(int64_t now, int64_t begin) {
   dwelling_ = false;
 }
 
+void ReachController::forget_flight() {
+  fall_.reset();
+  if (interception_) interception_->forget();
+  meeting_.reset();
+}
+
+/// Sends the hand to where it meets a target that falls freely; then, after a while, back to the rest configuration.
+void ReachController::intercept_target(int64_t begin) {
+  const int64_t then = begin + options_.prediction_us;
+  const TaskTarget task = task_target(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+  const std::optional<Meeting> chosen =
+      lost_ ? std::nullopt : interception_->choose(static_cast<const GuardedLaw&>(*law_), fall_, then, task);
+  if (chosen) {
+    const TaskTarget target = task_target(chosen->position, Eigen::Vector3d::Zero());
+    const bool same = meeting_ && meeting_->utime == chosen->utime && mode_ == ReachMode::kReaching;
+    if (same)
+      law_->update_target(target);
+    else
+      law_->set_target(target);
+    meeting_ = chosen;
+    mode_ = ReachMode::kReaching;
+  } else if (!meeting_ || then > meeting_->utime + kAfterMeeting) {
+    meeting_.reset();
+    if (mode_ != ReachMode::kResting && law_->set_joint_target(rest_)) mode_ = ReachMode::kResting;
+  }
+}
+
 /// `begin`: the time for which the joint positions hold before this tick, one period after the last. A moving target is
 /// predicted to it.
 void ReachController::update_goal(int64_t now, int64_t begin) {
   lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
   unreachable_ = false;
-  if (!lost_) {
+  if (interception_) {
+    intercept_target(begin);
+  } else if (!lost_) {
     track_target(now, begin);
   } else if (last_seen_ || mode_ != ReachMode::kWaiting) {
     handle_lost_target();
@@ -308,6 +353,7 @@ ReachOutput ReachController::tick() {
   output.condition_number = condition_number(coherence_matrix(jacobian, output.weights));
   output.attractor_residual_m = law_->residual_m();
   output.ik_searches = law_->ik_searches();
+  output.meeting = meeting_;
   return output;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <variant>
 
+#include "controller/intercept/interception.hpp"
 #include "controller/law/guarded_law.hpp"
 #include "controller/law/paper_law.hpp"
 #include "controller/law/reaching_law.hpp"
@@ -49,6 +50,9 @@ struct ReachOptions {
   /// The hand aims at where the target will be this much later. A set-point holds for the end of its tick; what passes
   /// besides, from the image to the controller and from the bridge to the robot's motion, belongs here.
   int64_t prediction_us = 0;
+  /// The target is thrown: the hand waits in the rest configuration until the target falls freely, then goes where it
+  /// will be. Only with GuardedParameters.
+  std::optional<FreeFallFilter::Options> intercept{};
   double drift_m = 0.01;  ///< law `paper`: search theta_T again when K(theta_T) is further than this from the target
   int64_t lost_after_us = 200000;  ///< a target not seen for longer than this is lost
   OnTargetLost on_target_lost = OnTargetLost::kHoldLastTarget;
@@ -98,6 +102,7 @@ struct ReachOutput {
   double condition_number = 1;
   double attractor_residual_m = 0;  ///< |target - K(theta_T)|
   int64_t ik_searches = 0;
+  std::optional<Meeting> meeting{};  ///< ReachOptions::intercept: where and when the hand is to meet the target
 };
 
 /// The reaching controller as a stage: receives target observations, measured joint positions and obstacles; computes
@@ -170,7 +175,9 @@ class ReachController {
   void update_goal(int64_t now, int64_t begin);
   void note_jump(int64_t utime);
   void track_target(int64_t now, int64_t begin);
+  void intercept_target(int64_t begin);
   void handle_lost_target();
+  void forget_flight();
   TaskTarget task_target(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) const;
   void compensate_disturbance(int64_t interval_us);
   void record_command();
@@ -194,8 +201,11 @@ class ReachController {
   std::optional<int64_t> last_seen_;                         // time of the newest observation that was seen
   Eigen::Vector3d last_position_ = Eigen::Vector3d::Zero();  // filtered target position at last_seen_
   TargetFilter filter_;
-  Eigen::Vector3d direction_;                    // kPointing: of the tool, in W
-  Eigen::Matrix3d orientation_;                  // kPose: R_WT
+  Eigen::Vector3d direction_;    // kPointing: of the tool, in W
+  Eigen::Matrix3d orientation_;  // kPose: R_WT
+  FreeFallFilter fall_;
+  std::optional<Interception> interception_;
+  std::optional<Meeting> meeting_;
   bool jumped_ = false;                          // the target is new or has jumped since the last tick
   std::array<std::optional<int64_t>, 3> jumps_;  // times of the last jumps, the newest first
   bool flickers_ = false;

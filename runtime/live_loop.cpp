@@ -34,6 +34,7 @@ volatile std::sig_atomic_t signal_received = 0;
 constexpr int64_t kMaxTickDelay = 2000000;  // us
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kStatusPeriod = 1000000;
+constexpr int64_t kStatusWork = 500;  // us: more than a status takes; it waits for a tick that is due sooner than this
 constexpr int64_t kReportPeriod = 20000;
 constexpr int64_t kMaxShutdown = 2000000;
 constexpr int kRealTimePriority = 40;  // below that of the kernel's interrupt threads, 50
@@ -103,7 +104,7 @@ class LiveLoop {
       } else {
         compute_ticks();
       }
-      if (monotonic_us() >= next_status_us_) publish_status();
+      if (monotonic_us() >= status_time()) publish_status();
     }
     publish_status();
     return 0;
@@ -126,16 +127,28 @@ class LiveLoop {
     return now - *shutdown_us_ > kMaxShutdown;
   }
 
+  /// When the next tick is due, once ticks have begun.
+  std::optional<int64_t> tick_time() const {
+    const auto tick = lockstep_ ? std::nullopt : node_->next_tick();
+    if (!tick || !clock_.anchored()) return std::nullopt;
+    return due_us(*tick);
+  }
+
+  /// When to send NODE_STATUS: not just before a tick, which it would delay, but after it.
+  int64_t status_time() const {
+    const auto tick = tick_time();
+    const bool collides = tick && *tick >= next_status_us_ && *tick - next_status_us_ < kStatusWork;
+    return collides ? *tick : next_status_us_;
+  }
+
   int64_t wake_time() const {
-    int64_t wake = next_status_us_;
+    int64_t wake = status_time();
     if (shutdown_us_) {
       wake = std::min(wake, monotonic_us() + kReportPeriod);
     } else if (options_.seconds > 0)
       wake = std::min(wake, start_us_ + static_cast<int64_t>(options_.seconds * 1e6) + 1);
     if (lockstep_) return std::min(wake, next_report_us_);
-    const auto tick = node_->next_tick();
-    if (tick && clock_.anchored()) wake = std::min(wake, due_us(*tick));
-    return wake;
+    return std::min(wake, tick_time().value_or(wake));
   }
 
   int64_t due_us(int64_t tick) const {

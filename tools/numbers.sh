@@ -22,6 +22,7 @@ table() {
   [ "$2" = long ] || short+=("$1")
 }
 table tracking short "Targets that keep moving" multireach-study "tools/study_tables.py tracking"
+table throws long "Thrown balls" multireach-study "tools/study_tables.py throws"
 table straightness long "The path of the hand" multireach-study "tools/study_tables.py straightness"
 table slow-joints short "Slow joints" multireach-study "tools/study_tables.py slow-joints"
 table laws short "The same reaches under other laws" multireach-bench-laws "multireach-bench-laws"

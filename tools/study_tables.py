@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs multireach-study, which it finds in PATH, for several arms, and prints tables of docs/ as Markdown.
 
-Usage: study_tables.py tracking|straightness|slow-joints
+Usage: study_tables.py tracking|throws|straightness|slow-joints
 
 straightness and slow-joints need the arms of ../shared/robots.
 """
@@ -54,6 +54,15 @@ def tracking():
                     row(f"{name}, {result['radius_m']:.3f} m", each["path"], each["tracker"], *mm(each["rms_m"]), *mm(each["max_m"]), *ms(each["lag_s"]))
 
 
+def throws():
+    head("arm", "noise, mm", "throws", "a hand in time", "that sees the ball", "met within 30 mm", "of those in time that sees it", "closest, mm: p50", "p95")
+    for name, arm in TRACKING_ARMS.items():
+        for sigma in (0.0005, 0.003):
+            result = study(arm, "throws", "--samples", "1000", "--seed", "9", "--sigma", str(sigma))
+            row(name, 1000 * sigma, result["throws"], result["in_time"], result["seen_in_time"], result["met"],
+                f"{100 * result['met'] / result['seen_in_time']:.1f} %", *mm(result["closest_m"]))
+
+
 def straightness():
     head("arm, targets", "reaches", "path of the hand", "arrived, %", "path p50", "p90", "p95", "p99", "settled, s: p50", "p95", "where DLS arrives: path p50", "p95")
     for name, arm in ARMS.items():
@@ -99,4 +108,4 @@ def slow_joints():
 
 
 if __name__ == "__main__":
-    print_chosen({"tracking": tracking, "straightness": straightness, "slow-joints": slow_joints}, __doc__)
+    print_chosen({"tracking": tracking, "throws": throws, "straightness": straightness, "slow-joints": slow_joints}, __doc__)

@@ -8,10 +8,12 @@ namespace multireach {
 
 namespace {
 
+constexpr double kGravity = 9.81;  // m/s^2
+
 /// One entry of the list `path`.
 struct Entry {
   double previous_s = 0, at_s = 0;
-  std::optional<Eigen::Vector3d> position, move_to;
+  std::optional<Eigen::Vector3d> position, move_to, throw_to;
   std::optional<Eigen::Quaterniond> orientation;
   double over_s = 0, hidden_for_s = 0;
 };
@@ -29,7 +31,7 @@ void read_orientation(const Config& config, Entry& entry) {
 }
 
 ConfigKeys<Entry> entry_keys() {
-  const auto neither = [](const Entry& e) { return !e.position && !e.move_to; };
+  const auto stays = [](const Entry& e) { return !e.position && !e.move_to && !e.throw_to; };
   return ConfigKeys<Entry>("Scene file, entries of path", "One event on the ball's path.")
       .other("at_s", "number, not less than in the entry before", "s", "required", "When it happens.",
              [](const Config& config, Entry& e) { e.at_s = config.number("at_s", e.previous_s, 1e6); })
@@ -38,14 +40,18 @@ ConfigKeys<Entry> entry_keys() {
       .only("in an entry without position_m", [](const Entry& e) { return !e.position; })
       .other("move_to_m", "list of 3 numbers", "m", "none", "The ball moves to this position, with minimum jerk.",
              [](const Config& config, Entry& e) { read_point(config, "move_to_m", e.move_to); })
-      .only("with move_to_m", [](const Entry& e) { return e.move_to.has_value(); })
+      .only("in an entry without position_m and move_to_m", [](const Entry& e) { return !e.position && !e.move_to; })
+      .other("throw_to_m", "list of 3 numbers", "m", "none",
+             "The ball is thrown and falls freely, with 9.81 m/s² against z, to this position.",
+             [](const Config& config, Entry& e) { read_point(config, "throw_to_m", e.throw_to); })
+      .only("with move_to_m or throw_to_m", [](const Entry& e) { return e.move_to || e.throw_to; })
       .number(
           "over_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.over_s; }, "Duration of the motion.")
       .required()
-      .only("in an entry with position_m or move_to_m", [=](const Entry& e) { return !neither(e); })
+      .only("in an entry with a position", [=](const Entry& e) { return !stays(e); })
       .other("orientation_wxyz", "list of 4 numbers", "", "as before; 1, 0, 0, 0 at the start",
              "Rotation from the tag's frame to W there, a quaternion; a ball has none.", read_orientation)
-      .only("in an entry without position_m and move_to_m", neither)
+      .only("in an entry without a position", stays)
       .number(
           "hidden_for_s", "s", 0, 1e6, [](auto& e) -> auto& { return e.hidden_for_s; },
           "The ball is invisible for so long.")
@@ -69,13 +75,14 @@ BallPath::BallPath(const Config& scene) {
         entry.orientation.value_or(motions_.empty() ? Eigen::Quaterniond::Identity() : motions_.back().R_WT);
     if (entry.position) {
       if (motions_.empty() && entry.at_s != 0) section.fail("at_s", "0 in the first entry");
-      motions_.push_back({entry.at_s, 0, *entry.position, R_WT});
+      motions_.push_back({entry.at_s, 0, *entry.position, R_WT, false});
     } else if (motions_.empty()) {
       section.fail("position_m", "the ball's position at the start, in the first entry");
-    } else if (entry.move_to) {
+    } else if (entry.move_to || entry.throw_to) {
       if (entry.at_s < motions_.back().begin_s + motions_.back().duration_s)
         section.fail("at_s", "a time after the motion above has ended");
-      motions_.push_back({entry.at_s, entry.over_s, *entry.move_to, R_WT});
+      const bool falls = entry.throw_to.has_value();
+      motions_.push_back({entry.at_s, entry.over_s, falls ? *entry.throw_to : *entry.move_to, R_WT, falls});
     } else {
       invisible_.push_back({entry.at_s, entry.at_s + entry.hidden_for_s});
     }
@@ -85,6 +92,7 @@ BallPath::BallPath(const Config& scene) {
 
 double BallPath::progress(const Motion& motion, double time_s) {
   const double s = motion.duration_s > 0 ? std::min((time_s - motion.begin_s) / motion.duration_s, 1.0) : 1.0;
+  if (motion.falls) return s;
   return s * s * s * (10 + s * (-15 + 6 * s));
 }
 
@@ -93,6 +101,9 @@ Eigen::Vector3d BallPath::position(double time_s) const {
   for (const Motion& motion : motions_) {
     if (motion.begin_s > time_s) break;
     at += progress(motion, time_s) * (motion.to - at);
+    if (!motion.falls) continue;
+    const double since = std::min(time_s - motion.begin_s, motion.duration_s);
+    at.z() += 0.5 * kGravity * since * (motion.duration_s - since);
   }
   return at;
 }

@@ -8,12 +8,13 @@
 
 namespace multireach {
 
-/// The scripted motion of a ball or a tag: it rests, moves smoothly, jumps or is invisible.
+/// The scripted motion of a ball or a tag: it rests, moves smoothly, is thrown, jumps or is invisible.
 class BallPath {
  public:
   /// Reads the list `path`. Each entry has `at_s` (not before the previous entry) and one of `position_m` (jump there),
-  /// `move_to_m` with `over_s` (a minimum-jerk motion) or `hidden_for_s`. The first entry has `position_m` at 0. An
-  /// entry with a position may have `orientation_wxyz`; one without keeps the orientation.
+  /// `move_to_m` with `over_s` (a minimum-jerk motion), `throw_to_m` with `over_s` (free fall) or `hidden_for_s`. The
+  /// first entry has `position_m` at 0. An entry with a position may have `orientation_wxyz`; one without keeps the
+  /// orientation.
   explicit BallPath(const Config& scene);
   /// The section of the reference page on entries of `path`.
   static std::string config_reference();
@@ -29,6 +30,7 @@ class BallPath {
     double begin_s, duration_s;
     Eigen::Vector3d to;
     Eigen::Quaterniond R_WT;
+    bool falls;
   };
   /// How far a motion is at a time after its begin: 0 to 1.
   static double progress(const Motion& motion, double time_s);

@@ -15,7 +15,7 @@ namespace multireach {
 namespace {
 
 enum class Law { kGuarded, kPaper };
-enum class Motion { kReach, kTrack };
+enum class Motion { kReach, kTrack, kIntercept };
 
 /// What the section `controller` says.
 struct ControllerKeys {
@@ -27,6 +27,7 @@ struct ControllerKeys {
   std::optional<controller::TickTimes> ticks{};
   controller::ReachOptions options{};
   controller::GuardedParameters guarded{};
+  controller::FreeFallFilter::Options flight{};
   std::optional<std::string> target_name{};
 };
 
@@ -109,11 +110,11 @@ ConfigKeys<ControllerKeys> controller_keys() {
   const controller::ViteGains guarded = controller::GuardedParameters{}.gains,
                               paper = controller::PaperParameters{}.gains;
   const auto either = [](double reach, double track, double printed) {
-    return fmt::format("{:g}; motion: track: {:g}; law `paper`: {:g}", reach, track, printed);
+    return fmt::format("{:g}; other motions: {:g}; law `paper`: {:g}", reach, track, printed);
   };
   const controller::AttractorMotion reach = motion_of(guarded), track = motion_of(controller::kTrackGains);
   const auto in_time = [](double reaching, double tracking) {
-    return fmt::format("{:.3g}; motion: track: {:.3g}", reaching, tracking);
+    return fmt::format("{:.3g}; other motions: {:.3g}", reaching, tracking);
   };
   const auto is_guarded = [](const Keys& k) { return k.law == Law::kGuarded; };
   ConfigKeys<Keys> keys("robot.yaml, section controller", "The reaching controller.");
@@ -121,10 +122,12 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "law", {{"guarded", Law::kGuarded}, {"paper", Law::kPaper}}, [](auto& k) -> auto& { return k.law; },
           "`guarded` keeps all limits (docs/guarantees.md); `paper` computes the equations as printed.")
       .choice<Motion>(
-          "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}}, [](auto& k) -> auto& { return k.motion; },
+          "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}, {"intercept", Motion::kIntercept}},
+          [](auto& k) -> auto& { return k.motion; },
           "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction that also knows the "
-          "target's acceleration, for targets that keep moving. It sets the defaults of the gains and of "
-          "`prediction_s`.")
+          "target's acceleration, for targets that keep moving; `intercept`: for a thrown ball, with the gains of "
+          "`track`: the hand waits in the rest configuration until the target falls freely, then goes where it will "
+          "be. It sets the defaults of the gains and of `prediction_s`.")
       .number(
           "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
           "Weight of the hand's attractor, Eq. (28).")
@@ -140,7 +143,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .number(
           "prediction_s", "s", 0, 10, [](auto& k) -> auto& { return k.prediction_us; },
           "The hand aims at where the target will be this much later, by its velocity.", 1e6)
-      .otherwise(fmt::format("0; motion: track: {:g}", 1e-6 * controller::kTrackPrediction))
+      .otherwise(fmt::format("0; other motions: {:g}", 1e-6 * controller::kTrackPrediction))
       .integer(
           "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
           "Integration steps in each `tick_ms`. The law `guarded` moves alike with any number.")
@@ -226,6 +229,15 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "task", {{"position", TaskKind::kPosition}, {"pointing", TaskKind::kPointing}, {"pose", TaskKind::kPose}},
           [](auto& k) -> auto& { return k.options.task; },
           "What the hand reaches: the target's position; also a direction; also an orientation.")
+      .only("with motion: intercept", [](const Keys& k) { return k.motion == Motion::kIntercept; })
+      .other("gravity_m_s2", "list of 3 numbers", "m/s²", "0, 0, -9.81", "Acceleration of a falling body, in W.",
+             [](const Config& config, Keys& k) {
+               if (!config.has("gravity_m_s2")) return;
+               const std::vector<double> values = config.numbers("gravity_m_s2", 3);
+               k.flight.gravity = Eigen::Map<const Eigen::Vector3d>(values.data());
+               if (!(k.flight.gravity.norm() >= 0.1 && k.flight.gravity.norm() <= 100))
+                 config.fail("gravity_m_s2", "a vector of 0.1 to 100 m/s²");
+             })
       .only("with task: pointing or pose",
             [=](const Keys& k) { return is_guarded(k) && k.options.task != TaskKind::kPosition; })
       .number(
@@ -253,7 +265,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
 
 controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
   controller::ReachOptions options = keys.options;
-  const bool tracks = keys.motion == Motion::kTrack;
+  const bool tracks = keys.motion != Motion::kReach;
   options.prediction_us = keys.prediction_us.value_or(tracks ? controller::kTrackPrediction : 0);
   const auto put_gains = [&keys](controller::ViteGains& gains) {
     gains.alpha = keys.alpha.value_or(gains.alpha);
@@ -272,6 +284,7 @@ controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
       law.gains = controller::kTrackGains;
       options.target.acceleration_s = controller::kTrackAccelerationTime;
     }
+    if (keys.motion == Motion::kIntercept) options.intercept = keys.flight;
     put_gains(law.gains);
     if (keys.natural_frequency || keys.damping_ratio) {
       const controller::AttractorMotion usual = motion_of(law.gains);
@@ -300,6 +313,8 @@ ControllerKeys read_controller_section(const RobotConfig& robot) {
   if (const auto section = robot.section("controller")) {
     controller_keys().read(*section, keys);
     refuse_two_kinds_of_gains(*section);
+    if (keys.motion == Motion::kIntercept && keys.law == Law::kPaper)
+      section->fail("motion", "reach or track, with law: paper");
   }
   return keys;
 }

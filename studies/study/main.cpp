@@ -20,6 +20,7 @@
 #include "studies/straightness/straightness.hpp"
 #include "studies/study/shard_progress.hpp"
 #include "studies/study/study.hpp"
+#include "studies/throws/throws.hpp"
 #include "studies/tracking/tracking.hpp"
 
 namespace multireach {
@@ -35,6 +36,7 @@ struct Options {
   GainOptions gains;
   std::vector<std::string> merge;
   std::string folder = ".";
+  ThrowOptions throwing{};
   std::optional<double> radius_m;
   int nodes = 4000;
 };
@@ -291,6 +293,22 @@ int tracking(const Options& options) {
   return 0;
 }
 
+int throws(const Options& options) {
+  const Chain chain = load_chain(options.urdf, options.base, options.tip);
+  check_outputs({options.json, options.csv, options.failures});
+  nlohmann::json result = run_throws(chain, options.samples, options.seed, options.throwing);
+  result["urdf_digest"] = digest_of(options.urdf);
+  result["base"] = options.base;
+  result["tip"] = options.tip;
+  if (!options.json.empty()) write_json_file(options.json, result);
+  if (options.json != "-") {
+    std::printf("%s to %s: thrown bodies, met within %.3f m, seed %llu\n\n%s", options.base.c_str(),
+                options.tip.c_str(), options.throwing.near_m, static_cast<unsigned long long>(options.seed),
+                throws_table(result).c_str());
+  }
+  return 0;
+}
+
 }  // namespace
 }  // namespace multireach
 
@@ -348,8 +366,26 @@ int main(int argc, char** argv) {
   following.fallthrough();
   following.option("--radius", options.radius_m, "radius of the paths, m; default: a tenth of the arm's reach")
       .finite(1e-4, 10.0);
+  multireach::CommandLine throwing = cli.subcommand(
+      "throws",
+      "how often the hand meets a thrown body (motion: intercept), beside how often any hand could be in time");
+  throwing.fallthrough();
+  throwing
+      .option("--sigma", options.throwing.sigma_m, "standard deviation of each coordinate of an observed position, m")
+      .finite(0.0, 1.0)
+      .show_default();
+  throwing.option("--near", options.throwing.near_m, "met: the hand comes as near as this to the body, m")
+      .finite(1e-4, 1.0)
+      .show_default();
+  throwing
+      .option("--drag", options.throwing.drag,
+              "deceleration by the air per squared speed, 1/m, of which the controller does not know (table tennis: "
+              "0.12, tennis: 0.02)")
+      .finite(0.0, 1.0)
+      .show_default();
   return program.run(argc, argv, [&] {
-    if (options.json.empty() && options.csv.empty() && !straight.given() && !following.given()) options.json = "-";
+    if (options.json.empty() && options.csv.empty() && !straight.given() && !following.given() && !throwing.given())
+      options.json = "-";
     if (merging.given()) return multireach::merge(options);
     if (asking.given()) return multireach::status(options);
     for (const auto& [text, name] :
@@ -358,6 +394,7 @@ int main(int argc, char** argv) {
     }
     if (straight.given()) return multireach::straightness(options);
     if (following.given()) return multireach::tracking(options);
+    if (throwing.given()) return multireach::throws(options);
     return multireach::study(options);
   });
 }

@@ -13,6 +13,7 @@
 #include "controller/reach_controller.hpp"
 #include "controller/tracking_defaults.hpp"
 #include "kinematics/default_limits.hpp"
+#include "studies/joint_motion.hpp"
 #include "studies/quantiles.hpp"
 
 namespace multireach {
@@ -25,48 +26,17 @@ constexpr int64_t kObservationUs = 33333;                         // 30 Hz
 constexpr double kLatency = 1e-6 * controller::kTrackPrediction;  // s: from the image to the motion
 constexpr double kApproach = 4;                                   // s: until the hand is with the target
 constexpr double kMeasured = 4;                                   // s
-constexpr double kSampling = 0.001;                               // s: of the hand's path
 constexpr double kFollowerGain = 20, kFollowerDamping = 0.01;     // 1/s; of the arm's reach
 constexpr double kFollowerPeriod = 1.0 / 140;                     // s: an integration step of the controller
 constexpr double kLagFrom = -0.2, kLagTo = 0.5;                   // s
-
-/// Where the robot's joints are at times in steps of kSampling.
-using JointPath = std::vector<JointVector>;
-
-/// The joint configuration `share` of the way from one to the other, of which each has its velocity, per s.
-JointVector between(const JointVector& a, const JointVector& va, const JointVector& b, const JointVector& vb,
-                    double seconds, double share) {
-  const double s = share, s2 = s * s, s3 = s2 * s;
-  return (2 * s3 - 3 * s2 + 1) * a + (s3 - 2 * s2 + s) * seconds * va + (3 * s2 - 2 * s3) * b +
-         (s3 - s2) * seconds * vb;
-}
-
-struct Knot {
-  double time = 0;
-  JointVector theta, velocity;  // rad, rad/s (m, m/s)
-};
-
-/// Samples a path through `knots`, from time 0 to `end`.
-JointPath sampled(const std::vector<Knot>& knots, double end) {
-  JointPath path;
-  size_t k = 0;
-  for (double t = 0; t < end; t += kSampling) {
-    while (k + 2 < knots.size() && knots[k + 1].time <= t) ++k;
-    const Knot &a = knots[k], &b = knots[k + 1];
-    const double seconds = b.time - a.time;
-    path.push_back(
-        between(a.theta, a.velocity, b.theta, b.velocity, seconds, std::clamp((t - a.time) / seconds, 0.0, 1.0)));
-  }
-  return path;
-}
 
 struct Observation {
   Eigen::Vector3d position, velocity;
 };
 
 /// The controller's set-points, each reached at the end of its tick, kLatency late.
-JointPath run_controller(const Chain& chain, const JointVector& start, Tracker tracker, double end,
-                         const auto& observation_at) {
+JointMotion run_controller(const Chain& chain, const JointVector& start, Tracker tracker, double end,
+                           const auto& observation_at) {
   controller::ReachOptions options;
   if (tracker == Tracker::kTrack) {
     controller::GuardedParameters law;
@@ -87,11 +57,11 @@ JointPath run_controller(const Chain& chain, const JointVector& start, Tracker t
       knots.push_back({1e-6 * static_cast<double>(out.utime + options.tick_us) + kLatency, out.theta, out.velocity});
     }
   }
-  return sampled(knots, end);
+  return sampled_motion(knots, end);
 }
 
 /// One velocity for each joint, by damped least squares, within the limits of speed and acceleration.
-JointPath run_follower(const Chain& chain, const JointVector& start, double end, const auto& observation_at) {
+JointMotion run_follower(const Chain& chain, const JointVector& start, double end, const auto& observation_at) {
   const JointVector most = chain.velocity().cwiseMin(kSpeedWhereUnlimited), acceleration = default_acceleration(most);
   const double damping = kFollowerDamping * chain.reach();
   Knot knot{0, start, JointVector::Zero(chain.size())};
@@ -114,13 +84,13 @@ JointPath run_follower(const Chain& chain, const JointVector& start, double end,
     knot = {knot.time + kFollowerPeriod, next, (next - knot.theta) / kFollowerPeriod};
     knots.push_back(knot);
   }
-  return sampled(knots, end);
+  return sampled_motion(knots, end);
 }
 
 double rms(const std::vector<Eigen::Vector3d>& hand, double from, const auto& target_at) {
   double sum = 0;
   for (size_t k = 0; k < hand.size(); ++k)
-    sum += (hand[k] - target_at(from + kSampling * static_cast<double>(k))).squaredNorm();
+    sum += (hand[k] - target_at(from + kMotionSampling * static_cast<double>(k))).squaredNorm();
   return std::sqrt(sum / static_cast<double>(hand.size()));
 }
 
@@ -166,18 +136,18 @@ std::optional<TrackingError> run_tracking(const Chain& chain, const JointVector&
     return {target_at(t), knows_velocity ? path.velocity(t, radius_m) : Eigen::Vector3d::Zero()};
   };
   const double end = kApproach + kMeasured;
-  const JointPath joints = tracker == Tracker::kFollower ? run_follower(chain, start, end, observation_at)
-                                                         : run_controller(chain, start, tracker, end, observation_at);
+  const JointMotion joints = tracker == Tracker::kFollower ? run_follower(chain, start, end, observation_at)
+                                                           : run_controller(chain, start, tracker, end, observation_at);
   std::vector<Eigen::Vector3d> hand;
-  const auto first = static_cast<size_t>(std::lround(kApproach / kSampling));
+  const auto first = static_cast<size_t>(std::lround(kApproach / kMotionSampling));
   for (size_t k = first; k < joints.size(); ++k) hand.push_back(chain.position(joints[k]));
-  const double from = kSampling * static_cast<double>(first);
+  const double from = kMotionSampling * static_cast<double>(first);
   TrackingError error{.rms_m = rms(hand, from, target_at)};
   for (size_t k = 0; k < hand.size(); ++k)
-    error.max_m = std::max(error.max_m, (hand[k] - target_at(from + kSampling * static_cast<double>(k))).norm());
+    error.max_m = std::max(error.max_m, (hand[k] - target_at(from + kMotionSampling * static_cast<double>(k))).norm());
   double least = std::numeric_limits<double>::infinity();
   const double latest = std::min(kLagTo, path.period_s / 2), earliest = std::max(kLagFrom, -path.period_s / 2);
-  for (double lag = earliest; lag <= latest; lag += kSampling) {
+  for (double lag = earliest; lag <= latest; lag += kMotionSampling) {
     const double rest = rms(hand, from - lag, target_at);
     if (rest >= least) continue;
     least = rest;

@@ -52,8 +52,9 @@ std::string table_of(const json& report) {
   const auto number = [](const json& value, const char* format) {
     return value.is_number() ? fmt::format(fmt::runtime(format), value.get<double>()) : std::string("-");
   };
-  std::string table =
-      fmt::format("\n{:<24}{:>10}{:>12}{:>12}\n", "position (m, in W)", "dwell (s)", "error (mm)", "settle (s)");
+  std::string table = "\n";
+  if (!report["reaches"].empty() || !report["unreachable"].empty() || report["flights"].empty())
+    table += fmt::format("{:<24}{:>10}{:>12}{:>12}\n", "position (m, in W)", "dwell (s)", "error (mm)", "settle (s)");
   for (const char* list : {"reaches", "unreachable"}) {
     for (const json& reach : report[list]) {
       const json& p = reach["target_m"];
@@ -64,6 +65,18 @@ std::string table_of(const json& report) {
                            number(reach["hand_error_mm"], "{:.2f}"), number(reach["settle_s"], "{:.2f}"),
                            list == std::string("reaches") ? "" : "  unreachable");
     }
+  }
+  const int64_t seen = report["seen"].get<int64_t>(), moving = report["seen_without_position"].get<int64_t>();
+  if (4 * moving > seen) {
+    table += fmt::format(
+        "in {} of {} images the target moved, or was seen too unsteadily (8 mm, 1 s), for a position to be judged\n",
+        moving, seen);
+  }
+  for (const json& flight : report["flights"]) {
+    table += fmt::format("thrown target falls from {:.2f} to {:.2f} s: the hand is within {} mm at {} s{}\n",
+                         flight["begin_s"].get<double>(), flight["end_s"].get<double>(),
+                         number(flight["closest_mm"], "{:.1f}"), number(flight["closest_s"], "{:.2f}"),
+                         flight["reachable"].get<bool>() ? "" : "  unreachable");
   }
   for (const json& lost : report["lost_intervals"]) {
     table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(),
