@@ -45,6 +45,14 @@ bool far_from(const std::vector<HandEyeSample>& samples, const Eigen::Isometry3d
   });
 }
 
+/// When the images of a target were taken, by this computer's clock. Under load vision lags, and images from before a
+/// standstill must not be taken for images of it. Cameras with a clock of their own, which is ahead or far behind,
+/// count as without delay.
+int64_t shown_us(int64_t utime, int64_t now_us) {
+  constexpr int64_t kLongestDelay = 5000000;  // us
+  return utime <= now_us && now_us - utime < kLongestDelay ? utime : now_us;
+}
+
 /// What both steps do: a tour of postures while the hand holds the target.
 class TourStep : public CourseStep {
  public:
@@ -52,6 +60,7 @@ class TourStep : public CourseStep {
     if (tour_) context.arm.stop();
     tour_.reset();
   }
+  bool ended() const override { return !active_; }
   void robot(const JointVector& theta, int64_t, CourseContext& context) override {
     if (tour_) tour_->hand(context.robot.chain.pose(theta), context.now_us);
   }
@@ -62,10 +71,12 @@ class TourStep : public CourseStep {
     if (!tour_) tour_.emplace(context.robot, *context.arm.theta(), seed());
     if (!tour_->tick(context.arm, [&](const Eigen::Isometry3d& X_WH) {
           return far_from(tour_->samples(), X_WH, kSpread * context.robot.chain.reach()) && wanted(X_WH);
-        }))
+        })) {
       fault_ = "no further posture near the first one is safe and in view; move the arm elsewhere and begin again";
-    else
+      finish(context);
+    } else {
       progress(context);
+    }
   }
 
  protected:
@@ -92,7 +103,7 @@ class TourStep : public CourseStep {
     std::optional<Eigen::Vector3d> p;
     if (target.status == status) p = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     reason_ = p ? "" : target.reason;
-    tour_->target(p, covariance_of(target), context.now_us, context.arm.arrived());
+    tour_->target(p, covariance_of(target), shown_us(target.utime, context.now_us), context.arm.arrived());
   }
   std::string progress_text(size_t needed) const {
     const std::string count = fmt::format("{} of {} positions. ", tour_ ? tour_->samples().size() : 0, needed);
@@ -106,7 +117,7 @@ class TourStep : public CourseStep {
   std::string obstacle_, fault_, reason_;
 };
 
-constexpr size_t kLeastPositions = 14, kMostPositions = 30, kFirstEstimate = 6;
+constexpr size_t kLeastPositions = 14, kMostPositions = 50, kFirstEstimate = 6;
 constexpr double kMostRms = 0.005, kMostSigma = 0.003;  // m
 
 class PoseStep : public TourStep {
@@ -184,8 +195,12 @@ class PoseStep : public TourStep {
     const double sigma = std::sqrt(estimate_->covariance.diagonal().tail<3>().maxCoeff());
     if (estimate_->rms_m > kMostRms || sigma > kMostSigma) {
       if (count >= kMostPositions)
-        give_up(fmt::format("the positions fit to {:.1f} mm only; is the object fixed to the hand?",
-                            1e3 * estimate_->rms_m),
+        give_up(estimate_->rms_m > kMostRms
+                    ? fmt::format("the positions fit to {:.1f} mm only; is the object fixed to the hand",
+                                  1e3 * estimate_->rms_m)
+                    : fmt::format("after {} positions, the cameras' position is known to {:.1f} mm only; begin from a "
+                                  "posture around which both cameras see more of what the arm can reach",
+                                  count, 1e3 * sigma),
                 context);
       return;
     }
