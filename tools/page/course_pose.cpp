@@ -45,14 +45,6 @@ bool far_from(const std::vector<HandEyeSample>& samples, const Eigen::Isometry3d
   });
 }
 
-/// When the images of a target were taken, by this computer's clock. Under load vision lags, and images from before a
-/// standstill must not be taken for images of it. Cameras with a clock of their own, which is ahead or far behind,
-/// count as without delay.
-int64_t shown_us(int64_t utime, int64_t now_us) {
-  constexpr int64_t kLongestDelay = 5000000;  // us
-  return utime <= now_us && now_us - utime < kLongestDelay ? utime : now_us;
-}
-
 /// What both steps do: a tour of postures while the hand holds the target.
 class TourStep : public CourseStep {
  public:
@@ -61,8 +53,12 @@ class TourStep : public CourseStep {
     tour_.reset();
   }
   bool ended() const override { return !active_; }
-  void robot(const JointVector& theta, int64_t, CourseContext& context) override {
-    if (tour_) tour_->hand(context.robot.chain.pose(theta), context.now_us);
+  void robot(const JointVector& theta, int64_t utime, CourseContext& context) override {
+    const Eigen::Isometry3d X_WH = context.robot.chain.pose(theta);
+    const bool moves = !still_ || (still_->second - X_WH.translation()).norm() > kStill;
+    if (moves || utime < robot_utime_) still_.emplace(utime, X_WH.translation());
+    robot_utime_ = utime;
+    if (tour_) tour_->hand(X_WH, context.now_us);
   }
   void tick(CourseContext& context) override {
     if (!active_) return;
@@ -80,6 +76,7 @@ class TourStep : public CourseStep {
   }
 
  protected:
+  static constexpr double kStill = 0.002;  // m: the hand stands still while it stays within this
   static constexpr double kSpread = 0.03;  // of the arm's reach: between two positions of the hand
 
   virtual uint64_t seed() const = 0;
@@ -99,11 +96,17 @@ class TourStep : public CourseStep {
     tour_.reset();
   }
   void measure(const target_t& target, int8_t status, CourseContext& context) {
-    if (!tour_) return;
+    if (!tour_ || is_older_than_standstill(target.utime)) return;
     std::optional<Eigen::Vector3d> p;
     if (target.status == status) p = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     reason_ = p ? "" : target.reason;
-    tour_->target(p, covariance_of(target), shown_us(target.utime, context.now_us), context.arm.arrived());
+    tour_->target(p, covariance_of(target), context.now_us, context.arm.arrived());
+  }
+  /// Under load vision lags, and images from before a standstill must not count as images of it. Where the clocks of
+  /// the cameras and the robot are further apart than vision ever lags, only the times of receipt count.
+  bool is_older_than_standstill(int64_t utime) const {
+    constexpr int64_t kLongestLag = 10000000, kSettling = 300000;  // us
+    return still_ && std::abs(utime - robot_utime_) < kLongestLag && utime < still_->first + kSettling;
   }
   std::string progress_text(size_t needed) const {
     const std::string count = fmt::format("{} of {} positions. ", tour_ ? tour_->samples().size() : 0, needed);
@@ -113,6 +116,8 @@ class TourStep : public CourseStep {
   }
 
   bool active_ = false;
+  std::optional<std::pair<int64_t, Eigen::Vector3d>> still_;  // since when, by the robot's clock, and where
+  int64_t robot_utime_ = 0;
   std::optional<PostureTour> tour_;
   std::string obstacle_, fault_, reason_;
 };
