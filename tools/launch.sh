@@ -36,7 +36,10 @@ usage() {
   --key FILE        sign all messages with this key, and refuse others (docs/keys.md; default: MULTIREACH_KEY of the environment)
   --key-policy FILE which channels are signed (default: MULTIREACH_KEY_POLICY, else all of multireach)
   --isolated        in a network namespace of its own, so that no message leaves the machine
-  --view            also serve a page that shows and controls the run (docs/view.md), and print its address
+  --view            also serve a page that shows and controls the run (docs/view.md), print its address, and open it on a desktop
+                    (default on a desktop: where there is a terminal, a display, xdg-open, and no --role)
+  --text            no page: only the status line
+  --drake           with --view: also send what Drake's viewer meldis shows
   --course DIR      with --view: the page leads through the set-up of two cameras, whose files are in DIR (docs/calibrate.md); also with
                     --camera "device ..."; nothing is recorded
   --practice        the same with rendered cameras and the simulated robot, in a network namespace and a folder of their own
@@ -53,7 +56,7 @@ session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
 key=${MULTIREACH_KEY:-} key_policy=${MULTIREACH_KEY_POLICY:-}
 course="" practice=no
-isolated=no setup=yes view=no host=127.0.0.1 port=0
+isolated=no setup=yes view=auto drake=no host=127.0.0.1 port=0
 
 read_options() {
   local option
@@ -67,6 +70,8 @@ read_options() {
       --no-robot) robot_kind=none; shift ;;
       --isolated) isolated=yes; shift ;;
       --view) view=yes; shift ;;
+      --text) view=no; shift ;;
+      --drake) drake=yes; shift ;;
       --practice) practice=yes; shift ;;
       --no-setup) setup=no; shift ;;
       --help|-h) usage; exit 0 ;;
@@ -86,6 +91,7 @@ check_options() {
   [ -r "$robot/robot.yaml" ] || [ ! -r "$root/$robot/robot.yaml" ] || robot=$root/$robot
   [ -r "$robot/robot.yaml" ] || fail "--robot: '$robot' has no robot.yaml"
   check_robot_kind
+  choose_view
   check_course
   if [ -z "$camera$session" ] && [ -r "$robot/scene.yaml" ]; then
     printf -v camera 'render --config %q' "$robot/scene.yaml"
@@ -107,6 +113,18 @@ check_options() {
   [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
   choose_groups
   check_key
+}
+
+on_desktop() { [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] && [ -t 1 ] && [ -t 2 ] && command -v xdg-open >/dev/null; }
+page_is_built() { [ -x "$bin/multireach-page" ] && { [ "$installed" = yes ] || [ -e "$root/build/web/index.html" ]; }; }
+
+# Without --view and --text, there is a page on a desktop.
+choose_view() {
+  view_by_default=no
+  [ $drake = no ] || [ $view = yes ] || [ $practice = yes ] || fail "--drake needs --view"
+  [ $view = auto ] || return 0
+  view=no
+  if [ "$role" = all ] && [ -z "$course" ] && on_desktop && { [ $setup = yes ] || page_is_built; }; then view=yes view_by_default=yes; fi
 }
 
 # A practice never reaches a real robot: no driver, and no message leaves the network namespace.
@@ -159,6 +177,15 @@ choose_groups() {
   [ -z "$group" ] || echo "$me: for other programs:  export LCM_DEFAULT_URL='$control'" >&2
 }
 
+# Opens the page in the desktop's browser. Other users of this computer see the arguments of programs, so the address with its token is
+# in a file that only this user reads.
+open_browser() {
+  local file=${XDG_STATE_HOME:-${HOME:-/tmp}/.local/state}/multireach/page.html
+  mkdir -p "$(dirname "$file")" && rm -f "$file" &&
+    (umask 077 && printf '<meta http-equiv="refresh" content="0; url=%s"><title>multireach</title>\n' "$MULTIREACH_PAGE_ADDRESS" >"$file") || return 0
+  (xdg-open "$file" >/dev/null 2>&1 &)
+}
+
 # Continues with the page's socket, which is open before the network is left, and stays open when the page's process is started again.
 open_socket() {
   echo "$me: the page is at the address below" >&2
@@ -167,11 +194,12 @@ open_socket() {
 
 # Continues in a network namespace, with the arguments of this script.
 isolate() {
-  local user=()
+  local user=() text=()
+  [ $view = yes ] || text=(--text)
   [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
   export MULTIREACH_ISOLATED=1
   exec unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' \
-    "$0" --no-setup "$@"
+    "$0" --no-setup "${text[@]}" "$@"
 }
 
 # Recordings are kept here until they are merged, so that they survive this script.
@@ -233,6 +261,7 @@ command_of() {
       command=("$bin/multireach-page" --robot "$robot/robot.yaml" --lcm-url "$control" --image-url "$images")
       [ ! -r "$vision" ] || command+=(--vision "$vision")
       [ -z "$course" ] || command+=(--course "$course")
+      [ $drake = no ] || command+=(--drake)
       [ $practice = no ] || command+=(--practice) ;;
     view) command=("$bin/multireach-view" --robot "$robot/robot.yaml" "${live[@]}") ;;
     source)
@@ -380,11 +409,16 @@ read_options "$@"
 check_options
 if [ $setup = yes ] && [ "$installed" = no ]; then
   needed=(loop ${camera:+camera})
+  if [ $view_by_default = yes ]; then
+    "$root/tools/setup.sh" "${needed[@]}" page || view=no  # a run does not need npm
+  fi
   [ $view = no ] || needed+=(page)
-  "$root/tools/setup.sh" "${needed[@]}" || exit 1
+  [ $view_by_default$view = yesyes ] || "$root/tools/setup.sh" "${needed[@]}" || exit 1
+  [ $view_by_default$view != yesno ] || echo "$me: without the page, which cannot be built here (see above; --text does not try)" >&2
 fi
 if [ -z "$camera" ] && [ "$role" != robot ]; then "$bin/multireach-log" merge "$session" --output /dev/null || exit 2; fi
 [ $view = no ] || [ -n "${MULTIREACH_PAGE_SOCKET:-}" ] || open_socket "$@"
+if [ $view = yes ] && [ -z "${MULTIREACH_ISOLATED:-}" ] && [ -n "${MULTIREACH_PAGE_ADDRESS:-}" ] && on_desktop; then open_browser; fi
 [ $isolated = no ] || [ -n "${MULTIREACH_ISOLATED:-}" ] || isolate "$@"
 [ -n "$key${MULTIREACH_ISOLATED:-}" ] || echo "$me: no --key: whoever reaches the LCM group may command the robot (docs/keys.md)" >&2
 interrupted=no

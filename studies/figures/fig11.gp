@@ -19,5 +19,5 @@ do for [row=0:1] {
   set title law . ": joint speeds (rad/s)" noenhanced
   set yrange [-5:4]
   set key outside right top
-  plot for [i=0:3] csv every 2 u "time":sprintf("%s_rate_%d", law, i) lt i+1 t word(joints, i + 1)
+  plot for [i=0:3] csv every 2 u "time":sprintf("%s_rate_%d", law, i) lt i+1 dt i+1 t word(joints, i + 1)
 }

@@ -33,6 +33,6 @@ do for [row=0:1] {
   set yrange [-5:4]
   set arrow 1 from 0.3,graph 0 to 0.3,graph 1 nohead lc "#777777" dt 2
   set arrow 2 from 0.7,graph 0 to 0.7,graph 1 nohead lc "#777777" dt 2
-  plot for [i=0:3] csv u "time":sprintf("%s_%d", law, i) lt i+1 t word(joints, i + 1)
+  plot for [i=0:3] csv u "time":sprintf("%s_%d", law, i) lt i+1 dt i+1 t word(joints, i + 1)
   unset arrow
 }

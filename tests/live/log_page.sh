@@ -16,4 +16,12 @@ trap 'kill $page 2>/dev/null; rm -rf "$work"' EXIT
 "$bin/multireach-page" --log "$work/run.lcm" --compare "$work/track.lcm" >"$work/address" 2>"$work/err" & page=$!
 until grep -q 'http' "$work/address" || ! kill -0 $page 2>/dev/null; do sleep 0.05; done
 node "$root/tests/web/log.mjs" "$(cat "$work/address")" "${2:-}" || { cat "$work/err"; exit 1; }
+# A log in which vision could choose from several things.
+kill $page
+mkdir "$work/types"
+lcm-gen -p --ppath "$work/types" "$root"/lcmtypes/*.lcm && /usr/bin/python3 "$root/tests/web/candidates_log.py" "$work/types" "$work/run.lcm" "$work/several.lcm" ||
+  { echo "FAILED: no log with candidates"; exit 1; }
+"$bin/multireach-page" --log "$work/several.lcm" --robot "$root/robots/hoap2" --vision "$root/robots/hoap2/vision.yaml" >"$work/address" 2>"$work/err" & page=$!
+until grep -q 'http' "$work/address" || ! kill -0 $page 2>/dev/null; do sleep 0.05; done
+node "$root/tests/web/candidates.mjs" "$(cat "$work/address")" "${2:-}" || { cat "$work/err"; exit 1; }
 echo "all held"

@@ -73,6 +73,7 @@ for (const step of ['pose', 'check', 'reach']) {
   }
   await done(step);
 }
+console.log(await page.$eval('#course-details', box => [...box.querySelectorAll('tr')].map(row => [...row.cells].map(cell => cell.textContent).join(' | ')).join('\n')));
 const text = (await state()).text;
 const rests = Number(/rests ([\d.]+) mm/.exec(text)?.[1] ?? NaN);
 check(rests <= kMost, `the hand rests ${rests} mm from the ball, more than ${kMost}`);

@@ -130,6 +130,7 @@ void Course::tick(int64_t now_us, bool watched, Outbox& out) {
   chosen_ = true;
   try {
     current().tick(shared);
+    if (begun_ && current().ended() && !current().done()) begun_ = false;
   } catch (const std::exception&) {  // a file that cannot be written; the step says what is missing
     current().leave(shared);
     begun_ = false;

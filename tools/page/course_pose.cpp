@@ -52,8 +52,13 @@ class TourStep : public CourseStep {
     if (tour_) context.arm.stop();
     tour_.reset();
   }
-  void robot(const JointVector& theta, int64_t, CourseContext& context) override {
-    if (tour_) tour_->hand(context.robot.chain.pose(theta), context.now_us);
+  bool ended() const override { return !active_; }
+  void robot(const JointVector& theta, int64_t utime, CourseContext& context) override {
+    const Eigen::Isometry3d X_WH = context.robot.chain.pose(theta);
+    const bool moves = !still_ || (still_->second - X_WH.translation()).norm() > kStill;
+    if (moves || utime < robot_utime_) still_.emplace(utime, X_WH.translation());
+    robot_utime_ = utime;
+    if (tour_) tour_->hand(X_WH, context.now_us);
   }
   void tick(CourseContext& context) override {
     if (!active_) return;
@@ -62,13 +67,16 @@ class TourStep : public CourseStep {
     if (!tour_) tour_.emplace(context.robot, *context.arm.theta(), seed());
     if (!tour_->tick(context.arm, [&](const Eigen::Isometry3d& X_WH) {
           return far_from(tour_->samples(), X_WH, kSpread * context.robot.chain.reach()) && wanted(X_WH);
-        }))
+        })) {
       fault_ = "no further posture near the first one is safe and in view; move the arm elsewhere and begin again";
-    else
+      finish(context);
+    } else {
       progress(context);
+    }
   }
 
  protected:
+  static constexpr double kStill = 0.002;  // m: the hand stands still while it stays within this
   static constexpr double kSpread = 0.03;  // of the arm's reach: between two positions of the hand
 
   virtual uint64_t seed() const = 0;
@@ -88,11 +96,17 @@ class TourStep : public CourseStep {
     tour_.reset();
   }
   void measure(const target_t& target, int8_t status, CourseContext& context) {
-    if (!tour_) return;
+    if (!tour_ || is_older_than_standstill(target.utime)) return;
     std::optional<Eigen::Vector3d> p;
     if (target.status == status) p = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     reason_ = p ? "" : target.reason;
     tour_->target(p, covariance_of(target), context.now_us, context.arm.arrived());
+  }
+  /// Under load vision lags, and images from before a standstill must not count as images of it. Where the clocks of
+  /// the cameras and the robot are further apart than vision ever lags, only the times of receipt count.
+  bool is_older_than_standstill(int64_t utime) const {
+    constexpr int64_t kLongestLag = 10000000, kSettling = 300000;  // us
+    return still_ && std::abs(utime - robot_utime_) < kLongestLag && utime < still_->first + kSettling;
   }
   std::string progress_text(size_t needed) const {
     const std::string count = fmt::format("{} of {} positions. ", tour_ ? tour_->samples().size() : 0, needed);
@@ -102,11 +116,13 @@ class TourStep : public CourseStep {
   }
 
   bool active_ = false;
+  std::optional<std::pair<int64_t, Eigen::Vector3d>> still_;  // since when, by the robot's clock, and where
+  int64_t robot_utime_ = 0;
   std::optional<PostureTour> tour_;
   std::string obstacle_, fault_, reason_;
 };
 
-constexpr size_t kLeastPositions = 14, kMostPositions = 30, kFirstEstimate = 6;
+constexpr size_t kLeastPositions = 14, kMostPositions = 50, kFirstEstimate = 6;
 constexpr double kMostRms = 0.005, kMostSigma = 0.003;  // m
 
 class PoseStep : public TourStep {
@@ -184,8 +200,12 @@ class PoseStep : public TourStep {
     const double sigma = std::sqrt(estimate_->covariance.diagonal().tail<3>().maxCoeff());
     if (estimate_->rms_m > kMostRms || sigma > kMostSigma) {
       if (count >= kMostPositions)
-        give_up(fmt::format("the positions fit to {:.1f} mm only; is the object fixed to the hand?",
-                            1e3 * estimate_->rms_m),
+        give_up(estimate_->rms_m > kMostRms
+                    ? fmt::format("the positions fit to {:.1f} mm only; is the object fixed to the hand",
+                                  1e3 * estimate_->rms_m)
+                    : fmt::format("after {} positions, the cameras' position is known to {:.1f} mm only; begin from a "
+                                  "posture around which both cameras see more of what the arm can reach",
+                                  count, 1e3 * sigma),
                 context);
       return;
     }

@@ -49,6 +49,8 @@ class CourseStep {
   /// The user leaves the step.
   virtual void leave(CourseContext&) {}
   virtual void tick(CourseContext&) {}
+  /// Whether it does nothing more until it is begun again, e.g. because it has failed.
+  virtual bool ended() const { return false; }
   virtual void images(const std::shared_ptr<const images_t>&, CourseContext&) {}
   virtual void target(const target_t&, CourseContext&) {}
   virtual void truth(const target_t&, CourseContext&) {}

@@ -22,9 +22,9 @@ using json = nlohmann::ordered_json;
 constexpr int64_t kSecond = 1000000;  // us
 
 /// What the page shows of messages.
-constexpr std::array kShown{channel::kTarget,          channel::kObstacles,    channel::kJointSetpoint,
-                            channel::kControllerState, channel::kJointCommand, channel::kBridgeState,
-                            channel::kRobotState,      channel::kNodeStatus};
+constexpr std::array kShown{channel::kTarget,        channel::kTargetCandidates, channel::kObstacles,
+                            channel::kJointSetpoint, channel::kControllerState,  channel::kJointCommand,
+                            channel::kBridgeState,   channel::kRobotState,       channel::kNodeStatus};
 
 bool is_shown(const LogIndex::Series& series) {
   return std::ranges::find(kShown, series.channel) != kShown.end();

@@ -1,9 +1,11 @@
 #include "tools/page/log_index.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <multireach/node_status_t.hpp>
+#include <multireach/target_candidates_t.hpp>
 #include <multireach/target_t.hpp>
 
 #include "runtime/channels.hpp"
@@ -13,10 +15,21 @@
 namespace multireach {
 namespace {
 
+/// Whether several senders, with names in their messages, may share a channel.
+bool has_senders(std::string_view channel) {
+  constexpr std::array kNamed{channel::kTarget, channel::kTargetTruth, channel::kTargetCandidates,
+                              channel::kNodeStatus};
+  return std::ranges::find(kNamed, channel) != kNamed.end();
+}
+
 /// Who sent a message of a channel with several senders; nothing where it cannot be read.
 std::optional<std::string> sender_of(const LogEvent& event) {
   if (event.channel == channel::kTarget || event.channel == channel::kTargetTruth) {
     if (auto target = decode<target_t>(event.data)) return std::move(target->name);
+    return std::nullopt;
+  }
+  if (event.channel == channel::kTargetCandidates) {
+    if (auto several = decode<target_candidates_t>(event.data)) return std::move(several->name);
     return std::nullopt;
   }
   if (event.channel == channel::kNodeStatus) {
@@ -58,9 +71,7 @@ LogIndex::LogIndex(const std::string& path) : reader_(path) {
       if (series_.size() >= kMostNames) continue;
       found = known.emplace(key, series_.size()).first;
       series_.push_back({key.first, *name, {}});
-      const bool has_names = event->channel == channel::kTarget || event->channel == channel::kTargetTruth ||
-                             event->channel == channel::kNodeStatus;
-      if (!has_names) nameless.emplace_back(key.first, found->second);
+      if (!has_senders(event->channel)) nameless.emplace_back(key.first, found->second);
     }
     series_[found->second].events.push_back(number);
   }

@@ -25,11 +25,12 @@ namespace {
 // network namespace that it runs in.
 constexpr const char* kSocketVariable = "MULTIREACH_PAGE_SOCKET";
 constexpr const char* kTokenVariable = "MULTIREACH_PAGE_TOKEN";
+constexpr const char* kAddressVariable = "MULTIREACH_PAGE_ADDRESS";  // for who opens a browser
 
 struct Arguments {
   std::string robot, vision, course, folder, address = "127.0.0.1", name, log;
   int port = 0;
-  bool practice = false;
+  bool practice = false, drake = false;
   std::vector<std::string> compared;
   std::vector<std::string> command;
 };
@@ -44,9 +45,12 @@ std::string token() {
   return given.empty() ? random_token() : given;
 }
 
-void print_address(const Arguments& arguments, int port, const std::string& secret) {
+std::string print_address(const Arguments& arguments, int port, const std::string& secret) {
   const std::string host = !arguments.name.empty() ? arguments.name : arguments.address;
-  std::cout << "http://" << (host == "0.0.0.0" ? "127.0.0.1" : host) << ":" << port << "/#" << secret << std::endl;
+  const std::string address =
+      "http://" + (host == "0.0.0.0" ? "127.0.0.1" : host) + ":" + std::to_string(port) + "/#" + secret;
+  std::cout << address << std::endl;
+  return address;
 }
 
 /// Opens the socket, then becomes the command, whose page uses it.
@@ -55,7 +59,7 @@ int run_with_socket(const Arguments& arguments) {
   const std::string secret = token();
   setenv(kSocketVariable, std::to_string(socket).c_str(), 1);
   setenv(kTokenVariable, secret.c_str(), 1);
-  print_address(arguments, listening_port(socket), secret);
+  setenv(kAddressVariable, print_address(arguments, listening_port(socket), secret).c_str(), 1);
   run_instead(arguments.command);
 }
 
@@ -110,6 +114,7 @@ int serve_live(const Arguments& arguments, LiveOptions live) {
                          .first_request = static_cast<int64_t>(random()) + 1,
                          .run = static_cast<int64_t>(random()) + 2});
   node.feed_foxglove(foxglove, robot, rig && rig->has_robot_pose ? &rig->rig : nullptr);
+  if (arguments.drake) node.feed_drake(robot);
   if (!arguments.course.empty()) node.offer_course(robot, arguments.course, arguments.practice);
   live.speed = 1;  // its ticks are those of the wall clock
   live.drain_period_us = PageNode::kTickUs;
@@ -173,6 +178,7 @@ int main(int argc, char** argv) {
   cli.option("--course", arguments.course,
              "offer the set-up course, whose files are in this folder (docs/calibrate.md)");
   cli.flag("--practice", arguments.practice, "with --course: tell `multireach-camera practice` what to show");
+  cli.flag("--drake", arguments.drake, "also send the arm, targets and obstacles to Drake's viewer meldis");
   cli.option("--page", arguments.folder, "folder of the built page (default: build/web)");
   cli.option("--host", arguments.address, "IPv4 address to listen at; 0.0.0.0 lets other computers in").show_default();
   cli.option("--host-name", arguments.name, "a name of this computer that browsers may use besides its addresses");
@@ -183,6 +189,7 @@ int main(int argc, char** argv) {
   const LiveOptions& live = program.add_live_options();
   return program.run(argc, argv, [&] {
     if (!arguments.command.empty()) return run_with_socket(arguments);
+    if (arguments.drake && !arguments.log.empty()) throw InputError("--drake: is not allowed with --log");
     if (!arguments.log.empty()) return serve_log(arguments);
     if (!arguments.compared.empty()) throw InputError("--compare: is only allowed with --log");
     if (arguments.robot.empty()) throw InputError("--robot is required");

@@ -6,6 +6,7 @@
 #include <multireach/debug_request_t.hpp>
 #include <multireach/images_t.hpp>
 #include <multireach/node_status_t.hpp>
+#include <multireach/target_candidates_t.hpp>
 #include <multireach/target_t.hpp>
 #include <nlohmann/json.hpp>
 
@@ -47,7 +48,7 @@ std::vector<std::string_view> PageNode::inputs() const {
   std::vector<std::string_view> names{channel::kTarget,          channel::kObstacles,    channel::kJointSetpoint,
                                       channel::kControllerState, channel::kJointCommand, channel::kBridgeState,
                                       channel::kRobotState,      channel::kNodeStatus,   channel::kStereoImages,
-                                      channel::kVisionDebug,     channel::kTargetChoice};
+                                      channel::kVisionDebug,     channel::kTargetChoice, channel::kTargetCandidates};
   if (course_) std::ranges::copy(Course::inputs(), std::back_inserter(names));
   return names;
 }
@@ -62,6 +63,7 @@ Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> byt
   channel = *std::ranges::find(inputs, channel);  // the name with a lifetime of its own
   ++count_[channel];
   if (foxglove_) foxglove_->receive(channel, bytes, next_tick_us_);
+  if (drake_) drake_->receive(channel, bytes);
   const size_t before = out.size();
   touch_.receive(channel, bytes, next_tick_us_, out);
   if (course_) course_->receive(channel, bytes, next_tick_us_, out);
@@ -72,6 +74,8 @@ Receipt PageNode::receive(std::string_view channel, std::span<const uint8_t> byt
     receive_debug_picture(bytes);
   } else if (channel == channel::kTarget) {
     if (const auto target = decode_and_count<target_t>(bytes)) keep(channel, target->name, bytes);
+  } else if (channel == channel::kTargetCandidates) {
+    if (const auto several = decode_and_count<target_candidates_t>(bytes)) keep(channel, several->name, bytes);
   } else if (channel == channel::kNodeStatus) {
     if (const auto status = decode_and_count<node_status_t>(bytes)) keep(channel, status->node, bytes);
   } else if (channel == channel::kBridgeState) {
@@ -223,6 +227,7 @@ void PageNode::tick(Outbox& out) {
   handle_requests(out);
   touch_.tick(next_tick_us_, out);
   if (course_) course_->tick(next_tick_us_, watched(), out);
+  if (drake_) drake_->tick(next_tick_us_, out);
   counters_.sent += static_cast<int64_t>(out.size() - before);
   ask_bridge(out);
   if (ticks_ % (kSecond / kTickUs) == 0) {

@@ -7,6 +7,7 @@
 #include "runtime/node.hpp"
 #include "tools/page/browsers.hpp"
 #include "tools/page/course.hpp"
+#include "tools/page/drake_feed.hpp"
 #include "tools/page/foxglove_feed.hpp"
 #include "tools/page/touch.hpp"
 #include "tools/robot/bridge_asker.hpp"
@@ -26,6 +27,8 @@ class PageNode : public Node {
 
   /// Also sends messages to Foxglove's clients.
   void feed_foxglove(FoxgloveHub& hub, const RobotConfig& robot, const StereoRig* rig);
+  /// Also sends messages to Drake's viewer.
+  void feed_drake(const RobotConfig& robot) { drake_.emplace(robot); }
   /// Offers the set-up course, whose files are in `folder`. Throws InputError.
   void offer_course(const RobotConfig& robot, const std::string& folder, bool practice);
 
@@ -77,6 +80,7 @@ class PageNode : public Node {
   bool contours_ = true;  // whether vision is asked to draw what it sees
   ImageCodec codec_;
   std::optional<FoxgloveFeed> foxglove_;
+  std::optional<DrakeFeed> drake_;
 };
 
 }  // namespace multireach

@@ -1,6 +1,7 @@
 // The arm, drawn from its URDF; links without shapes as capsules between their joints.
 import * as THREE from 'three';
 import URDFLoader, {type URDFLink, type URDFRobot} from 'urdf-loader';
+import {JointLimits} from './limits';
 import type {Setup} from './messages';
 
 const kY = new THREE.Vector3(0, 1, 0);
@@ -29,6 +30,15 @@ export class Arm {
   set(positions: Record<string, number>) {
     for (const [name, value] of Object.entries(positions)) this.robot.joints[name]?.setJointValue(value);
     this.place();
+  }
+
+  /** The measured arm's ranges of joints; call it once. */
+  addLimits(setup: Setup): JointLimits { return new JointLimits(this.robot, setup.joints, setup.reach_m); }
+
+  /** In W: where the joints of the chain are, and its end. */
+  jointPositions(names: string[]): THREE.Vector3[] {
+    const objects = [...names.map(name => this.robot.joints[name]).filter(joint => joint !== undefined), this.tip];
+    return objects.map(object => this.root.worldToLocal(object.getWorldPosition(new THREE.Vector3())));
   }
 
   handPosition(): THREE.Vector3 { return this.root.worldToLocal(this.tip.getWorldPosition(new THREE.Vector3())); }

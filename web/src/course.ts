@@ -9,7 +9,7 @@ export interface CourseStatus {
   practice: boolean; folder: string; current: string; begun: boolean; open: string; steps: Step[]; square_m: number; radius_m: number;
   details: {
     rate?: number; skew_ms?: number; picture?: string; learned?: boolean[]; pictures?: number; needed?: number; columns?: number; rows?: number; pattern?: string;
-    result?: string; positions?: number[][]; points?: {held_m: number[]; seen_m: number[]; mm: number}[];
+    result?: string; positions?: number[][]; points?: {held_m: number[]; seen_m: number[]; mm: number}[]; errors_mm?: number[]; seen_mm?: number[];
     sides?: {width?: number; height?: number; mean?: number; clipped?: number; sharpness?: number; fields?: number[]; corners?: number[][]}[];
   };
 }
@@ -176,6 +176,10 @@ export class Course {
     if (current === 'board') this.drawMap(details);
     if (current === 'check' && details.points?.length) {
       box.append(table(['x', 'y', 'z (m)', 'apart (mm)'], details.points.map(({held_m, mm}) => [...held_m.map(value => value.toFixed(3)), mm.toFixed(1)])));
+    }
+    if (current === 'reach' && details.errors_mm?.length) {
+      const places = details.errors_mm.map((error, i) => [String(i + 1), error.toFixed(1), details.seen_mm![i].toFixed(1)]);
+      box.append(table(['position', `from the object${this.status!.practice ? '\'s true position' : ''} (mm)`, 'from where it is seen (mm)'], places));
     }
     for (const {held_m, seen_m} of details.points ?? []) this.mark(held_m, seen_m);
     for (const hand of details.positions ?? []) this.mark(hand);

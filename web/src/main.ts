@@ -2,8 +2,9 @@ import type {Vector3} from 'three';
 import './style.css';
 import {Connection} from './connection';
 import {Course, type CourseStatus} from './course';
+import {Candidates} from './candidates';
 import {Controls, element, isTyping} from './controls';
-import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target, type TargetChoice} from './messages';
+import {byName, type BridgeState, type ControllerState, type Frame, type JointFields, type Message, type NodeStatus, type Obstacle, type RobotState, type Setup, type Target, type TargetCandidates, type TargetChoice} from './messages';
 import {Nodes} from './nodes';
 import {Pictures} from './pictures';
 import {LogMode} from './log_mode';
@@ -21,8 +22,10 @@ const nodes = new Nodes(element('nodes'));
 const controls = new Controls(request => connection.send(request));
 const touch = new Touch(scene, request => connection.send(request));
 const course = new Course(scene, request => connection.send(request));
+const candidates = new Candidates(scene);
 const ghost = element<HTMLSelectElement>('ghost');
 const contours = element<HTMLInputElement>('contours');
+const limits = element<HTMLInputElement>('limits');
 
 const plots = new PlotPanel(element('plots'), element('plot-choice'));
 
@@ -36,6 +39,7 @@ function setup(description: Setup) {
   scene.setup(description);
   touch.setup(description.reach_m, description.tip);
   course.setup(description.reach_m);
+  candidates.setup(description);
   hand = undefined;
   applyTheme();
   if (description.log !== undefined && !log) log = new LogMode(description.log, {connection, scene, pictures, plots, contours, show: frame => waiting.push(frame)});
@@ -58,6 +62,12 @@ function showReach() {
     const why = controller.target_unreachable ? ' (out of reach)' : controller.blocked ? ` (blocked: ${word('blocked', controller.blocked)})` : controller.target_lost ? ' (target lost)' : '';
     parts.push(`controller: ${word('mode', controller.mode)}${why}`);
   }
+  const clearance = scene.clearance();
+  if (clearance) {
+    const millimetres = 1e3 * clearance.distance;
+    parts.push(millimetres > 0 ? `clearance ${millimetres.toFixed(1)} mm to obstacle ${clearance.obstacle + 1}` : `touches obstacle ${clearance.obstacle + 1}`);
+  }
+  parts.push(...scene.nearLimits());
   const text = parts.join(' · ') || 'no target';
   const line = element('reach');
   if (line.textContent !== text) line.textContent = text;
@@ -72,9 +82,13 @@ function showGhost({channel, message}: Message) {
 const handlers: Record<string, (message: never, at?: number) => void> = {
   TARGET: (target: Target) => {
     touch.target(target);
-    if (touch.follows(target.name)) newestTarget = target;
+    if (touch.follows(target.name)) {
+      newestTarget = target;
+      candidates.target(target);
+    }
     scene.setTarget(target, target.status === 1 || target.status === 2, target.status === 1);
   },
+  TARGET_CANDIDATES: (several: TargetCandidates) => { if (touch.follows(several.name)) candidates.show(several); },
   CONTROLLER_STATE: (state: ControllerState) => { controller = state; },
   ROBOT_STATE: (state: RobotState) => touch.robot(state.simulated),
   TARGET_CHOICE: (choice: TargetChoice) => touch.choose(choice),
@@ -90,6 +104,7 @@ function showFrame({messages, compared, history, begins}: Frame) {
   if (begins) {
     plots.clear();
     scene.clearTrails();
+    candidates.clear();
   }
   for (const each of messages) {
     const time = 1e-6 * (each.at ?? (each.message as {utime: number}).utime);
@@ -122,6 +137,7 @@ function draw(now: number) {
     lastPlots = now;
     nodes.refresh(log?.nowMs);
     showReach();
+    candidates.refresh(newestTarget?.status === 3);
     plots.draw();
   }
   if (!drawn) return;
@@ -193,12 +209,15 @@ const views = [...document.querySelectorAll<HTMLButtonElement>('[data-view]')];
 for (const button of views) button.addEventListener('click', () => scene.look(button.dataset.view as PointOfView));
 element('theme').addEventListener('click', changeTheme);
 ghost.addEventListener('change', () => { if (!ghost.value) scene.setGhost(); });
+limits.addEventListener('change', () => { scene.limitsShown = limits.checked; });
 contours.addEventListener('change', () => connection.send({contours: contours.checked}));
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event)) return;
   if (event.key.toLowerCase() === 't') changeTheme();
   views[Number(event.key) - 1]?.click();
 });
+
+Object.assign(window, {sampledClearance: () => scene.sampledClearance()});  // for tests
 
 const kept = localStorage.getItem('theme');
 if (kept) document.documentElement.dataset.theme = kept;

@@ -1,8 +1,9 @@
 // What the 3-D view shows besides the arm: target, hand trail, obstacles, cameras.
 import * as THREE from 'three';
+import type {Clearance} from './clearance';
 import type {Camera, Obstacle, Target} from './messages';
 
-export const colours = {target: 0xcc79a7, coasting: 0xe69f00, trail: 0xd55e00, compared: 0xe69f00, obstacle: 0x7f6a00, camera: 0x009e73};
+export const colours = {target: 0xcc79a7, coasting: 0xe69f00, trail: 0xd55e00, compared: 0xe69f00, obstacle: 0x7f6a00, camera: 0x009e73, clearance: 0xd55e00};
 
 /** Eigenvalues and eigenvectors of a symmetric 3 x 3 matrix, by Jacobi's rotations. */
 export function eigenvectors(matrix: number[][]): {values: number[]; vectors: THREE.Vector3[]} {
@@ -52,6 +53,28 @@ export class TargetMarker {
     this.ellipsoid.material.color.setHex(colour);
     this.ellipsoid.material.wireframe = !tracked;
     this.cross.material.color.setHex(colour);
+  }
+}
+
+/** From the arm to the nearest point of an obstacle. */
+export class ClearanceLine {
+  readonly root = new THREE.Group();
+  private readonly line = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]), new THREE.LineBasicMaterial({color: colours.clearance, depthTest: false, transparent: true}));
+  private readonly ends = new THREE.Points(this.line.geometry, new THREE.PointsMaterial({color: colours.clearance, size: 7, sizeAttenuation: false, depthTest: false, transparent: true}));
+
+  constructor() {
+    this.root.add(this.line, this.ends);
+    this.root.visible = this.line.frustumCulled = this.ends.frustumCulled = false;
+    this.line.renderOrder = this.ends.renderOrder = 2;
+  }
+
+  /** Returns whether that changes the picture. */
+  show(clearance?: Clearance): boolean {
+    const before = this.root.visible;
+    this.root.visible = clearance !== undefined;
+    if (!clearance) return before;
+    this.line.geometry.setFromPoints([clearance.onArm, clearance.onObstacle]);
+    return true;
   }
 }
 

@@ -17,6 +17,12 @@ export interface ControllerState extends JointFields {
 export interface Target {
   sequence: number; utime: number; status: number; name: string; reason: string; position_m: number[]; velocity_m_s: number[]; covariance_m2: number[][];
 }
+/** Scores are natural logarithms of likelihood ratios, up to constants that all candidates of a message have in common. */
+export interface TargetCandidate {
+  position_m: number[]; left_px: number[]; right_px: number[]; chosen: boolean; reason: string;
+  score: number; still_score: number; round_score: number; colour_score: number; stereo_score: number; size_score: number; history_score: number;
+}
+export interface TargetCandidates { utime: number; sequence: number; name: string; candidates: TargetCandidate[] }
 export interface TargetChoice { kind: number; name: string; chosen_by: string }
 export interface Obstacle { name: string; shape: number; position_m: number[]; orientation_wxyz: number[]; size_m: number[] }
 export interface BridgeState { state: number; cause: string; path_rate: number; setpoint_rate: number; speed: number; request_accepted: boolean }

@@ -2,7 +2,9 @@
 import * as THREE from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {Arm} from './arm';
-import {TargetMarker, Trail, colours, frustum, obstacleMesh} from './markers';
+import {nearest, type Clearance} from './clearance';
+import type {JointLimits} from './limits';
+import {ClearanceLine, TargetMarker, Trail, colours, frustum, obstacleMesh} from './markers';
 import type {Obstacle, Setup, Target} from './messages';
 
 export type PointOfView = 'perspective' | 'front' | 'side' | 'top';
@@ -39,6 +41,12 @@ export class Scene {
   private compared?: {arm: Arm; trail: Trail};  // of another run
   private readonly targets = new Map<string, TargetMarker>();
   private readonly obstacles = new THREE.Group();
+  private known: Obstacle[] = [];
+  private readonly clearanceLine = new ClearanceLine();
+  private limits?: JointLimits;
+  private showsLimits = true;
+  private joints: string[] = [];
+  private linkRadius = 0;
   private readonly cameras = new THREE.Group();
   private reach = 1;
   private contents = new THREE.Group();
@@ -52,7 +60,7 @@ export class Scene {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
-    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras, this.overlay);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras, this.overlay, this.clearanceLine.root);
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);
     sun.position.set(1, -1.5, 3);
     this.scene.add(sun);
@@ -77,6 +85,10 @@ export class Scene {
     const arm = bounds.clone().expandByPoint(this.measured.handPosition());
     this.shown = [...corners(arm), ...(setup.cameras.length ? corners(new THREE.Box3().setFromObject(this.cameras)) : [])];
     arm.getCenter(this.centre);
+    this.joints = setup.joints.map(({name}) => name);
+    this.linkRadius = setup.link_radius_m;
+    this.limits = this.measured.addLimits(setup);
+    this.limits.show(this.showsLimits);
     this.addGrid(bounds.min.z - 0.02 * this.reach);
     this.look('perspective');
   }
@@ -122,6 +134,7 @@ export class Scene {
   setMeasured(positions: Record<string, number>, trailed = true): THREE.Vector3 | undefined {
     if (!this.measured) return undefined;
     this.measured.set(positions);
+    this.limits?.set(positions);
     const hand = this.measured.handPosition();
     if (trailed) this.trail?.add(hand);
     this.dirty = true;
@@ -181,8 +194,35 @@ export class Scene {
   setObstacles(obstacles: Obstacle[]) {
     this.obstacles.clear();
     for (const obstacle of obstacles) this.obstacles.add(obstacleMesh(obstacle));
+    this.known = obstacles;
     this.dirty = true;
   }
+
+  /** The distance between the measured arm and the obstacles, which a line shows; nothing without obstacles, or where the controller ignores them. */
+  clearance(): Clearance | undefined {
+    const found = this.measured && this.linkRadius > 0 ? nearest(this.measured.jointPositions(this.joints), this.linkRadius, this.known) : undefined;
+    if (this.clearanceLine.show(found)) this.dirty = true;
+    return found;
+  }
+
+  /** For tests: the clearance to the spheres among the obstacles, by sampling the links, mm. */
+  sampledClearance(): number {
+    const joints = this.measured!.jointPositions(this.joints), centres = this.known.map(each => new THREE.Vector3(...each.position_m));
+    let least = Infinity;
+    for (let link = 0; link + 1 < joints.length; ++link) {
+      for (let k = 0; k <= 1000; ++k) centres.forEach((centre, i) => { least = Math.min(least, centre.distanceTo(joints[link].clone().lerp(joints[link + 1], k / 1000)) - this.known[i].size_m[0]); });
+    }
+    return 1e3 * (least - this.linkRadius);
+  }
+
+  set limitsShown(shown: boolean) {
+    this.showsLimits = shown;
+    this.limits?.show(shown);
+    this.dirty = true;
+  }
+
+  /** Joints that are near a limit, in words. */
+  nearLimits(): string[] { return this.limits?.words() ?? []; }
 
   redraw() { this.dirty = true; }
 
