@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/colour/colour_table.hpp"
 #include "vision/colour/learn_colour.hpp"
 #include "vision/node/vision_node.hpp"
 
@@ -95,6 +96,28 @@ TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
     EXPECT_GT(match.point.depth_left_m, nearest);
     EXPECT_LT(match.point.depth_left_m, farthest + object.behind_px * farthest * farthest / (1246.67 * 0.16));
     std::printf("%s: %.3f m, true depths %.3f to %.3f m\n", object.name, match.point.depth_left_m, nearest, farthest);
+  }
+}
+
+TEST_F(Moebius, WhatIsLearnedIsFoundThroughHaze) {
+  cv::Mat haze;
+  cv::addWeighted(left_, 0.7, cv::Mat(left_.size(), left_.type(), cv::Scalar::all(120)), 0.3, 0, haze);
+  for (const Object& object : kObjects) {
+    SCOPED_TRACE(object.name);
+    const vision::LearnedColour learned = vision::learn_colour(left_, object.left);
+    ASSERT_EQ(learned.status, vision::LearnedColour::Status::kLearned) << description(learned.status);
+    const vision::ColourTable members(learned.model);
+    const auto count = [&](const cv::Mat& bgr) {
+      int inside = 0;
+      for (int row = object.left.y; row < object.left.br().y; ++row) {
+        for (int column = object.left.x; column < object.left.br().x; ++column) {
+          const auto& p = bgr.at<cv::Vec3b>(row, column);
+          inside += members.contains(p[0], p[1], p[2]);
+        }
+      }
+      return inside;
+    };
+    EXPECT_GT(count(haze), 0.8 * count(left_));
   }
 }
 
