@@ -393,7 +393,8 @@ LearnedColour learn(const Pictures& pictures) {
     best = now.score();
     result = {Status::kLearned, model, now.kept, now.background, by_brightness};
   }
-  widen_saturation(result, pictures);
+  // A rectangle does not tell which blobs are the object's, and so not what a wider model lets pass.
+  if (!pictures.trial.mask.empty()) widen_saturation(result, pictures);
   return result;
 }
 
