@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "bench/real/baseline.hpp"
+#include "bench/real/causes.hpp"
 #include "bench/real/real_set.hpp"
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/object_colour.hpp"
@@ -17,8 +18,6 @@ namespace multireach::bench {
 namespace {
 
 using vision::TargetTrack;
-
-constexpr double kRight = 10, kWrong = 25;  // pixels from the label
 
 /// Answers of one method to the labelled images.
 struct Score {
@@ -53,7 +52,7 @@ struct Run {
   std::unique_ptr<vision::StereoVision> ours;
   std::unique_ptr<Baseline> baseline;
   Score ours_score, baseline_score;
-  std::map<std::string, int> reasons;
+  Causes causes;
 };
 
 vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourModel& left,
@@ -145,7 +144,8 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
     const bool tracked = target.report.status == TargetTrack::Status::kTracked;
     if (tracked) answer = cv::Point2d(target.match.left_px.x(), target.match.left_px.y());
     if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
-    if (labels) ++run.reasons[target.report.reason];
+    const auto right = [&](const cv::Point2d& label) { return answer && cv::norm(*answer - label) <= kRight; };
+    if (labels && std::ranges::none_of(*labels, right)) run.causes.add(target, *labels, set.disparity_px);
     if (labels) run.ours_score.ambiguous += target.report.ambiguous;
     if (verbose && labels) {
       std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
@@ -194,7 +194,6 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
       std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; baseline %d, %d. %s\n",
                   set.labelled[k].name.c_str(), run.click_image, run.ours_score.right, run.ours_score.wrong,
                   run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong, run.fault.c_str());
-      for (const auto& [reason, count] : run.reasons) std::printf("      %d %s\n", count, reason.c_str());
     }
     const int taken = ours.labelled, all = baseline.labelled;
     std::printf(
@@ -209,7 +208,21 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
   std::fflush(stdout);
 }
 
-void run_video(const RealSet& set, int clicks, bool all, bool verbose) {
+void print_causes(const RealSet& set, const std::vector<Run>& runs) {
+  for (size_t k = 0; k < set.labelled.size(); ++k) {
+    Causes causes;
+    int labelled = 0;
+    for (const Run& run : runs) {
+      if (run.object != k || !run.ours) continue;
+      causes.add(run.causes);
+      labelled += run.ours_score.labelled;
+    }
+    causes.print(set.name, set.labelled[k].name, labelled);
+  }
+}
+
+/// Tracks a video's objects and prints its lines of the table. The runs are returned.
+std::vector<Run> run_video(const RealSet& set, int clicks, bool all, bool verbose) {
   std::vector<Run> runs = runs_of(set, clicks, all);
   for (size_t k = 0; k < set.images.size(); ++k) {
     const cv::Mat left = read_image(set.images[k]);
@@ -219,6 +232,7 @@ void run_video(const RealSet& set, int clicks, bool all, bool verbose) {
     for (Run& run : runs) take(set, k, left, right, run, verbose);
   }
   print_video(set, runs, verbose);
+  return runs;
 }
 
 /// Distance of a depth from the range of true depths, m, positive when it is beyond.
@@ -257,7 +271,7 @@ void run_still(const RealSet& set, bool all) {
   std::fflush(stdout);
 }
 
-int measure(const std::vector<std::string>& folders, int clicks, bool all, bool verbose) {
+int measure(const std::vector<std::string>& folders, int clicks, bool all, bool causes, bool verbose) {
   std::vector<RealSet> videos, pairs;
   for (const std::string& folder : folders) {
     RealSet set = RealSet::load(folder);
@@ -272,7 +286,14 @@ int measure(const std::vector<std::string>& folders, int clicks, bool all, bool 
         "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
         clicks, kRight, kWrong);
   }
-  for (const RealSet& set : videos) run_video(set, clicks, all, verbose);
+  std::vector<std::vector<Run>> runs;
+  for (const RealSet& set : videos) runs.push_back(run_video(set, clicks, all, verbose));
+  if (causes && !videos.empty()) {
+    std::printf(
+        "\nWhy images have no right answer, per cent of labelled images:\n\n"
+        "| video | object | cause | images |\n|---|---|---|---|\n");
+    for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
+  }
   if (!pairs.empty()) {
     std::printf(
         "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | baseline outside "
@@ -291,16 +312,17 @@ int main(int argc, char** argv) {
       "Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV baseline.");
   std::vector<std::string> folders;
   int clicks = 5;
-  bool verbose = false, all = false;
+  bool verbose = false, all = false, causes = false;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
   app.add_option("--clicks", clicks, "images of each object that the colour is learned from, one after the other")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_flag("--refused", all, "track also with colours that calibrate colour refuses");
+  app.add_flag("--causes", causes, "also print why images have no right answer");
   app.add_flag("--verbose", verbose, "a line for each run and image as well");
   CLI11_PARSE(app, argc, argv);
   try {
-    return multireach::bench::measure(folders, clicks, all, verbose);
+    return multireach::bench::measure(folders, clicks, all, causes, verbose);
   } catch (const std::exception& fault) {
     std::fprintf(stderr, "multireach-bench-real: %s\n", fault.what());
     return 2;

@@ -109,11 +109,20 @@ TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
 
   Pair hidden = ball;
   hidden.right.occlusion = 0.3;
+  hidden.right.visible_fraction = 0.6;
   const StereoMatch declared = match_candidates({hidden.left}, {hidden.right});
   EXPECT_EQ(declared.status, Status::kOccludedTooMuch);
   EXPECT_EQ(declared.occlusion, 0.3);
   hidden.right.cut_off = true;
   EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kCutOff);
+
+  // Three quarters of a contour locate the centre, whatever its blob lacks.
+  hidden.right.cut_off = false;
+  hidden.right.visible_fraction = 0.76;
+  hidden.right.occlusion = 0.24;
+  EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kSeen);
+  hidden.right.kind = SphereContour::Kind::kCentroid;
+  EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kOccludedTooMuch);
 
   std::vector<std::string> sentences;
   for (int status = 0; status <= static_cast<int>(Status::kOutsidePredictionGate); ++status)

@@ -95,6 +95,15 @@ class CandidateScorer {
   }
 
  private:
+  /// Whether too much of an object is hidden to locate its centre. Where three quarters of a contour's length are
+  /// visible they locate it, whatever the blob lacks: an edge that hides the other quarter leaves nine tenths of the
+  /// area, so colours that were not learned are missing.
+  bool too_little(const SphereContour& contour) const {
+    const bool well_seen =
+        contour.kind == SphereContour::Kind::kEdges && contour.visible_fraction >= SphereContourFitter::kOfAnything;
+    return contour.occlusion > options_.max_occlusion && !well_seen;
+  }
+
   /// Prior of the radius at a distance; nothing when the radius is not known.
   std::optional<RadiusPrior> prior_at(double depth_m) const {
     if (!(options_.radius_m > 0)) return std::nullopt;
@@ -119,7 +128,7 @@ class CandidateScorer {
     scored.radius_sigma_m = free->radius_sigma_m;
     if (prior) match.point.covariance += covariance_of_contradiction(left, right, *free);
     match.status = Status::kSeen;
-    const bool only_part = left.occlusion > options_.max_occlusion || right.occlusion > options_.max_occlusion;
+    const bool only_part = too_little(left) || too_little(right);
     const auto lost_at_border = [](const SphereContour& contour) {
       return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
     };

@@ -45,9 +45,8 @@ double stereo(const ComparedPair& pair, const MatchOptions& options) {
 }
 
 /// By the known radius, or else by that of the last match. Where neither is known: other things of the colour come in
-/// all sizes, the more the smaller. The areas of the segments of natural images are distributed like 1 / a^2 (Alvarez,
-/// Gousseau and Morel, The Size of Objects in Natural Images, Adv. Imaging Electron Phys. 111, 1999); with a target
-/// of any size, 1 / a, the likelihood ratio is proportional to the area a.
+/// all sizes, the more the smaller. If their areas are distributed like 1 / a^2 (an assumption), and those of targets
+/// like 1 / a, as of a thing at any distance, the likelihood ratio is proportional to the area a.
 double size(const ComparedPair& pair, double radius_px, const TargetHistory& history, const MatchOptions& options) {
   if (options.radius_m > 0) {
     const double share = pair.match.both_by_contour ? kContourSize : (options.max_size_ratio - 1) / kGates;
