@@ -33,6 +33,8 @@ volatile std::sig_atomic_t signal_received = 0;
 /// A node that is further behind than this skips ticks instead of catching up.
 constexpr int64_t kMaxTickDelay = 2000000;  // us
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
+constexpr int64_t kSlowTicks = 10000;       // us: a node whose ticks are further apart than this ...
+constexpr int64_t kCatchUp = 2000;          // ... first handles what has arrived, for at most so long
 constexpr int64_t kStatusPeriod = 1000000;
 constexpr int64_t kStatusWork = 500;  // us: more than a status takes; it waits for a tick that is due sooner than this
 constexpr int64_t kReportPeriod = 20000;
@@ -171,10 +173,13 @@ class LiveLoop {
 
   void poll_messages(int64_t timeout_us) {
     if (socket_) return drain_messages(timeout_us);
-    bus_.handle_messages(timeout_us, [this] {
+    // Too many messages must not delay the ticks. But ticks that are always late must not leave messages in LCM's queue
+    // of 30, which drops the newest: they would be computed from ever older ones.
+    const int64_t patience = node_->tick_period_us() >= kSlowTicks ? kCatchUp : 0;
+    const int64_t begin = monotonic_us();
+    bus_.handle_messages(timeout_us, [this, begin, patience] {
       publish();
-      // Too many messages must not delay the ticks.
-      return (interrupted() && !shutdown_us_) || monotonic_us() >= wake_time();
+      return (interrupted() && !shutdown_us_) || monotonic_us() >= std::max(wake_time(), begin) + patience;
     });
   }
 
