@@ -22,8 +22,8 @@ constexpr double kStill = 0.01;               // rad (m): a joint that moves les
 constexpr double kArrived = 0.005;            // m: an end effector nearer than this to the target has arrived
 constexpr double kOffsetAfter = 1e7;          // us: time constant with which a lasting deviation is learnt as an offset
 constexpr double kMaxOffset = 0.5;            // rad (m): limits the effect of one wrong measurement on the offset
-constexpr int64_t kAfterMeeting = 200000;     // us: the hand stays so long where it was to meet the target
-constexpr int64_t kTicksWithin = 4;           // tick_us: at most so many ticks
+constexpr int64_t kAfterInterception = 200000;  // us: the hand stays so long where it was to meet the target
+constexpr int64_t kTicksWithin = 4;             // tick_us: at most so many ticks
 constexpr int64_t kMaxTickPeriod = 1'000'000'000;
 
 bool is_plausible_time(int64_t utime) {
@@ -65,15 +65,14 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
           "inverse kinematics needs at least 3 samples, and starts must not be negative");
   law_ = make_law(chain, options, steps_per_second());
   if (options.intercept) {
-    const auto* guarded = dynamic_cast<const GuardedLaw*>(law_.get());
-    require(guarded != nullptr, "intercept needs GuardedParameters");
+    require(std::holds_alternative<GuardedParameters>(options.law), "intercept needs GuardedParameters");
     require(options.intercept->gravity.allFinite() && options.intercept->gravity.norm() > 0.1,
             "gravity must be finite, and at least 0.1 m/s^2");
     require(options.intercept->other_acceleration > 0, "other_acceleration must be positive");
     GuardedParameters parameters = std::get<GuardedParameters>(options.law);
     parameters.steps_per_second = steps_per_second();
     parameters.ik = options.ik;
-    interception_.emplace(*guarded, parameters);
+    planner_.emplace(chain_, parameters);
   }
   for (PastCommand& command : commands_) command.theta = JointVector::Zero(chain.size());
   if (rest_.size() == 0) return;
@@ -115,8 +114,8 @@ bool ReachController::observe(const TargetObservation& observation) {
   }
   const bool jumped = filter_.update(observation);
   jumped_ = jumped_ || jumped;
-  if (jumped && !interception_) note_jump(observation.utime);
-  if (interception_) fall_.observe(observation.utime, observation.position, observation.covariance);
+  if (jumped && !planner_) note_jump(observation.utime);
+  if (planner_) fall_.observe(observation.utime, observation.position, observation.covariance);
   last_seen_ = observation.utime;
   last_position_ = filter_.position_at(observation.utime);
   bring_tick_forward(observation.utime);
@@ -219,28 +218,31 @@ void ReachController::track_target(int64_t now, int64_t begin) {
 
 void ReachController::forget_flight() {
   fall_.reset();
-  if (interception_) interception_->forget();
-  meeting_.reset();
+  if (planner_) planner_->forget();
+  interception_.reset();
 }
 
 /// Sends the hand to where it meets a target that falls freely; then, after a while, back to the rest configuration.
 void ReachController::intercept_target(int64_t begin) {
   const int64_t then = begin + options_.prediction_us;
+  if (interception_ && then > interception_->utime) {
+    if (then <= interception_->utime + kAfterInterception) return;
+    forget_flight();
+  }
   const TaskTarget task = task_target(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
-  const std::optional<Meeting> chosen =
-      lost_ ? std::nullopt : interception_->choose(static_cast<const GuardedLaw&>(*law_), fall_, then, task);
+  std::optional<Interception> chosen;
+  if (!lost_) chosen = planner_->choose(static_cast<const GuardedLaw&>(*law_), fall_, then, rate_, task);
   if (chosen) {
     const TaskTarget target = task_target(chosen->position, Eigen::Vector3d::Zero());
-    const bool same = meeting_ && meeting_->utime == chosen->utime && mode_ == ReachMode::kReaching;
+    const bool same = interception_ && interception_->utime == chosen->utime && mode_ == ReachMode::kReaching;
     if (same)
       law_->update_target(target);
     else
       law_->set_target(target);
-    meeting_ = chosen;
+    interception_ = chosen;
     mode_ = ReachMode::kReaching;
-  } else if (!meeting_ || then > meeting_->utime + kAfterMeeting) {
-    meeting_.reset();
-    if (mode_ != ReachMode::kResting && law_->set_joint_target(rest_)) mode_ = ReachMode::kResting;
+  } else if (!interception_ && mode_ != ReachMode::kResting && law_->set_joint_target(rest_)) {
+    mode_ = ReachMode::kResting;
   }
 }
 
@@ -249,7 +251,7 @@ void ReachController::intercept_target(int64_t begin) {
 void ReachController::update_goal(int64_t now, int64_t begin) {
   lost_ = !last_seen_ || now - *last_seen_ > options_.lost_after_us;
   unreachable_ = false;
-  if (interception_) {
+  if (planner_) {
     intercept_target(begin);
   } else if (!lost_) {
     track_target(now, begin);
@@ -299,7 +301,8 @@ Blocked ReachController::blocked(double distance_m, int64_t interval_us) {
   } else {
     still_us_ += interval_us;
   }
-  if (mode_ != ReachMode::kReaching || distance_m < kArrived || still_us_ < kStillFor) return Blocked::kNo;
+  // A hand that waits for a thrown target is not blocked.
+  if (mode_ != ReachMode::kReaching || planner_ || distance_m < kArrived || still_us_ < kStillFor) return Blocked::kNo;
   const Obstruction obstruction = law_->obstruction();
   if (obstruction == Obstruction::kTarget) return Blocked::kTargetInObstacle;
   if (unreachable_) return Blocked::kNo;
@@ -353,7 +356,7 @@ ReachOutput ReachController::tick() {
   output.condition_number = condition_number(coherence_matrix(jacobian, output.weights));
   output.attractor_residual_m = law_->residual_m();
   output.ik_searches = law_->ik_searches();
-  output.meeting = meeting_;
+  output.interception = interception_;
   return output;
 }
 

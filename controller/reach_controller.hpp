@@ -6,7 +6,7 @@
 #include <optional>
 #include <variant>
 
-#include "controller/intercept/interception.hpp"
+#include "controller/intercept/interception_planner.hpp"
 #include "controller/law/guarded_law.hpp"
 #include "controller/law/paper_law.hpp"
 #include "controller/law/reaching_law.hpp"
@@ -102,7 +102,7 @@ struct ReachOutput {
   double condition_number = 1;
   double attractor_residual_m = 0;  ///< |target - K(theta_T)|
   int64_t ik_searches = 0;
-  std::optional<Meeting> meeting{};  ///< ReachOptions::intercept: where and when the hand is to meet the target
+  std::optional<Interception> interception{};  ///< ReachOptions::intercept: where the hand is to meet the target
 };
 
 /// The reaching controller as a stage: receives target observations, measured joint positions and obstacles; computes
@@ -204,8 +204,8 @@ class ReachController {
   Eigen::Vector3d direction_;    // kPointing: of the tool, in W
   Eigen::Matrix3d orientation_;  // kPose: R_WT
   FreeFallFilter fall_;
+  std::optional<InterceptionPlanner> planner_;
   std::optional<Interception> interception_;
-  std::optional<Meeting> meeting_;
   bool jumped_ = false;                          // the target is new or has jumped since the last tick
   std::array<std::optional<int64_t>, 3> jumps_;  // times of the last jumps, the newest first
   bool flickers_ = false;

@@ -34,7 +34,7 @@ volatile std::sig_atomic_t signal_received = 0;
 constexpr int64_t kMaxTickDelay = 2000000;  // us
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kSlowTicks = 10000;       // us: a node whose ticks are further apart than this ...
-constexpr int64_t kCatchUp = 2000;          // ... first handles what has arrived, for at most so long
+constexpr int64_t kCatchUp = 2000;          // ... what has arrived is handled first, for at most so long
 constexpr int64_t kStatusPeriod = 1000000;
 constexpr int64_t kStatusWork = 500;  // us: more than a status takes; it waits for a tick that is due sooner than this
 constexpr int64_t kReportPeriod = 20000;
@@ -173,10 +173,11 @@ class LiveLoop {
 
   void poll_messages(int64_t timeout_us) {
     if (socket_) return drain_messages(timeout_us);
-    // Too many messages must not delay the ticks. But ticks that are always late must not leave messages in LCM's queue
-    // of 30, which drops the newest: they would be computed from ever older ones.
-    const int64_t patience = node_->tick_period_us() >= kSlowTicks ? kCatchUp : 0;
+    // Messages must not delay a tick. But slow ticks that are late already must not leave them in LCM's queue of 30,
+    // which drops the newest: later ticks would be computed from ever older ones.
     const int64_t begin = monotonic_us();
+    const bool is_late = timeout_us < 0 && node_->tick_period_us() >= kSlowTicks;
+    const int64_t patience = is_late ? kCatchUp : 0;
     bus_.handle_messages(timeout_us, [this, begin, patience] {
       publish();
       return (interrupted() && !shutdown_us_) || monotonic_us() >= std::max(wake_time(), begin) + patience;

@@ -55,12 +55,12 @@ def tracking():
 
 
 def throws():
-    head("arm", "noise, mm", "throws", "a hand in time", "that sees the ball", "met within 30 mm", "of those in time that sees it", "closest, mm: p50", "p95")
+    head("arm", "noise, mm", "throws", "met within 30 mm", "a hand in time", "that sees the ball", "met of these", "closest of these, mm: p50", "p95")
     for name, arm in TRACKING_ARMS.items():
         for sigma in (0.0005, 0.003):
             result = study(arm, "throws", "--samples", "1000", "--seed", "9", "--sigma", str(sigma))
-            row(name, 1000 * sigma, result["throws"], result["in_time"], result["seen_in_time"], result["met"],
-                f"{100 * result['met'] / result['seen_in_time']:.1f} %", *mm(result["closest_m"]))
+            seen, met = result["seen_in_time"], result["met_of_seen_in_time"]
+            row(name, 1000 * sigma, result["throws"], result["met"], result["in_time"], seen, f"{met}, {100 * met / seen:.1f} %", *mm(result["closest_m"]))
 
 
 def straightness():

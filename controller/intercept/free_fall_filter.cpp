@@ -1,88 +1,111 @@
 #include "controller/intercept/free_fall_filter.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace multireach::controller {
 namespace {
 
-constexpr double kLeastSigma = 0.0005;   // m
-constexpr double kLargestVariance = 1;   // m^2: an observation that tells less says nothing about a throw
+constexpr double kLeastSigma = 0.0005;   // m: no camera system is better
+constexpr double kLargestVariance = 1;   // m^2
 constexpr double kFirstSpeed = 10;       // m/s: standard deviation of the velocity before the second observation
+constexpr double kHandAcceleration = 6;  // m/s^2: of the acceleration that a hand gives, in each direction (assumed)
 constexpr double kDisagreement = 16.27;  // chi squared with 3 degrees of freedom: one in a thousand
-const double kEvidence = 2 * std::log(1000.0);
-constexpr double kLongestGap = 0.3;  // s: what was seen longer ago says little about which throw this is
+const double kEvidence = std::log(150.0);
+constexpr double kLongestGap = 0.3;  // s: what was seen longer ago may be another throw
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// Twice the negative logarithm of a normal density, without the constant.
+double deviance(const Vector3d& from_mean, const Matrix3d& covariance) {
+  const Eigen::LLT<Matrix3d> factors(covariance);
+  const Vector3d diagonal = factors.matrixLLT().diagonal();
+  return from_mean.dot(factors.solve(from_mean)) + 2 * diagonal.array().log().sum();
+}
 
 }  // namespace
 
-FreeFallFilter::State FreeFallFilter::moved(const State& state, double seconds,
-                                            const Eigen::Vector3d& acceleration) const {
-  State next = state;
-  next.head<3>() += seconds * state.tail<3>() + 0.5 * seconds * seconds * acceleration;
-  next.tail<3>() += seconds * acceleration;
+void FreeFallFilter::reset() {
+  observations_ = 0;
+  falls_ = disagreed_ = false;
+}
+
+/// The estimate after `seconds` at constant acceleration, with the noise of a white acceleration.
+FreeFallFilter::Estimate FreeFallFilter::predicted(const Estimate& estimate, double seconds) const {
+  const double t = seconds, q = options_.other_acceleration * options_.other_acceleration;
+  Covariance F = Covariance::Identity();
+  F.block<3, 3>(0, 3).diagonal().setConstant(t);
+  F.block<3, 3>(3, 6).diagonal().setConstant(t);
+  F.block<3, 3>(0, 6).diagonal().setConstant(t * t / 2);
+  Estimate next{F * estimate.mean, F * estimate.covariance * F.transpose()};
+  next.covariance.block<3, 3>(0, 0).diagonal().array() += q * t * t * t / 3;
+  next.covariance.block<3, 3>(0, 3).diagonal().array() += q * t * t / 2;
+  next.covariance.block<3, 3>(3, 0).diagonal().array() += q * t * t / 2;
+  next.covariance.block<3, 3>(3, 3).diagonal().array() += q * t;
   return next;
 }
 
-/// The covariance after `seconds`, with the noise of a white acceleration.
-FreeFallFilter::Covariance FreeFallFilter::spread(double seconds) const {
-  Covariance F = Covariance::Identity();
-  F.topRightCorner<3, 3>().diagonal().setConstant(seconds);
-  Covariance spread = F * covariance_ * F.transpose();
-  const double q = options_.other_acceleration * options_.other_acceleration, t = seconds;
-  spread.topLeftCorner<3, 3>().diagonal().array() += q * t * t * t / 3;
-  spread.topRightCorner<3, 3>().diagonal().array() += q * t * t / 2;
-  spread.bottomLeftCorner<3, 3>().diagonal().array() += q * t * t / 2;
-  spread.bottomRightCorner<3, 3>().diagonal().array() += q * t;
-  return spread;
-}
-
-void FreeFallFilter::restart(const Eigen::Vector3d& position, const Eigen::Matrix3d& noise) {
+void FreeFallFilter::restart(const Vector3d& position, const Matrix3d& noise) {
+  reset();
   falling_ = {};
-  falling_.state.head<3>() = position;
-  steady_ = falling_;
-  covariance_.setZero();
-  covariance_.topLeftCorner<3, 3>() = noise;
-  covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(kFirstSpeed * kFirstSpeed);
+  falling_.mean.head<3>() = position;
+  falling_.covariance.block<3, 3>(0, 0) = noise;
+  falling_.covariance.block<3, 3>(3, 3).diagonal().setConstant(kFirstSpeed * kFirstSpeed);
+  moved_ = falling_;
+  falling_.mean.tail<3>() = options_.gravity;
+  moved_.covariance.block<3, 3>(6, 6).diagonal().setConstant(kHandAcceleration * kHandAcceleration);
   observations_ = 1;
 }
 
-void FreeFallFilter::observe(int64_t utime, const Eigen::Vector3d& position, const Eigen::Matrix3d& covariance) {
-  if (!position.allFinite() || (observations_ > 0 && utime <= utime_)) return;
-  Eigen::Matrix3d noise = 0.5 * (covariance + covariance.transpose());
-  if (noise.diagonal().maxCoeff() > kLargestVariance) return;
-  if (!noise.allFinite() || noise.diagonal().minCoeff() < 0 || noise.llt().info() != Eigen::Success) noise.setZero();
+void FreeFallFilter::observe(int64_t utime, const Vector3d& position, const Matrix3d& covariance) {
+  if (!position.allFinite() || !covariance.allFinite() || (observations_ > 0 && utime <= utime_)) return;
+  if (covariance.diagonal().maxCoeff() > kLargestVariance) return;
+  Matrix3d noise = 0.5 * (covariance + covariance.transpose());
   noise.diagonal().array() += kLeastSigma * kLeastSigma;
+  if (noise.llt().info() != Eigen::Success) return;
   const double seconds = 1e-6 * static_cast<double>(utime - utime_);
+  if (observations_ == 0 || seconds > kLongestGap) {
+    utime_ = utime;
+    return restart(position, noise);
+  }
+  const Estimate falling = predicted(falling_, seconds);
+  const Matrix3d total = falling.covariance.topLeftCorner<3, 3>() + noise;
+  const Vector3d innovation = position - falling.mean.head<3>();
+  if (!(innovation.dot(total.llt().solve(innovation)) <= kDisagreement)) {
+    // One wrong observation does not end a flight.
+    if (falls_ && !std::exchange(disagreed_, true)) return;
+    utime_ = utime;
+    return restart(position, noise);
+  }
+  disagreed_ = false;
   utime_ = utime;
-  if (observations_ == 0 || seconds > kLongestGap) return restart(position, noise);
-  const Covariance predicted = spread(seconds);
-  const Eigen::LLT<Eigen::Matrix3d> innovation(predicted.topLeftCorner<3, 3>() + noise);
-  const auto surprise = [&](Estimate& estimate, const Eigen::Vector3d& acceleration) {
-    estimate.state = moved(estimate.state, seconds, acceleration);
-    const Eigen::Vector3d beside = position - estimate.state.head<3>();
-    return beside.dot(innovation.solve(beside));
+  const auto update = [&](Estimate& estimate, const Estimate& before) {
+    const Eigen::LLT<Matrix3d> innovations(before.covariance.topLeftCorner<3, 3>() + noise);
+    const Eigen::Matrix<double, 9, 3> gain = innovations.solve(before.covariance.topRows<3>()).transpose();
+    estimate.mean = before.mean + gain * (position - before.mean.head<3>());
+    estimate.covariance = before.covariance - gain * before.covariance.topRows<3>();
+    estimate.covariance = (0.5 * (estimate.covariance + estimate.covariance.transpose())).eval();
   };
-  const double of_fall = surprise(falling_, options_.gravity), of_steady = surprise(steady_, Eigen::Vector3d::Zero());
-  if (!(of_fall <= kDisagreement)) return restart(position, noise);
-  falling_.surprise += of_fall;
-  steady_.surprise += of_steady;
-  const Eigen::Matrix<double, 6, 3> gain = innovation.solve(predicted.topRows<3>()).transpose();
-  for (Estimate* estimate : {&falling_, &steady_})
-    estimate->state += gain * (position - estimate->state.head<3>()).eval();
-  covariance_ = predicted - gain * predicted.topRows<3>();
-  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+  update(falling_, falling);
+  update(moved_, predicted(moved_, seconds));
   ++observations_;
+  falls_ = evidence_of_fall();
 }
 
-bool FreeFallFilter::falls() const {
-  return observations_ > 0 && steady_.surprise - falling_.surprise >= kEvidence;
+bool FreeFallFilter::evidence_of_fall() const {
+  const Matrix3d left = moved_.covariance.bottomRightCorner<3, 3>(),
+                 any = kHandAcceleration * kHandAcceleration * Matrix3d::Identity();
+  const double ratio = deviance(options_.gravity, any) - deviance(options_.gravity - moved_.mean.tail<3>(), left);
+  return observations_ > 2 && ratio / 2 >= kEvidence;
 }
 
-std::optional<FallingBody> FreeFallFilter::at(int64_t utime) const {
-  if (!falls()) return std::nullopt;
-  const double seconds = 1e-6 * static_cast<double>(utime - utime_);
-  const State state = moved(falling_.state, seconds, options_.gravity);
-  return FallingBody{state.head<3>(), state.tail<3>(), spread(seconds).topLeftCorner<3, 3>()};
+std::optional<FallingObject> FreeFallFilter::at(int64_t utime) const {
+  if (!falls_) return std::nullopt;
+  const Estimate then = predicted(falling_, 1e-6 * static_cast<double>(utime - utime_));
+  return FallingObject{then.mean.head<3>(), then.mean.segment<3>(3), then.covariance.topLeftCorner<3, 3>()};
 }
 
 }  // namespace multireach::controller

@@ -15,7 +15,7 @@ inline double least_time(double distance, double speed, double acceleration) {
   return speed / acceleration + (distance - until_full) / speed;
 }
 
-/// The same for a change of all joint positions: no motion within these limits is there sooner.
+/// The same for a change of all joint positions from rest: no motion within these limits is there sooner.
 inline double least_time(const JointVector& change, const JointVector& speed, const JointVector& acceleration) {
   double longest = 0;
   for (Eigen::Index i = 0; i < change.size(); ++i)

@@ -44,6 +44,23 @@ GuardedLaw::GuardedLaw(const Chain& chain, const GuardedParameters& parameters)
   started_ = false;  // the position of the arm is not known yet
 }
 
+void GuardedLaw::take_motion(const GuardedLaw& other) {
+  state_ = other.state_;
+  state_.target_fixed = state_.obstructed = false;
+  target_ = other.target_;
+  requested_target_ = other.requested_target_;
+  started_ = other.started_;
+  posture_only_ = other.posture_only_;
+  searching_ = other.searching_ && !other.collision_free_search_;
+  ik_search_ = other.ik_search_;
+  collision_free_search_.reset();
+  steps_since_update_ = other.steps_since_update_;
+  searched_target_ = other.searched_target_;
+  path_.clear();
+  path_next_ = 0;
+  obstructed_steps_ = 0;
+}
+
 bool GuardedLaw::start(const JointVector& theta) {
   if (theta.size() != chain_.size() || !theta.allFinite() || theta.cwiseAbs().maxCoeff() > kMaxAngle) return false;
   state_ = GuardedState{};

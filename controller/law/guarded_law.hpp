@@ -88,6 +88,10 @@ class GuardedLaw final : public ReachingLaw {
   /// from there towards a solution; a search follows only when theta_T gets stuck. No path is planned.
   TargetResult set_target(const TaskTarget& target, const JointVector& theta_target);
 
+  /// Takes over the motion of a law for the same arm, to simulate how it goes on: its state, target and search for
+  /// theta_T, but not its obstacles, its body and a planned path. Allocates nothing.
+  void take_motion(const GuardedLaw& other);
+
   /// Replaces all obstacles. Returns how many were refused; all of them without a body.
   int set_obstacles(std::span<const Obstacle> obstacles) override;
   /// The smallest distance to an obstacle or between links, minus the margin, m; at most the body's query_distance_m.

@@ -142,7 +142,10 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .otherwise(either(guarded.beta, controller::kTrackGains.beta, paper.beta))
       .number(
           "prediction_s", "s", 0, 10, [](auto& k) -> auto& { return k.prediction_us; },
-          "The hand aims at where the target will be this much later, by its velocity.", 1e6)
+          "The hand aims at where the target will be this much later, by its velocity; with `motion: intercept`, by "
+          "its free "
+          "fall.",
+          1e6)
       .otherwise(fmt::format("0; other motions: {:g}", 1e-6 * controller::kTrackPrediction))
       .integer(
           "steps_per_tick", "", 1, 1000, [](auto& k) -> auto& { return k.options.steps_per_tick; },
@@ -168,7 +171,8 @@ ConfigKeys<ControllerKeys> controller_keys() {
            {"go_to_rest", OnTargetLost::kGoToRest},
            {"stop", OnTargetLost::kStop}},
           [](auto& k) -> auto& { return k.options.on_target_lost; },
-          "Continue to the last target, go to the rest configuration, or stop where the arm is.")
+          "Continue to the last target, go to the rest configuration, or stop where the arm is. Not used with "
+          "`motion: intercept`.")
       .other("rest_joint_position", "list, one number for each joint", "rad or m", "where the arm started",
              "The rest configuration.",
              [](const Config& config, Keys& k) {

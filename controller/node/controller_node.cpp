@@ -282,10 +282,10 @@ std::string ControllerNode::reach_text() const {
       text = "not started";
       break;
   }
-  if (last_.meeting)
-    text += fmt::format(" the thrown target in {:.2f} s, {:.0f} mm beside it as rehearsed",
-                        std::max(0.0, 1e-6 * static_cast<double>(last_.meeting->utime - last_.utime)),
-                        1000 * last_.meeting->miss_m);
+  if (last_.interception)
+    text += fmt::format(" the thrown target in {:.2f} s, {:.0f} mm from it as simulated",
+                        std::max(0.0, 1e-6 * static_cast<double>(last_.interception->utime - last_.utime)),
+                        1000 * last_.interception->error_m);
   if (last_.target_lost) text += ", target lost";
   if (uncalibrated_) text += std::string(", ") + kUncalibrated;
   if (last_.target_unreachable) text += ", target unreachable";

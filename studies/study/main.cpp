@@ -302,7 +302,7 @@ int throws(const Options& options) {
   result["tip"] = options.tip;
   if (!options.json.empty()) write_json_file(options.json, result);
   if (options.json != "-") {
-    std::printf("%s to %s: thrown bodies, met within %.3f m, seed %llu\n\n%s", options.base.c_str(),
+    std::printf("%s to %s: thrown objects, met within %.3f m, seed %llu\n\n%s", options.base.c_str(),
                 options.tip.c_str(), options.throwing.near_m, static_cast<unsigned long long>(options.seed),
                 throws_table(result).c_str());
   }
@@ -368,13 +368,13 @@ int main(int argc, char** argv) {
       .finite(1e-4, 10.0);
   multireach::CommandLine throwing = cli.subcommand(
       "throws",
-      "how often the hand meets a thrown body (motion: intercept), beside how often any hand could be in time");
+      "how often the hand meets a thrown object (motion: intercept), beside how often any hand could be in time");
   throwing.fallthrough();
   throwing
       .option("--sigma", options.throwing.sigma_m, "standard deviation of each coordinate of an observed position, m")
       .finite(0.0, 1.0)
       .show_default();
-  throwing.option("--near", options.throwing.near_m, "met: the hand comes as near as this to the body, m")
+  throwing.option("--near", options.throwing.near_m, "met: the hand comes as near as this to the object, m")
       .finite(1e-4, 1.0)
       .show_default();
   throwing

@@ -7,11 +7,11 @@
 
 namespace multireach {
 
-/// A body thrown towards the arm: it falls freely from its release at time 0.
+/// An object thrown towards the arm: it falls freely from its release at time 0.
 struct Throw {
   Eigen::Vector3d release;   ///< m, in W
   Eigen::Vector3d velocity;  ///< m/s, in W, at the release
-  double flight_s = 0;       ///< until it comes to a place that the hand can reach
+  double flight_s = 0;       ///< until it comes to a position that the hand can reach
 
   Eigen::Vector3d position(double t) const;  ///< m, at time t, s
 };
@@ -19,20 +19,20 @@ struct Throw {
 /// How throws are seen and what counts as met.
 struct ThrowOptions {
   double sigma_m = 0.003;  ///< standard deviation of each coordinate of an observed position
-  double near_m = 0.03;    ///< met: the hand comes as near as this to the body
+  double near_m = 0.03;    ///< met: the hand comes as near as this to the object
   double drag = 0;         ///< 1/m: deceleration by the air, as a part of the squared speed; the controller knows none
 };
 
 /// The outcome of one throw.
 struct ThrowResult {
-  double closest_m = 0;       ///< least distance of the hand to the body
+  double closest_m = 0;       ///< least distance of the hand to the object
   bool in_time = false;       ///< a hand that knew the throw at its release could be at a place of its path in time
   bool seen_in_time = false;  ///< the same for a hand that knows it from the fourth image on
 };
 
 /// Throw number `index` of `seed` at an arm that waits in the middle of its joints' ranges: 0.5 to 0.9 s of flight,
-/// from 1.5 to 3 m away and at most 0.3 m above or below the place to which it leads, which is the hand's position at
-/// joint positions that are uniform inside the limits.
+/// from 1.5 to 3 m away and at most 0.3 m above or below the position to which it leads, which is the hand's position
+/// at joint positions that are uniform inside the limits.
 Throw sample_throw(const Chain& chain, uint64_t seed, uint64_t index);
 /// The joint positions in which the arm waits.
 JointVector waiting_posture(const Chain& chain);

@@ -8,6 +8,7 @@
 #include "controller/intercept/least_time.hpp"
 #include "controller/reach_controller.hpp"
 #include "controller/tracking_defaults.hpp"
+#include "numeric/gaussian.hpp"
 #include "numeric/random.hpp"
 #include "tests/test_arms.hpp"
 
@@ -29,11 +30,7 @@ class Noise {
   explicit Noise(double sigma, uint64_t seed = kSeed) : sigma_(sigma), random_(seed) {}
   Eigen::Vector3d operator()() {
     Eigen::Vector3d noise;
-    for (double& coordinate : noise) {
-      const double u = 1 - random_.uniform(counter_), v = random_.uniform(counter_ + 1);
-      counter_ += 2;
-      coordinate = sigma_ * std::sqrt(-2 * std::log(u)) * std::cos(2 * M_PI * v);
-    }
+    for (double& coordinate : noise) coordinate = sigma_ * gaussian(random_, counter_);
     return noise;
   }
   Eigen::Matrix3d covariance() const { return sigma_ * sigma_ * Eigen::Matrix3d::Identity(); }
@@ -54,7 +51,6 @@ TEST(FreeFallFilter, PredictsTheParabola) {
   FreeFallFilter filter({});
   for (int k = 0; k < 8; ++k) {
     filter.observe(kFrame * k, thrown(seconds(kFrame * k)), Eigen::Matrix3d::Zero());
-    EXPECT_EQ(filter.falls(), k >= 2) << k;
   }
   const auto body = filter.at(800000);
   ASSERT_TRUE(body);
@@ -63,36 +59,56 @@ TEST(FreeFallFilter, PredictsTheParabola) {
   EXPECT_LT((body->velocity - (kThrown + 0.8 * kGravity)).norm(), 1e-5);
 }
 
-// Without other accelerations the filter is the exact Gaussian posterior: errors agree with its covariance. Of 500
-// throws the mean of NEES / 3 has a standard deviation of sqrt(2 / 1500), 0.037.
+// Without other accelerations the filter is the exact Gaussian posterior: errors agree with its covariance. Of 5000
+// throws the mean of NEES / 3 has a standard deviation of sqrt(2 / 15000), 0.0115. The filter adds (0.5 mm)^2, a 64th
+// of the noise's variance.
 TEST(FreeFallFilter, ItsCovarianceIsThatOfItsErrors) {
   Noise noise(0.004);
   double sum = 0;
-  constexpr int kThrows = 500;
-  for (int throws = 0; throws < kThrows; ++throws) {
+  int known = 0;
+  for (int throws = 0; throws < 5000; ++throws) {
     FreeFallFilter filter({.other_acceleration = 1e-9});
     for (int k = 0; k < 9; ++k) filter.observe(kFrame * k, thrown(seconds(kFrame * k)) + noise(), noise.covariance());
-    const auto body = filter.at(600000);
-    if (!body) continue;  // one in a thousand observations disagrees by chance
-    const Eigen::Vector3d error = body->position - thrown(0.6);
-    sum += error.dot(body->covariance.llt().solve(error)) / 3;
+    const auto object = filter.at(600000);
+    if (!object) continue;
+    const Eigen::Vector3d error = object->position - thrown(0.6);
+    sum += error.dot(object->covariance.llt().solve(error)) / 3;
+    ++known;
   }
-  EXPECT_NEAR(sum / kThrows, 1, 5 * 0.037) << "seed " << kSeed;
+  EXPECT_GT(known, 4750) << "nine images show a fall in most throws; one in a thousand disagrees by chance";
+  EXPECT_NEAR(sum / known, 1, 5 * 0.0115 + 1.0 / 64) << "seed " << kSeed;
 }
 
-// A held, a carried and a swung ball do not fall; in ten thousand images that are observed with noise.
-TEST(FreeFallFilter, ABodyInAHandDoesNotFall) {
-  Noise noise(0.003);
+// A ball that is held, carried, or swung in a hand does not fall, as long as the hand accelerates it by no more than
+// half of the gravity: strokes up to 15 cm, up to 2 a second, in 2000 images each, observed with noise.
+TEST(FreeFallFilter, AnObjectInAHandDoesNotFall) {
+  for (const double stroke : {0.0, 0.02, 0.05, 0.1, 0.15}) {
+    for (const double per_s : {0.5, 1.0, 1.5, 2.0}) {
+      if (stroke * std::pow(2 * M_PI * per_s, 2) > 0.5 * kGravity.norm()) continue;
+      Noise noise(0.003, kSeed + static_cast<uint64_t>(1000 * stroke + 10 * per_s));
+      FreeFallFilter filter({});
+      for (int k = 0; k < 2000; ++k) {
+        const double angle = 2 * M_PI * per_s * seconds(kFrame * k);
+        const Eigen::Vector3d at = kRelease + stroke * Eigen::Vector3d(0.3 * std::cos(0.7 * angle), 0, std::sin(angle));
+        filter.observe(kFrame * k, at + noise(), noise.covariance());
+        ASSERT_FALSE(filter.falls()) << stroke << " m, " << per_s << " 1/s, image " << k << ", seed " << kSeed;
+      }
+    }
+  }
+}
+
+// One wrong match in a flight is left out.
+TEST(FreeFallFilter, OneWrongObservationDoesNotEndAFlight) {
   FreeFallFilter filter({});
-  for (int k = 0; k < 10000; ++k) {
-    const double t = seconds(kFrame * k);
-    const Eigen::Vector3d carried(0.2 * std::sin(t), 0.1 * std::cos(0.7 * t), 0.3 * std::sin(1.5 * t));
-    filter.observe(kFrame * k, (k < 3000 ? kRelease : carried) + noise(), noise.covariance());
-    ASSERT_FALSE(filter.falls()) << k << ", seed " << kSeed;
+  for (int k = 0; k < 14; ++k) {
+    const Eigen::Vector3d wrong = k == 9 ? Eigen::Vector3d(0.3, 0, 0) : Eigen::Vector3d::Zero();
+    filter.observe(kFrame * k, thrown(seconds(kFrame * k)) + wrong, Eigen::Matrix3d::Zero());
+    EXPECT_TRUE(k < 8 || filter.falls()) << k;
   }
+  EXPECT_LT((filter.at(800000)->position - thrown(0.8)).norm(), 1e-5);
 }
 
-// A bounce ends the fall; the next flight is known four images later.
+// A bounce ends the fall; the next flight is known some images later.
 TEST(FreeFallFilter, ABounceIsAnotherFlight) {
   FreeFallFilter filter({});
   int64_t utime = 0;
@@ -101,8 +117,10 @@ TEST(FreeFallFilter, ABounceIsAnotherFlight) {
   const double bounced = seconds(utime - kFrame / 2);
   const auto after = [&](int64_t at) { return thrown(seconds(at) - bounced, thrown(bounced), {-1.2, 0.4, 3}); };
   filter.observe(utime, after(utime), Eigen::Matrix3d::Zero());
+  utime += kFrame;
+  filter.observe(utime, after(utime), Eigen::Matrix3d::Zero());
   EXPECT_FALSE(filter.falls());
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 6; ++k) {
     utime += kFrame;
     filter.observe(utime, after(utime), Eigen::Matrix3d::Zero());
   }
@@ -117,7 +135,9 @@ TEST(FreeFallFilter, IgnoresWhatIsNotFiniteOlderOrHardlyKnown) {
     filter.observe(kFrame * k + 10, {NAN, 0, 0}, Eigen::Matrix3d::Zero());
     filter.observe(kFrame * k + 10, {9, 9, 9}, 4 * Eigen::Matrix3d::Identity());
     filter.observe(kFrame * k - 10, {9, 9, 9}, Eigen::Matrix3d::Zero());
-    filter.observe(kFrame * k, {9, 9, 9}, Eigen::Matrix3d::Constant(NAN));
+    filter.observe(kFrame * k + 10, {9, 9, 9}, Eigen::Matrix3d::Constant(NAN));
+    filter.observe(kFrame * k + 10, {9, 9, 9}, Eigen::Matrix3d::Constant(INFINITY));
+    filter.observe(kFrame * k + 10, {9, 9, 9}, -Eigen::Matrix3d::Identity());
   }
   ASSERT_TRUE(filter.falls());
   EXPECT_LT((filter.at(400000)->position - thrown(0.4)).norm(), 1e-4);
@@ -180,7 +200,7 @@ TEST_F(Intercepting, IsWhereTheBodyWillBe) {
   for (; utime < 1000000; utime += kFrame) {
     see(utime, held_);
     EXPECT_LT((last_.theta - start_).cwiseAbs().maxCoeff(), 1e-9) << "waits";
-    EXPECT_FALSE(last_.meeting);
+    EXPECT_FALSE(last_.interception);
   }
   const int64_t released = utime;
   const Eigen::Vector3d fast = velocity(held_, to_, 0.6);
@@ -190,12 +210,12 @@ TEST_F(Intercepting, IsWhereTheBodyWillBe) {
     see(utime, body(utime));
     // A set-point holds for the end of its tick.
     const int64_t holds = last_.utime + controller_.options().tick_us;
-    if (last_.meeting && std::abs(holds - last_.meeting->utime) < 40000)
-      closest = std::min(closest, (last_.x - body(last_.meeting->utime)).norm());
+    for (int64_t at = holds - kFrame / 2; at < holds + kFrame / 2; at += 1000)
+      closest = std::min(closest, (last_.x - body(at)).norm());
   }
   EXPECT_LT(closest, kNear);
   for (; utime < released + 4000000; utime += kFrame) see(utime, {0.1, -0.1, -0.5});
-  EXPECT_FALSE(last_.meeting);
+  EXPECT_FALSE(last_.interception);
   EXPECT_EQ(last_.mode, ReachMode::kResting);
   EXPECT_LT((last_.theta - start_).cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_EQ(excess_, 0);
@@ -219,7 +239,7 @@ TEST_F(Intercepting, ABodyThatPassesOutOfReachIsLeftAlone) {
   const Eigen::Vector3d fast = velocity(held_, to_ + Eigen::Vector3d(0, 2, 0), 0.6);
   for (int64_t utime = 0; utime < 900000; utime += kFrame) {
     see(utime, thrown(seconds(utime), held_, fast));
-    EXPECT_FALSE(last_.meeting);
+    EXPECT_FALSE(last_.interception);
   }
   EXPECT_LT((last_.theta - start_).cwiseAbs().maxCoeff(), 1e-9);
 }

@@ -10,7 +10,7 @@
 namespace multireach {
 namespace {
 
-TEST(Throws, LeadToAPlaceWithinReach) {
+TEST(Throws, LeadToAPositionWithinReach) {
   const Chain chain = testing::hoap2();
   for (uint64_t k = 0; k < 100; ++k) {
     const Throw thrown = sample_throw(chain, 5, k);
@@ -20,16 +20,18 @@ TEST(Throws, LeadToAPlaceWithinReach) {
   }
 }
 
-// What is met was in time; with exact observations a small arm meets nearly what any hand could.
+// The same throws give the same counts; hardly anything is met by one whose eyes are off by a decimetre. A throw that
+// is met though no hand should be in time shows a bound that is none: of 40 throws at a small arm none is.
 TEST(Throws, AreMetWhereAHandCanBeInTime) {
   const Chain chain = testing::hoap2();
   const nlohmann::json exact = run_throws(chain, 40, 3, {.sigma_m = 0}),
                        again = run_throws(chain, 40, 3, {.sigma_m = 0}),
                        blind = run_throws(chain, 40, 3, {.sigma_m = 0.1});
   EXPECT_EQ(exact, again);
-  EXPECT_LE(exact["met"], exact["in_time"]);
-  EXPECT_GE(exact["met"].get<double>(), 0.9 * exact["seen_in_time"].get<double>());
-  EXPECT_LT(blind["met"], exact["met"]);
+  EXPECT_EQ(exact["met"], exact["met_of_seen_in_time"]);
+  EXPECT_LE(exact["seen_in_time"], exact["in_time"]);
+  EXPECT_GT(exact["met"], 20) << "most";
+  EXPECT_LT(blind["met"].get<int>(), exact["met"].get<int>() / 4);
 }
 
 }  // namespace

@@ -425,16 +425,19 @@ RunReport RunReporter::report() const {
     } else if (!out["bridge_stops"].empty()) {
       report.reason += "; the bridge stopped: " + out["bridge_stops"][0]["cause"].get<std::string>();
     }
-  } else if (run.intercept && std::ranges::none_of(flights, [](const json& f) { return f["reachable"].get<bool>(); })) {
-    report.reason = "no target that falls freely came within the arm's reach";
-  } else if (missed > 0) {
-    report.reason = fmt::format("{} of {} thrown targets passed further than {} mm from the hand", missed,
-                                flights.size(), 1e3 * kMet);
   } else if (run.limit_excess > 1e-9) {
     report.reason = fmt::format("a command was {:.3g} rad beyond a joint's limit", run.limit_excess);
   } else if (command_speed > kFasterThanTheLimit) {
     report.reason = fmt::format("the commands moved at {:.0f} % of a joint's speed limit, by their time of arrival",
                                 100 * command_speed);
+  } else if (run.intercept && std::ranges::none_of(flights, [](const json& f) { return f["reachable"].get<bool>(); })) {
+    report.reason = "no target that falls freely came within the arm's reach";
+  } else if (missed > 0) {
+    const auto reachable =
+        std::ranges::count_if(flights, [](const json& flight) { return flight["reachable"].get<bool>(); });
+    report.reason =
+        fmt::format("{} of {} thrown targets that came within the arm's reach passed further than {} mm from the hand",
+                    missed, reachable, 1e3 * kMet);
   } else {
     report.succeeded = true;
   }

@@ -349,8 +349,9 @@ std::vector<ChromaSample> coloured_samples(const Pictures& pictures) {
 }
 
 /// Widens the model along saturation: under other light, through haze or with more reflected white, an object keeps its
-/// hue, but one picture shows it at one place only. Takes the widest that lets no more of this picture's
-/// background pass. Three standard deviations of the widest are three tenths of the saturation; with half of it, as
+/// hue, but one picture shows it at one position only. Takes the wider of two that keeps no less of the
+/// object, and lets no more of this picture's background pass, or no more than kClean. At a tolerance of three standard
+/// deviations the wider allows three tenths of the saturation more or less; with half of it, as
 /// limits in HSV often allow, following the white balance took such changes for those of the light (docs/vision.md,
 /// pink on the tuning videos).
 void widen_saturation(LearnedColour& learned, const Pictures& pictures) {

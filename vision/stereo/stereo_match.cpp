@@ -96,8 +96,8 @@ class CandidateScorer {
 
  private:
   /// Whether too much of an object is hidden to locate its centre. Where three quarters of a contour's length are
-  /// visible they locate it, whatever the blob lacks: an edge that hides the other quarter leaves nine tenths of the
-  /// area, so colours that were not learned are missing.
+  /// visible (kOfAnything, which is asked of a contour without a known radius) they locate it, whatever the blob lacks:
+  /// an edge that hides the other quarter leaves nine tenths of the area, so colours that were not learned are missing.
   bool too_little(const SphereContour& contour) const {
     const bool well_seen =
         contour.kind == SphereContour::Kind::kEdges && contour.visible_fraction >= SphereContourFitter::kOfAnything;
