@@ -66,7 +66,7 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
   law_ = make_law(chain, options, steps_per_second());
   if (options.intercept) {
     require(std::holds_alternative<GuardedParameters>(options.law), "intercept needs GuardedParameters");
-    require(options.intercept->gravity.allFinite() && options.intercept->gravity.norm() > 0.1,
+    require(options.intercept->gravity.allFinite() && options.intercept->gravity.norm() >= 0.1,
             "gravity must be finite, and at least 0.1 m/s^2");
     require(options.intercept->other_acceleration > 0, "other_acceleration must be positive");
     GuardedParameters parameters = std::get<GuardedParameters>(options.law);

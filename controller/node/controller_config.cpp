@@ -127,7 +127,8 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction that also knows the "
           "target's acceleration, for targets that keep moving; `intercept`: for a thrown ball, with the gains of "
           "`track`: the hand waits in the rest configuration until the target falls freely, then goes where it will "
-          "be. It sets the defaults of the gains and of `prediction_s`.")
+          "be; a ball that a hand swings may look like one that falls (docs/safety.md). It sets the defaults of the "
+          "gains and of `prediction_s`.")
       .number(
           "gamma_rad2_m2", "rad²/m²", 0, 1e12, [](auto& k) -> auto& { return k.gamma; },
           "Weight of the hand's attractor, Eq. (28).")

@@ -84,7 +84,7 @@ TEST(Flights, AreFoundWithTheirClosestApproach) {
   }
   const double meets = 0.43;  // s after the release, at 15 * 33333 us
   for (int64_t utime = 0; utime < 1500000; utime += 5000) hand.push_back({utime, body(meets) + beside});
-  const nlohmann::json flights = flights_of(targets, hand, {}, search, anywhere, 0);
+  const nlohmann::json flights = flights_of(targets, std::nullopt, hand, {}, search, anywhere, 0);
   ASSERT_EQ(flights.size(), 1U);
   EXPECT_GT(flights[0]["begin_s"].get<double>(), 17 * 0.033333) << "three images show an acceleration at the earliest";
   EXPECT_LT(flights[0]["begin_s"].get<double>(), 15 * 0.033333 + meets) << "before they meet";
@@ -92,6 +92,18 @@ TEST(Flights, AreFoundWithTheirClosestApproach) {
   EXPECT_NEAR(flights[0]["closest_mm"].get<double>(), 12, 1);
   EXPECT_NEAR(flights[0]["closest_s"].get<double>(), 15 * 0.033333 + meets, 0.006);
   EXPECT_TRUE(flights[0]["reachable"].get<bool>());
+  // Another object, and a message of an hour later, do not hide the flight.
+  std::vector<target_t> more;
+  for (const target_t& target : targets) {
+    more.push_back(target);
+    more.push_back(target);
+    more.back().name = "other";
+    more.back().position_m[0] += 1;
+    if (more.size() == 10) more.push_back(targets.front()), more.back().utime += 3'600'000'000;
+  }
+  const nlohmann::json same = flights_of(more, std::nullopt, hand, {}, search, anywhere, 0);
+  ASSERT_EQ(same.size(), 1U);
+  EXPECT_NEAR(same[0]["closest_mm"].get<double>(), flights[0]["closest_mm"].get<double>(), 1e-6);
 }
 
 }  // namespace

@@ -181,7 +181,8 @@ json vision_error_of(const std::vector<target_t>& targets, const std::map<int64_
 /// Collects all data for the report in one pass over the messages.
 class RunReporter::Data {
  public:
-  explicit Data(const RobotConfig& robot) : chain(robot.chain), intercept(reach_options_from(robot).intercept) {
+  explicit Data(const RobotConfig& robot)
+      : chain(robot.chain), intercept(reach_options_from(robot).intercept), target_name(target_name_from(robot)) {
     const robot_bridge::BridgeOptions bridge = bridge_options_from(robot);
     smooth = bridge.shape == robot_bridge::BridgeOptions::Shape::kSmooth;
     limits_ = robot_bridge::motion_limits(robot.chain, bridge.speed_where_unlimited, bridge.acceleration, bridge.jerk);
@@ -197,6 +198,7 @@ class RunReporter::Data {
 
   const Chain chain;
   const std::optional<controller::FreeFallFilter::Options> intercept;  // where the hand is to meet thrown targets
+  const std::optional<std::string> target_name;
   std::map<std::string, int64_t, std::less<>> counts;
   std::vector<target_t> targets;
   std::map<int64_t, target_t> truths;
@@ -232,7 +234,8 @@ class RunReporter::Data {
       add_robot_state(event);
     } else if (event.channel == channel::kBridgeState) {
       const auto state = decode<bridge_state_t>(event.data);
-      if (!state || !plausible_utime(state->utime)) return;
+      // Before the first ROBOT_STATE the bridge knows no time.
+      if (!state || !plausible_utime(state->utime) || state->utime == 0) return;
       if (first_utime == 0) first_utime = state->utime;
       bridge_halts.add(*state);
     } else if (event.channel == channel::kNodeStatus) {
@@ -353,7 +356,8 @@ RunReport RunReporter::report() const {
   out["seen"] = seen;
   out["seen_without_position"] = run.intercept ? 0 : seen - in_dwells;
   json flights = json::array();
-  if (run.intercept) flights = flights_of(run.targets, run.hand, *run.intercept, search, anywhere, origin);
+  if (run.intercept)
+    flights = flights_of(run.targets, run.target_name, run.hand, *run.intercept, search, anywhere, origin);
   out["flights"] = flights;
   const auto is_missed = [](const json& flight) {
     return flight["reachable"].get<bool>() &&
@@ -431,7 +435,11 @@ RunReport RunReporter::report() const {
     report.reason = fmt::format("the commands moved at {:.0f} % of a joint's speed limit, by their time of arrival",
                                 100 * command_speed);
   } else if (run.intercept && std::ranges::none_of(flights, [](const json& f) { return f["reachable"].get<bool>(); })) {
-    report.reason = "no target that falls freely came within the arm's reach";
+    report.reason =
+        "no target that falls freely came within the arm's reach (if one did: check the covariance of TARGET, and "
+        "gravity_m_s2)";
+  } else if (run.intercept && run.hand.empty()) {
+    report.reason = "no ROBOT_STATE of this arm was recorded: where the hand was is not known";
   } else if (missed > 0) {
     const auto reachable =
         std::ranges::count_if(flights, [](const json& flight) { return flight["reachable"].get<bool>(); });
