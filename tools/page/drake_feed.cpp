@@ -86,22 +86,30 @@ void DrakeFeed::receive(std::string_view channel, std::span<const uint8_t> bytes
   } else if (channel == channel::kObstacles) {
     const auto obstacles = decode<obstacles_t>(bytes);
     if (!obstacles) return;
-    obstacles_.clear();
+    std::vector<Link> links;
     for (const obstacle_t& obstacle : obstacles->obstacles) {
       const Eigen::Vector3d centre = Eigen::Map<const Eigen::Vector3d>(obstacle.position_m),
                             size = Eigen::Map<const Eigen::Vector3d>(obstacle.size_m);
       const double* q = obstacle.orientation_wxyz;
       const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
       if (!centre.allFinite() || !size.allFinite() || !(std::abs(turn.norm() - 1) < 1e-3)) continue;
+      if (obstacle.shape < obstacle_t::SPHERE || obstacle.shape > obstacle_t::BOX) continue;
       Shape shape{Geometry::SPHERE, Eigen::Isometry3d::Identity(), kObstacle, {size.x()}};
       if (obstacle.shape == obstacle_t::CAPSULE) shape.type = Geometry::CAPSULE, shape.size = {size.x(), size.y()};
       if (obstacle.shape == obstacle_t::BOX) shape.type = Geometry::BOX, shape.size = {size.x(), size.y(), size.z()};
-      Link link{.name = "obstacle " + std::to_string(obstacles_.size() + 1), .shapes = {std::move(shape)}};
+      if (!std::ranges::all_of(shape.size, [](double length) { return length > 0; })) continue;
+      Link link{.name = "obstacle " + std::to_string(links.size() + 1), .shapes = {std::move(shape)}};
       link.X_WL.linear() = turn.normalized().toRotationMatrix();
       link.X_WL.translation() = centre;
-      obstacles_.push_back(std::move(link));
+      links.push_back(std::move(link));
     }
-    changed_ = true;
+    // Obstacles that only move are drawn where they are; others are loaded again.
+    const auto alike = [](const Link& one, const Link& other) {
+      return one.shapes[0].type == other.shapes[0].type && one.shapes[0].size == other.shapes[0].size;
+    };
+    changed_ = changed_ || !std::ranges::equal(links, obstacles_, alike);
+    moved_ = true;
+    obstacles_ = std::move(links);
   }
 }
 
