@@ -81,7 +81,7 @@ measure() {
     echo "- Computer: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1), $(nproc) processors"
     echo "- Compiler: $(grep '^CMAKE_CXX_COMPILER:' "$build/CMakeCache.txt" | cut -d= -f2 | xargs -I{} sh -c '{} --version' | head -1)"
     echo
-    # What is no table stays as it is.
+    # Text outside of tables stays as it is.
     if grep -q '^|' "$work/$1"; then cat "$work/$1"; else echo '```text'; cat "$work/$1"; echo '```'; fi; } | cat -s | sed '$ { /^$/ d }' >"$work/$1.md"
   mv "$work/$1.md" "docs/results/$1.md"
   echo "docs/results/$1.md"

@@ -26,8 +26,8 @@ struct ThrowOptions {
 /// The outcome of one throw.
 struct ThrowResult {
   double closest_m = 0;       ///< least distance of the hand to the object
-  bool in_time = false;       ///< a hand that knew the throw at its release could be at a place of its path in time
-  bool seen_in_time = false;  ///< the same for a hand that knows it from the fourth image on
+  bool in_time = false;       ///< a hand that knew the throw at its release could be at a position of its path in time
+  bool seen_in_time = false;  ///< the same, from the third image on: fewer show no acceleration
 };
 
 /// Throw number `index` of `seed` at an arm that waits in the middle of its joints' ranges: 0.5 to 0.9 s of flight,

@@ -4,9 +4,8 @@
 #include <filesystem>
 #include <numbers>
 
-#include "camera/node/camera_node.hpp"
-#include "camera/node/render_source.hpp"
 #include "tests/tools/pose_errors.hpp"
+#include "tests/tools/rendered_session.hpp"
 #include "tools/replay/run.hpp"
 #include "tools/replay/verify.hpp"
 
@@ -21,15 +20,7 @@ class TagSession : public ::testing::Test {
   static void SetUpTestSuite() {
     char folder[] = "/tmp/multireach-test-XXXXXX";
     folder_ = mkdtemp(folder);
-    LogWriter log(path("session.lcm"));
-    CameraNode camera(std::make_unique<RenderSource>(kExample + "/scene.yaml"));
-    while (!camera.finished()) {
-      const auto now = camera.next_tick();
-      Outbox out;
-      camera.tick(out);
-      for (const OutMessage& message : out) log.write(now.value_or(0), message.channel, message.bytes);
-    }
-    log.close();
+    testing::render_session(kExample + "/scene.yaml", path("session.lcm"));
     result_ = run(2, "run.lcm");
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }

@@ -3,9 +3,8 @@
 
 #include <filesystem>
 
-#include "camera/node/camera_node.hpp"
-#include "camera/node/render_source.hpp"
 #include "runtime/log_file.hpp"
+#include "tests/tools/rendered_session.hpp"
 #include "tools/log/flights.hpp"
 #include "tools/log/run_report.hpp"
 #include "tools/replay/run.hpp"
@@ -21,15 +20,7 @@ class ThrowSession : public ::testing::Test {
   void SetUp() override {
     char folder[] = "/tmp/multireach-test-XXXXXX";
     folder_ = mkdtemp(folder);
-    LogWriter log(folder_ + "/session.lcm");
-    CameraNode camera(std::make_unique<RenderSource>(kExample + "/scene.yaml"));
-    while (!camera.finished()) {
-      const auto now = camera.next_tick();
-      Outbox out;
-      camera.tick(out);
-      for (const OutMessage& message : out) log.write(now.value_or(0), message.channel, message.bytes);
-    }
-    log.close();
+    testing::render_session(kExample + "/scene.yaml", folder_ + "/session.lcm");
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
