@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <functional>
@@ -7,6 +6,7 @@
 #include "camera/node/device_arguments.hpp"
 #include "camera/pairing/stereo_buffer.hpp"
 #include "runtime/files.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
@@ -25,9 +25,8 @@ class DeviceFile : public ::testing::Test {
     }
     return "";
   }
-  void TearDown() override { std::remove(path_.c_str()); }
-  std::string folder_ = ::testing::TempDir();
-  std::string path_ = folder_ + "multireach_cameras_test." + std::to_string(getpid()) + ".yaml";
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "cameras.yaml";
 };
 
 TEST_F(DeviceFile, GivesEveryKey) {
@@ -52,7 +51,7 @@ TEST_F(DeviceFile, GivesEveryKey) {
 
 TEST_F(DeviceFile, LeavesToTheCameraWhatItDoesNotSay) {
   const DeviceOptions options = load("side_by_side: video.avi\n");
-  EXPECT_EQ(options.side_by_side, folder_ + "video.avi") << "as seen from the file";
+  EXPECT_EQ(options.side_by_side, folder_ / "video.avi") << "as seen from the file";
   EXPECT_EQ(options.width, 0);
   EXPECT_FALSE(options.exposure_ms || options.white_balance_k || options.gain || options.max_skew_ms);
   EXPECT_NO_THROW(options.check("device"));

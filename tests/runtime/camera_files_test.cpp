@@ -2,13 +2,13 @@
 #include "tools/calibrate/camera_file_texts.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <functional>
 #include <opencv2/core.hpp>
 
 #include "numeric/random.hpp"
+#include "tests/temporary_folder.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
@@ -18,13 +18,7 @@ using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 class CameraFilesTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() / ("camera_files." + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  std::string path(const std::string& name) const { return folder_ / name; }
   std::string written(const std::string& name, const std::string& text) const {
     write_text_file(path(name), text);
     return path(name);
@@ -45,7 +39,7 @@ class CameraFilesTest : public ::testing::Test {
   }
 
   const StereoRig rig_ = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
-  std::filesystem::path folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

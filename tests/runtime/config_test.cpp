@@ -1,7 +1,6 @@
 #include "runtime/config.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include "robot_bridge/node/bridge_node.hpp"
 #include "runtime/robot_config.hpp"
 #include "tests/input_fault.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
@@ -21,8 +21,8 @@ class ConfigFile : public ::testing::Test {
     write_text_file(path_, text);
     return Config::load(path_);
   }
-  void TearDown() override { std::remove(path_.c_str()); }
-  std::string path_ = ::testing::TempDir() + "multireach_config_test." + std::to_string(getpid()) + ".yaml";
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "robot.yaml";
 };
 
 TEST_F(ConfigFile, NamesLineKeyAndBoundWhereTheBridgesDelayIsTooLongForTheTicks) {

@@ -11,18 +11,14 @@
 
 #include "runtime/config.hpp"
 #include "runtime/log_file.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
 
 class Files : public ::testing::Test {
  protected:
-  Files() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-  }
-  ~Files() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   static std::string fault(const std::function<void()>& read) {
     try {
@@ -34,7 +30,7 @@ class Files : public ::testing::Test {
   }
   static std::vector<uint8_t> bytes(const std::string& text) { return {text.begin(), text.end()}; }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(Files, RefusesAtOnceWhatIsNoRegularFileOfABoundedSize) {
@@ -89,7 +85,7 @@ TEST_F(Files, AnOutputReplacesTheOldFileOnlyWhenItIsFinished) {
   file.write(bytes("new"));
   file.finish();
   EXPECT_EQ(read_text_file(path("out")), "new");
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
 
 TEST_F(Files, ASignalThatEndsTheProgramLeavesNoTemporaryFile) {
@@ -107,7 +103,7 @@ TEST_F(Files, ASignalThatEndsTheProgramLeavesNoTemporaryFile) {
     ASSERT_EQ(waitpid(child, &status, 0), child);
     EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == number) << "as if there had been no file";
     EXPECT_TRUE(std::filesystem::remove(path("finished")));
-    EXPECT_TRUE(std::filesystem::is_empty(folder_)) << "signal " << number;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << "signal " << number;
   }
 }
 

@@ -1,12 +1,12 @@
 #include "runtime/log_file.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdio>
 
 #include "numeric/random.hpp"
 #include "runtime/files.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
@@ -19,14 +19,14 @@ class LogFile : public ::testing::Test {
     writer.close();
     bytes_ = read_binary_file(path_);
   }
-  void TearDown() override { std::remove(path_.c_str()); }
   static std::vector<uint8_t> payload(int64_t k) {
     return std::vector<uint8_t>(static_cast<size_t>(k % 7), static_cast<uint8_t>(k));
   }
   void write(const std::vector<uint8_t>& bytes) const { write_text_file(path_, {bytes.begin(), bytes.end()}); }
 
   static constexpr int64_t kEvents = 100;
-  std::string path_ = ::testing::TempDir() + "multireach_log_file_test." + std::to_string(getpid()) + ".lcm";
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "log";
   std::vector<uint8_t> bytes_;
 };
 

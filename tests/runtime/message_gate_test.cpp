@@ -13,6 +13,7 @@
 #include "runtime/key_file.hpp"
 #include "runtime/log_file.hpp"
 #include "tests/input_fault.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
@@ -21,13 +22,8 @@ using Bytes = std::vector<uint8_t>;
 
 class Keys : public ::testing::Test {
  protected:
-  Keys() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-    write_key_file(path("key"), random_message_key());
-  }
-  ~Keys() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  Keys() { write_key_file(path("key"), random_message_key()); }
+  std::string path(const std::string& name) const { return folder_ / name; }
   std::string policy(const std::string& text) const {
     std::ofstream(path("policy.yaml")) << text;
     return path("policy.yaml");
@@ -46,7 +42,7 @@ class Keys : public ::testing::Test {
   }
 
   static inline const Bytes kPayload{1, 2, 3, 4, 5, 6, 7, 8};
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(Keys, AFileIsOneLineThatIsReadAgainAndNeverReplaced) {

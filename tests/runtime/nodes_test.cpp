@@ -17,6 +17,7 @@
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 #include "tests/runtime/node_messages.hpp"
+#include "tests/temporary_folder.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
@@ -240,7 +241,8 @@ TEST(VisionNode, WithoutTheCameraPoseTargetsAreUncalibratedAndInTheCamerasFrame)
   unknown.rig.X_WL.setIdentity();
   for (VisionConfig::Target& target : unknown.targets) target.options.rig = unknown.rig;
   VisionNode with(known), without(unknown);
-  const std::string scene = ::testing::TempDir() + "uncalibrated_scene.yaml";
+  const testing::TemporaryFolder folder;
+  const std::string scene = folder / "scene.yaml";
   write_text_file(scene, "vision: " MULTIREACH_SOURCE_DIR
                          "/robots/hoap2/vision.yaml\nend_s: 1\npath:\n"
                          "  - {at_s: 0, position_m: [0.1, -0.12, 0.1]}\n  - {at_s: 0.5, hidden_for_s: 1}\n");

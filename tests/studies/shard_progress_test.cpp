@@ -7,22 +7,18 @@
 
 #include "runtime/files.hpp"
 #include "runtime/message_clock.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
 
 class Shards : public ::testing::Test {
  protected:
-  Shards() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-  }
-  ~Shards() override { std::filesystem::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const { write_text_file(at(name), text); }
-  std::string at(const std::string& name) const { return folder_ + "/" + name; }
-  std::string line(int64_t now_us = 0) const { return shard_status(folder_, now_us).line; }
+  std::string at(const std::string& name) const { return folder_ / name; }
+  std::string line(int64_t now_us = 0) const { return shard_status(folder_.path(), now_us).line; }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(Shards, OneLineTellsDoneRunningSilentAndNotBegun) {
@@ -34,11 +30,11 @@ TEST_F(Shards, OneLineTellsDoneRunningSilentAndNotBegun) {
   EXPECT_EQ(line(2000000), "4 shards: 1 done, 1 running, 2 not begun; 38 %, 50 s left");
   EXPECT_EQ(line(62000000),
             "4 shards: 1 done, 0 running, 2 not begun, 1 silent for over a minute (1): run them again; 38 %");
-  EXPECT_FALSE(shard_status(folder_, 0).done);
+  EXPECT_FALSE(shard_status(folder_.path(), 0).done);
   for (int k = 1; k < 4; ++k)
     write("shard" + std::to_string(k) + ".json", R"({"shard": ")" + std::to_string(k) + R"(/4"})");
   EXPECT_EQ(line(), "4 shards: 4 done, 0 running, 0 not begun; 100 %") << "a result counts, not what is left beside it";
-  EXPECT_TRUE(shard_status(folder_, 0).done);
+  EXPECT_TRUE(shard_status(folder_.path(), 0).done);
 }
 
 TEST_F(Shards, ARunningShardWritesAFileThatIsGoneWhenItIsDone) {
@@ -46,7 +42,7 @@ TEST_F(Shards, ARunningShardWritesAFileThatIsGoneWhenItIsDone) {
     const ShardProgress progress(at("shard2.json"), {2, 3});
     EXPECT_EQ(line(wall_us()), "3 shards: 0 done, 1 running, 2 not begun; 0 %");
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
 TEST_F(Shards, FoldersThatAreNoStudyAreRefused) {

@@ -11,6 +11,7 @@
 #include "camera/rendering/ball_renderer.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/replay/run.hpp"
 #include "tools/replay/verify.hpp"
 
@@ -53,8 +54,7 @@ images_t pair_of(const StereoRig& rig, int k) {
 }
 
 TEST(CandidatesSession, TwoEqualBallsAreSentAsAmbiguousWithBothAndVerified) {
-  char name[] = "/tmp/multireach-test-XXXXXX";
-  const std::filesystem::path folder = mkdtemp(name);
+  const testing::TemporaryFolder folder;
   const NodeConfigs configs{RobotConfig::load(kRobots + "robot.yaml"), VisionConfig::load(kRobots + "vision.yaml")};
   {
     LogWriter session(folder / "session");
@@ -114,7 +114,6 @@ TEST(CandidatesSession, TwoEqualBallsAreSentAsAmbiguousWithBothAndVerified) {
   EXPECT_TRUE(verification.holds()) << verification.first->sentence();
   EXPECT_EQ(verification.channels.at("TARGET_CANDIDATES").equal, kPairs);
   EXPECT_EQ(verification.channels.at("TARGET").equal, kPairs);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

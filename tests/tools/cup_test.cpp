@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "tests/temporary_folder.hpp"
 #include "vision/colour/find.hpp"
 #include "vision/colour/learn_colour.hpp"
 #include "vision/stereo_vision.hpp"
@@ -41,11 +42,10 @@ const cv::Rect kFirst(305, 125, 110, 260);
 /// Calls `take` with each frame. Returns their number; 0 when there is no such video or it cannot be read.
 size_t each_frame(const std::function<void(size_t, const cv::Mat&)>& take) {
   if (!std::filesystem::exists(kVideo)) return 0;
-  const std::filesystem::path video =
-      std::filesystem::temp_directory_path() / ("cup-" + std::to_string(getpid()) + ".mp4");
-  if (std::system((std::string("gzip -dc ") + kVideo + " > " + video.string()).c_str()) != 0) return 0;
-  cv::VideoCapture capture(video.string());
-  std::filesystem::remove(video);
+  const testing::TemporaryFolder folder;
+  const std::string video = folder / "cup.mp4";
+  if (std::system((std::string("gzip -dc ") + kVideo + " > " + video).c_str()) != 0) return 0;
+  cv::VideoCapture capture(video);
   cv::Mat frame;
   size_t frames = 0;
   for (; capture.isOpened() && capture.read(frame); ++frames) take(frames, frame);

@@ -8,6 +8,7 @@
 #include "runtime/files.hpp"
 #include "runtime/message.hpp"
 #include "tests/input_fault.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/foxglove/schemas.hpp"
 
 namespace multireach {
@@ -82,7 +83,8 @@ TEST(FoxgloveScene, FramesLeadToTheHandWhereTheChainHasIt) {
 }
 
 TEST(FoxgloveScene, AJointAboveTheBaseHasAFrameOfItsOwnName) {
-  const std::string path = ::testing::TempDir() + "multireach_foxglove_test.yaml";
+  const testing::TemporaryFolder folder;
+  const std::string path = folder / "robot.yaml";
   write_text_file(
       path, "robot: {urdf: " MULTIREACH_SOURCE_DIR "/robots/hoap2/hoap2.urdf, base: right_hand, tip: left_hand}\n");
   const RobotConfig robot = RobotConfig::load(path);

@@ -1,7 +1,6 @@
 #include "tools/calibrate/hand_eye.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "runtime/robot_config.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/calibrate/hand_eye_samples.hpp"
 #include "vision/node/vision_node.hpp"
 
@@ -168,8 +168,8 @@ TEST(HandEye, RefusesWhatDeterminesNothing) {
 
 class HandEyeFiles : public ::testing::Test {
  protected:
-  void TearDown() override { std::remove(path_.c_str()); }
-  const std::string path_ = std::filesystem::temp_directory_path() / ("hand_eye." + std::to_string(getpid()));
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "poses";
 };
 
 /// Postures whose hand is well inside both images.

@@ -11,6 +11,7 @@
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/export.hpp"
 
 namespace multireach {
@@ -19,8 +20,6 @@ namespace {
 class LogExport : public ::testing::Test {
  protected:
   LogExport() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
     LogWriter log(path("log"));
     for (int64_t k = 0; k < 10; ++k) {
       joint_setpoint_t message{};
@@ -40,10 +39,9 @@ class LogExport : public ::testing::Test {
     log.write(1011, "THEIRS", std::vector<uint8_t>{1, 2, 3});
     log.close();
   }
-  ~LogExport() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(LogExport, TablesHaveAColumnForEveryElement) {

@@ -11,6 +11,7 @@
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/export.hpp"
 #include "tools/log/latency.hpp"
 #include "tools/log/log_edit.hpp"
@@ -30,18 +31,14 @@ constexpr int64_t kMostLost = int64_t{1} << 41;  // messages; more cannot have b
 class LogFuzz : public ::testing::Test {
  protected:
   LogFuzz() : robot_(RobotConfig::load(kSource + "/robots/hoap2/robot.yaml")) {
-    std::string folder = std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : "/tmp";
-    folder += "/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder.data());
     write_whole_log();
     whole_ = read_text_file(path("whole"));
     for (size_t at = whole_.find("\xED\xA1\xDA\x01"); at != std::string::npos;
          at = whole_.find("\xED\xA1\xDA\x01", at + 1))
       events_.push_back(at);
   }
-  ~LogFuzz() override { std::filesystem::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   ReplayOptions options(const std::string& session, double until_s, ReplayFrom from) const {
     ReplayOptions options{.session = session,
@@ -175,7 +172,8 @@ class LogFuzz : public ::testing::Test {
   }
 
   RobotConfig robot_;
-  std::string folder_, whole_;
+  const testing::TemporaryFolder folder_{std::filesystem::is_directory("/dev/shm") ? "/dev/shm" : "/tmp"};
+  std::string whole_;
   std::vector<size_t> events_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
 #include <cstdio>
 #include <multireach/images_t.hpp>
 #include <multireach/joint_command_t.hpp>
@@ -11,6 +10,7 @@
 
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach {
 namespace {
@@ -23,8 +23,6 @@ namespace {
 /// A log of a line with known delays. Messages are written in the order in which they are added.
 class LogLatency : public ::testing::Test {
  protected:
-  ~LogLatency() override { std::remove(path_.c_str()); }
-
   void images(int64_t arrival, int64_t utime) {
     images_t message{};
     message.utime = utime;
@@ -56,7 +54,8 @@ class LogLatency : public ::testing::Test {
     return latency_of(path_);
   }
 
-  std::string path_ = ::testing::TempDir() + "multireach_log_latency_test." + std::to_string(getpid()) + ".lcm";
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "log";
   LogWriter log_{path_};
 };
 

@@ -12,6 +12,7 @@
 #include "runtime/files.hpp"
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/log/log_summary.hpp"
 #include "tools/log/run_report.hpp"
@@ -21,13 +22,7 @@ namespace {
 
 class LogTool : public ::testing::Test {
  protected:
-  LogTool() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-  }
-  ~LogTool() override { std::filesystem::remove_all(folder_); }
-
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   static std::vector<uint8_t> target(int64_t sequence) {
     target_t message{};
@@ -49,7 +44,7 @@ class LogTool : public ::testing::Test {
     return path(name);
   }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(LogTool, SummarisesChannels) {

@@ -10,6 +10,7 @@
 #include "runtime/channels.hpp"
 #include "runtime/files.hpp"
 #include "runtime/joint_fields.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/page/course.hpp"
 #include "tools/page/safe_postures.hpp"
 
@@ -128,16 +129,14 @@ TEST(SafePostures, StayNearAndInsideTheLimitsAndAreWanted) {
 
 class CourseTest : public ::testing::Test {
  protected:
-  CourseTest() : folder_(::testing::TempDir() + "course_test") { std::filesystem::remove_all(folder_); }
-  ~CourseTest() override { std::filesystem::remove_all(folder_); }
-
   Touch::Answer ask(Course& course, const std::string& what, const std::string& step, json more = json::object()) {
     more.update({{"request", "course"}, {"do", what}, {"step", step}});
     return course.handle(more, 1000000, out_);
   }
   static std::string open_step(const Course& course) { return course.status()["open"]; }
 
-  std::string folder_;
+  const testing::TemporaryFolder parent_;
+  const std::string folder_ = parent_ / "course";
   Touch touch_{3};
   Outbox out_;
 };

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <thread>
 
 #include "tools/page/foxglove_hub.hpp"
 
@@ -119,6 +121,20 @@ TEST(FoxgloveHub, AClientThatTakesNothingLosesTheOldestMessages) {
   EXPECT_EQ(sizes.back(), 13 + std::string("last").size());
   EXPECT_LE(sizes.size(), FoxgloveHub::kMaxWaiting / kLarge + 2);
   EXPECT_GE(sizes.size(), FoxgloveHub::kMaxWaiting / kLarge);
+}
+
+TEST(FoxgloveHub, AClientThatTookOnlyAPartOfAMessageGetsNoOtherOne) {
+  std::atomic<int> tried = 0;
+  FoxgloveHub hub;
+  int key = 0;
+  ASSERT_TRUE(hub.join(&key, [&](bool, const std::string&) { return ++tried < 2; }));
+  (void)hub.wants("A", "a", schema);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (hub.receive(&key, "{}") && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  EXPECT_FALSE(hub.receive(&key, "{}")) << "the connection is to be closed";
+  (void)hub.wants("B", "a", schema);
+  hub.leave(&key);  // waits for its thread
+  EXPECT_EQ(tried, 2) << "what was open, then A, of which a part was taken";
 }
 
 }  // namespace

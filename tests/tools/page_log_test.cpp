@@ -12,6 +12,7 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/message.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/page/log_answers.hpp"
 #include "tools/page/log_index.hpp"
 #include "tools/page/log_page.hpp"
@@ -27,12 +28,6 @@ const std::string kSource = MULTIREACH_SOURCE_DIR;
 
 class PageLog : public ::testing::Test {
  protected:
-  PageLog() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-  }
-  ~PageLog() override { std::filesystem::remove_all(folder_); }
-
   static target_t target(const std::string& name, int64_t utime, double x) {
     target_t message{};
     message.name = name;
@@ -46,7 +41,7 @@ class PageLog : public ::testing::Test {
   /// A second of targets "ball" at 10 Hz and states at 100 Hz, received `delay_us` after their time. From `changed_us`
   /// on, the ball is elsewhere. `run`: the sender's.
   std::string write(const std::string& name, int64_t changed_us, int64_t run = 1, int64_t delay_us = 0) const {
-    LogWriter log(folder_ + "/" + name);
+    LogWriter log(folder_ / name);
     for (int64_t utime = 0; utime <= 1000000; utime += 10000) {
       robot_state_t state{};
       state.utime = utime;
@@ -59,10 +54,10 @@ class PageLog : public ::testing::Test {
       if (utime == 0) log.write(kBegin + delay_us, channel::kTarget, *encode(target("cup", utime, 0.3)));
     }
     log.close();
-    return folder_ + "/" + name;
+    return folder_ / name;
   }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(PageLog, FindsTheNewestMessageOfEachSender) {
@@ -88,7 +83,7 @@ TEST_F(PageLog, FindsTheNewestMessageOfEachSender) {
 }
 
 TEST_F(PageLog, NeverGoesBackInTime) {
-  const std::string path = folder_ + "/jumps";
+  const std::string path = folder_ / "jumps";
   LogWriter writer(path);
   for (const int64_t utime : std::vector<int64_t>{5, 9, 2, INT64_MIN, 7, 12})
     writer.write(utime, "ANY", std::vector<uint8_t>{1});
@@ -118,7 +113,7 @@ TEST_F(PageLog, NamesTheFirstDifference) {
 
 TEST_F(PageLog, AlignsRunsByTheirMessages) {
   // The second recording begins three messages later.
-  const std::string whole = write("whole", 1000000), part = folder_ + "/part";
+  const std::string whole = write("whole", 1000000), part = folder_ / "part";
   LogWriter writer(part);
   LogReader reader(whole);
   while (const auto event = reader.next()) {
@@ -214,7 +209,7 @@ struct NoBrowsers : Browsers {
 /// A run computed again with the same values is the same; with another gain it differs; wrong values are refused.
 TEST_F(PageLog, ComputesASessionAgain) {
   // Two seconds of the recorded session, computed by a first replay.
-  const std::string session = folder_ + "/session.lcm";
+  const std::string session = folder_ / "session.lcm";
   {
     LogReader reader(kSource + "/logs/reach.lcm");
     LogWriter writer(session);

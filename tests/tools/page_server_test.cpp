@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "runtime/files.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/page/listening_socket.hpp"
 #include "tools/page/page_server.hpp"
 
@@ -49,14 +50,10 @@ class Connection {
 
 class PageServing : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ + "/index.html") << "<p>the page</p>";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { std::ofstream(folder_ / "index.html") << "<p>the page</p>"; }
 
   PageServer::Options options() const {
-    return {.folder = folder_, .access = {.token = "secret"}, .greeting = "hello"};
+    return {.folder = folder_.path(), .access = {.token = "secret"}, .greeting = "hello"};
   }
   static std::string get(int port, const std::string& host) {
     Connection connection(port);
@@ -73,7 +70,7 @@ class PageServing : public ::testing::Test {
     return std::string("\x81") + static_cast<char>(0x80 | text.size()) + std::string(4, '\0') + text;
   }
 
-  std::string folder_ = ::testing::TempDir() + "multireach_page_test." + std::to_string(getpid());
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(PageServing, ServesThePageToItsOwnNamesOnly) {

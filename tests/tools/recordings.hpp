@@ -16,6 +16,7 @@
 #include "runtime/log_file.hpp"
 #include "runtime/message.hpp"
 #include "tests/input_fault.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/import/import.hpp"
 #include "tools/replay/session.hpp"
 
@@ -59,8 +60,6 @@ inline std::string compressed(const std::string& with, const std::string& bytes)
 class LogImport : public ::testing::Test {
  protected:
   LogImport() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
     LogReader log(kSession);
     while (const auto event = log.next()) {
       if (event->channel != channel::kStereoImages || pairs_.size() == kPairs) continue;
@@ -69,9 +68,8 @@ class LogImport : public ::testing::Test {
     options_.left = "/left";
     options_.right = "/right";
   }
-  ~LogImport() override { std::filesystem::remove_all(folder_); }
 
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
   std::string written(const std::string& name, const std::string& bytes) const {
     std::filesystem::create_directories(std::filesystem::path(path(name)).parent_path());
     write_text_file(path(name), bytes);
@@ -221,7 +219,7 @@ class LogImport : public ::testing::Test {
     return bag(chunks);
   }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
   std::vector<images_t> pairs_;  // of a bundled session
   ImportOptions options_{};
 };

@@ -11,6 +11,7 @@
 
 #include "numeric/random.hpp"
 #include "runtime/channels.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/log_edit.hpp"
 #include "tools/replay/bisect.hpp"
 #include "tools/replay/message_difference.hpp"
@@ -40,12 +41,7 @@ NodeConfigs configs() {
 
 class Replay : public ::testing::Test {
  protected:
-  Replay() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-  }
-  ~Replay() override { std::filesystem::remove_all(folder_); }
-  std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  std::string path(const std::string& name) const { return folder_ / name; }
 
   /// Replays into a log of this name.
   ReplayResult run(const ReplayOptions& options, const std::string& name) const {
@@ -64,7 +60,7 @@ class Replay : public ::testing::Test {
     return verify(log, configs(), [](double) {});
   }
 
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(Replay, GivesTheSameBytesWithAnyNumberOfThreads) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "tests/input_fault.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/log/run_report.hpp"
 #include "tools/replay/request.hpp"
 
@@ -19,14 +20,11 @@ using Json = nlohmann::ordered_json;
 class Sweep : public ::testing::Test {
  protected:
   Sweep() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
     request_.session = MULTIREACH_SOURCE_DIR "/logs/reach.lcm";
     request_.setup.config = MULTIREACH_SOURCE_DIR "/robots/hoap2";
     request_.setup.vision = MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml";
     request_.until_s = 3;
   }
-  ~Sweep() override { std::filesystem::remove_all(folder_); }
 
   SweepJob job(const std::vector<std::string>& set, int jobs = 1, const std::string& shard = "0/1") const {
     std::vector<SweptKey> keys;
@@ -42,13 +40,13 @@ class Sweep : public ::testing::Test {
             {"rows", sweep_rows(job, nullptr)}};
   }
   std::string written(const std::string& name, const Json& json) const {
-    write_text_file(folder_ + "/" + name, json.dump());
-    return folder_ + "/" + name;
+    write_text_file(folder_ / name, json.dump());
+    return folder_ / name;
   }
 
   const std::vector<std::string> set_{"controller.gamma_rad2_m2=100,350", "tracker.sigma_px=0.1,0.5,1"};
   RunRequest request_;
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(Sweep, ValuesAreSplitAtCommasOutsideOfBracketsAndQuotes) {
@@ -128,8 +126,8 @@ TEST_F(Sweep, IsTheSameWithAnyNumberOfJobsAndShards) {
   short_one["rows"].erase(0);
   EXPECT_NE(said({written("short", short_one)}).find("is missing"), std::string::npos);
   for (const char* text : {"", "{}", "[]", R"({"rows": 1, "shard": "0/2", "combinations": 3})"}) {
-    write_text_file(folder_ + "/wrong", text);
-    EXPECT_NE(said({folder_ + "/wrong"}), "") << text;
+    write_text_file(folder_ / "wrong", text);
+    EXPECT_NE(said({folder_ / "wrong"}), "") << text;
   }
 }
 
@@ -145,12 +143,12 @@ TEST_F(Sweep, ARowIsTheReportOnARunWithTheseValuesInTheFiles) {
   };
   put("alpha_per_step: 0.08", "alpha_per_step: 0.12");
   put("urdf: ", "urdf: " MULTIREACH_SOURCE_DIR "/robots/hoap2/");
-  write_text_file(folder_ + "/robot.yaml", text);  // whose tick_ms is 50
+  write_text_file(folder_ / "robot.yaml", text);  // whose tick_ms is 50
   RunRequest request = request_;
-  request.setup.config = folder_;
+  request.setup.config = folder_.path();
   const ReplayOptions options = request.options(ReplayFrom::kImages, {});
   ASSERT_EQ(options.config.tick_us, 50000);
-  LogWriter log(folder_ + "/run.lcm");
+  LogWriter log(folder_ / "run.lcm");
   const int64_t origin = Session(options.session, options.from, false).recorded_utime();
   const ReplayResult result = replay(
       options,
@@ -159,7 +157,7 @@ TEST_F(Sweep, ARowIsTheReportOnARunWithTheseValuesInTheFiles) {
       },
       nullptr);
   log.close();
-  const nlohmann::json report = report_on(folder_ + "/run.lcm", options.config).json;
+  const nlohmann::json report = report_on(folder_ / "run.lcm", options.config).json;
   const Json& row = rows.at(1);
   EXPECT_EQ(row["index"], 1);
   EXPECT_EQ(row["set"], (Json{{"controller.alpha_per_step", "0.12"}, {"tick_ms", "50"}}));

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/pose_errors.hpp"
 #include "tests/tools/rendered_session.hpp"
 #include "tools/replay/run.hpp"
@@ -18,13 +19,12 @@ class TagSession : public ::testing::Test {
  protected:
   /// Renders the session and replays it once, for all tests.
   static void SetUpTestSuite() {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
+    folder_.emplace();
     testing::render_session(kExample + "/scene.yaml", path("session.lcm"));
     result_ = run(2, "run.lcm");
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
-  static std::string path(const std::string& name) { return folder_ + "/" + name; }
+  static void TearDownTestSuite() { folder_.reset(); }
+  static std::string path(const std::string& name) { return *folder_ / name; }
 
   static ReplayOptions options(int threads) {
     return {.session = path("session.lcm"),
@@ -47,7 +47,7 @@ class TagSession : public ::testing::Test {
     return result;
   }
 
-  inline static std::string folder_;
+  inline static std::optional<testing::TemporaryFolder> folder_;
   inline static ReplayResult result_;
 };
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "runtime/log_file.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/tools/rendered_session.hpp"
 #include "tools/log/flights.hpp"
 #include "tools/log/run_report.hpp"
@@ -17,17 +18,12 @@ const std::string kExample = MULTIREACH_SOURCE_DIR "/examples/throws";
 
 class ThrowSession : public ::testing::Test {
  protected:
-  void SetUp() override {
-    char folder[] = "/tmp/multireach-test-XXXXXX";
-    folder_ = mkdtemp(folder);
-    testing::render_session(kExample + "/scene.yaml", folder_ + "/session.lcm");
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  void SetUp() override { testing::render_session(kExample + "/scene.yaml", folder_ / "session.lcm"); }
 
   RunReport run(const RobotConfig& robot) {
-    LogWriter log(folder_ + "/run.lcm");
+    LogWriter log(folder_ / "run.lcm");
     replay(
-        {.session = folder_ + "/session.lcm",
+        {.session = folder_ / "session.lcm",
          .from = ReplayFrom::kImages,
          .robot = ReplayRobot::kSimulated,
          .config = robot,
@@ -39,9 +35,9 @@ class ThrowSession : public ::testing::Test {
         },
         nullptr);
     log.close();
-    return report_on(folder_ + "/run.lcm", robot);
+    return report_on(folder_ / "run.lcm", robot);
   }
-  std::string folder_;
+  const testing::TemporaryFolder folder_;
 };
 
 TEST_F(ThrowSession, TheHandMeetsTheBallAndTheRunVerifies) {
@@ -52,7 +48,7 @@ TEST_F(ThrowSession, TheHandMeetsTheBallAndTheRunVerifies) {
   for (const nlohmann::json& flight : report.json["flights"])
     std::printf("closest %.1f mm\n", flight["closest_mm"].get<double>());
   const Verification again =
-      verify(folder_ + "/run.lcm", {robot, VisionConfig::load(kExample + "/vision.yaml")}, [](double) {});
+      verify(folder_ / "run.lcm", {robot, VisionConfig::load(kExample + "/vision.yaml")}, [](double) {});
   EXPECT_TRUE(again.holds()) << again.first->sentence();
 }
 

@@ -1,5 +1,4 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <multireach/debug_request_t.hpp>
@@ -7,6 +6,7 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/files.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tools/view/picture_node.hpp"
 
 namespace multireach {
@@ -27,9 +27,9 @@ class Picture : public ::testing::Test {
     return *encode(images);
   }
   void receive(const std::vector<uint8_t>& bytes) { node_.receive(channel::kVisionDebug, bytes, out_); }
-  void TearDown() override { std::filesystem::remove(path_); }
 
-  std::string path_ = ::testing::TempDir() + "multireach_picture_test." + std::to_string(getpid()) + ".jpg";
+  const testing::TemporaryFolder folder_;
+  const std::string path_ = folder_ / "picture.jpg";
   PictureNode node_{path_, 5000000};
   Outbox out_;
 };

@@ -1,6 +1,5 @@
 // What every driver has in common: which commands it obeys, when it sends nothing, and the template.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstring>
@@ -14,6 +13,7 @@
 #include "runtime/joint_fields.hpp"
 #include "tests/input_fault.hpp"
 #include "tests/robot_bridge/drivers/driver_loop.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach::testing {
 namespace {
@@ -388,8 +388,7 @@ TEST(DriverConfig, RefusesAStartBeyondTheLimitsAndAnIdThatStandsTwice) {
             }).find("key 'start_joint_position.elbow_joint' is 90; expected -3.14159 to 3.14159"),
             std::string::npos);
 
-  const std::filesystem::path folder = ::testing::TempDir() + "/multireach-driver-config-" + std::to_string(::getpid());
-  std::filesystem::create_directories(folder);
+  const testing::TemporaryFolder folder;
   std::filesystem::copy(MULTIREACH_SOURCE_DIR "/robots/so101/so101.urdf", folder / "so101.urdf");
   std::ifstream in(MULTIREACH_SOURCE_DIR "/robots/so101/robot.yaml");
   std::string text((std::istreambuf_iterator<char>(in)), {});
@@ -397,10 +396,9 @@ TEST(DriverConfig, RefusesAStartBeyondTheLimitsAndAnIdThatStandsTwice) {
   ASSERT_NE(at, std::string::npos);
   std::ofstream(folder / "robot.yaml") << text.replace(at, 15, "[1, 2, 3, 2, 5]");
   EXPECT_NE(input_fault([&] {
-              (void)drivers::driver_config_from(RobotConfig::load((folder / "robot.yaml").string()), "");
+              (void)drivers::driver_config_from(RobotConfig::load(folder / "robot.yaml"), "");
             }).find("'driver.motor_ids' expected another number for each joint"),
             std::string::npos);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

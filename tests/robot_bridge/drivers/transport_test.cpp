@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "runtime/files.hpp"
+#include "tests/temporary_folder.hpp"
 
 namespace multireach::drivers {
 namespace {
@@ -131,8 +132,6 @@ TEST(TcpClient, AConnectionThatIsNeverAcceptedIsTriedAgain) {
 
 class SerialEmulator : public ::testing::Test {
  protected:
-  SerialEmulator() { std::filesystem::create_directories(folder); }
-  ~SerialEmulator() override { std::filesystem::remove_all(folder); }
   std::string sentence() const {
     try {
       (void)emulator_transports({link});
@@ -142,8 +141,8 @@ class SerialEmulator : public ::testing::Test {
     return "";
   }
 
-  const std::string folder = ::testing::TempDir() + "/multireach-serial-" + std::to_string(::getpid());
-  const Link link{.kind = Link::Kind::kSerial, .address = folder + "/servos", .number = 1000000};
+  const testing::TemporaryFolder folder;
+  const Link link{.kind = Link::Kind::kSerial, .address = folder / "servos", .number = 1000000};
 };
 
 TEST_F(SerialEmulator, ReplacesNoFileAndNoDeviceThatExists) {
@@ -185,7 +184,7 @@ TEST_F(SerialEmulator, NothingButASerialPortIsWritten) {
   EXPECT_FALSE(early[0]->open(10000000));
   EXPECT_EQ(std::filesystem::file_size(link.address), 4U);
   EXPECT_THROW((void)client_transports({link}), InputError);
-  EXPECT_THROW((void)client_transports({{.kind = Link::Kind::kSerial, .address = folder, .number = 1000000}}),
+  EXPECT_THROW((void)client_transports({{.kind = Link::Kind::kSerial, .address = folder.path(), .number = 1000000}}),
                InputError);
   const Transports null = client_transports({{.kind = Link::Kind::kSerial, .address = "/dev/null", .number = 1000000}});
   EXPECT_FALSE(null[0]->open(0));

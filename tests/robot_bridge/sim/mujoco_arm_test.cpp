@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tests/temporary_folder.hpp"
 #include "tests/test_arms.hpp"
 
 namespace multireach {
@@ -186,8 +187,8 @@ TEST(MujocoArm, RefusesMassesAndInertiasThatAreNotPhysical) {
 
 TEST(MujocoArm, ItsWarningsGoToTheLogAndNotIntoTheWorkingFolder) {
   const std::filesystem::path before = std::filesystem::current_path();
-  char folder[] = "/tmp/multireach-test-XXXXXX";
-  std::filesystem::current_path(mkdtemp(folder));
+  const testing::TemporaryFolder folder;
+  std::filesystem::current_path(folder.path());
   auto lines = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(10);
   const auto previous = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", lines));
@@ -200,7 +201,6 @@ TEST(MujocoArm, ItsWarningsGoToTheLogAndNotIntoTheWorkingFolder) {
   spdlog::set_default_logger(previous);
   const bool left_nothing = std::filesystem::is_empty(".");
   std::filesystem::current_path(before);
-  std::filesystem::remove_all(folder);
   EXPECT_TRUE(left_nothing);
   ASSERT_FALSE(lines->last_formatted().empty()) << "these speeds make the simulation diverge";
   EXPECT_NE(lines->last_formatted()[0].find("MuJoCo: "), std::string::npos) << lines->last_formatted()[0];
