@@ -76,6 +76,7 @@ void FoxgloveHub::leave(const void* key) {
 }
 
 void FoxgloveHub::queue(Client& client, bool binary, std::string bytes) {
+  if (client.lost) return;
   client.waiting_bytes += bytes.size();
   client.waiting.emplace_back(binary, std::move(bytes));
   // What is text, advertisements, must arrive; of data a client that lags loses the oldest.
@@ -99,7 +100,10 @@ void FoxgloveHub::write_to(Client& client, const Write& write) {
     lock.unlock();
     const bool written = write(binary, bytes);
     lock.lock();
-    if (!written) return;
+    if (written) continue;
+    client.lost = true;
+    client.waiting.clear();
+    return;
   }
 }
 
@@ -113,17 +117,18 @@ void FoxgloveHub::subscribe(Client& client, const nlohmann::json& subscriptions)
   }
 }
 
-void FoxgloveHub::receive(const void* key, std::string_view text) {
+bool FoxgloveHub::receive(const void* key, std::string_view text) {
   const auto message = nlohmann::json::parse(text, nullptr, false);
   const std::lock_guard lock(mutex_);
   const auto found = clients_.find(key);
-  if (found == clients_.end() || !message.is_object()) return;
+  if (found == clients_.end() || found->second->lost) return false;
+  if (!message.is_object()) return true;
   const auto word = message.find("op");
   const auto list = [&](const char* name) {
     const auto value = message.find(name);
     return value != message.end() && value->is_array() ? *value : nlohmann::json::array();
   };
-  if (word == message.end() || !word->is_string()) return;
+  if (word == message.end() || !word->is_string()) return true;
   if (*word == "subscribe") {
     subscribe(*found->second, list("subscriptions"));
   } else if (*word == "unsubscribe") {
@@ -132,6 +137,7 @@ void FoxgloveHub::receive(const void* key, std::string_view text) {
         found->second->topic_of.erase(id.get<uint32_t>());
     }
   }
+  return true;
 }
 
 bool FoxgloveHub::wants(const std::string& topic, const std::string& schema_name,

@@ -40,8 +40,9 @@ class FoxgloveHub {
   bool join(const void* client, Write write);
   void leave(const void* client);
   bool has_room() const;
-  /// A text of a client: subscribes or unsubscribes; others change nothing.
-  void receive(const void* client, std::string_view text);
+  /// A text of a client: subscribes or unsubscribes; others change nothing. False where nothing can be written to it
+  /// any more.
+  bool receive(const void* client, std::string_view text);
 
   /// Whether any client is connected.
   bool watched() const;
@@ -61,6 +62,7 @@ class FoxgloveHub {
     std::deque<std::pair<bool, std::string>> waiting;
     size_t waiting_bytes = 0;
     bool closed = false;
+    bool lost = false;  // a message could not be written
     std::thread writer;
   };
 

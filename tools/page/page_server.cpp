@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -18,6 +19,7 @@ constexpr const char* kMessages = "/messages";
 constexpr const char* kFoxglove = "/foxglove";
 constexpr std::string_view kQuestions = "/log/";
 constexpr const char* kWriteTimeout = "3000";  // ms: a browser that takes nothing for so long is disconnected
+constexpr const char* kPingAfter = "3000";     // ms without a word of a browser; it may leave six unanswered
 // Everything comes from this server, and no other page may show this one inside itself.
 constexpr const char* kHeaders =
     "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' "
@@ -51,19 +53,24 @@ int opcode_of(Outgoing::Kind kind) {
                                                                            : MG_WEBSOCKET_OPCODE_BINARY;
 }
 
+bool write_message(mg_connection* connection, int opcode, const std::string& bytes) {
+  return mg_websocket_write(connection, opcode, bytes.data(), bytes.size()) >= static_cast<int>(bytes.size());
+}
+
 struct Browser {
   mg_connection* connection = nullptr;
   OutgoingQueue queue;
   std::thread writer;
+  std::atomic<bool> cut = false;
 
-  /// A browser that did not take all of a message in time would read the next one as the rest of it: it is
-  /// disconnected once civetweb's thread wakes, within 10 s, and connects again.
+  /// A browser that did not take all of a message in time would read the next one as the rest of it: it gets no other
+  /// one, and is disconnected by the thread that reads from it, with its next request or when it answers no ping. (This
+  /// thread must not close the connection: the other one may be reading from it.)
   void write() {
     while (const auto next = queue.pop()) {
-      const auto size = next->bytes->size();
-      const int written = mg_websocket_write(connection, opcode_of(next->kind), next->bytes->data(), size);
-      if (written <= 0) return;
-      if (static_cast<size_t>(written) < size) return mg_close_connection(connection);
+      if (write_message(connection, opcode_of(next->kind), *next->bytes)) continue;
+      cut = true;
+      return;
     }
   }
 };
@@ -86,6 +93,10 @@ struct PageServer::State {
   static int receive(mg_connection* connection, int bits, char* bytes, size_t size, void* data);
   static void close(const mg_connection* connection, void* data);
   void serve_foxglove();
+  /// Needs the lock.
+  auto browser_of(const mg_connection* connection) {
+    return std::ranges::find(browsers, connection, [](const auto& each) { return each->connection; });
+  }
 };
 
 int PageServer::State::begin_request(mg_connection* connection) {
@@ -122,7 +133,7 @@ void PageServer::State::ready(mg_connection* connection, void* data) {
   state.joined = true;
 }
 
-int PageServer::State::receive(mg_connection*, int bits, char* bytes, size_t size, void* data) {
+int PageServer::State::receive(mg_connection* connection, int bits, char* bytes, size_t size, void* data) {
   constexpr int kLast = 0x80, kOpcode = 0x0f;
   const int opcode = bits & kOpcode;
   if (opcode == MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE) return 0;
@@ -130,6 +141,8 @@ int PageServer::State::receive(mg_connection*, int bits, char* bytes, size_t siz
   if (!(bits & kLast) || size > kLongestRequest) return 0;
   State& state = of(data);
   const std::lock_guard lock(state.mutex);
+  const auto from = state.browser_of(connection);
+  if (from != state.browsers.end() && (*from)->cut) return 0;
   if (state.requests.size() < kMaxRequests) state.requests.emplace_back(bytes, size);
   return 1;
 }
@@ -139,7 +152,7 @@ void PageServer::State::close(const mg_connection* connection, void* data) {
   std::unique_ptr<Browser> gone;
   {
     const std::lock_guard lock(state.mutex);
-    const auto found = std::ranges::find(state.browsers, connection, [](const auto& each) { return each->connection; });
+    const auto found = state.browser_of(connection);
     if (found == state.browsers.end()) return;
     gone = std::move(*found);
     state.browsers.erase(found);
@@ -158,11 +171,7 @@ void PageServer::State::serve_foxglove() {
   };
   const auto ready = [](mg_connection* connection, void* data) {
     const auto write = [connection](bool binary, const std::string& bytes) {
-      const int opcode = binary ? MG_WEBSOCKET_OPCODE_BINARY : MG_WEBSOCKET_OPCODE_TEXT;
-      const int written = mg_websocket_write(connection, opcode, bytes.data(), bytes.size());
-      if (written > 0 && static_cast<size_t>(written) == bytes.size()) return true;
-      if (written > 0) mg_close_connection(connection);  // it would read the next message as the rest
-      return false;
+      return write_message(connection, binary ? MG_WEBSOCKET_OPCODE_BINARY : MG_WEBSOCKET_OPCODE_TEXT, bytes);
     };
     if (!of(data).options.foxglove->join(connection, write)) mg_close_connection(connection);
   };
@@ -170,8 +179,8 @@ void PageServer::State::serve_foxglove() {
     constexpr int kLast = 0x80, kOpcode = 0x0f;
     constexpr size_t kLongest = 65536;
     if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE || !(bits & kLast) || size > kLongest) return 0;
-    if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_TEXT) of(data).options.foxglove->receive(connection, {bytes, size});
-    return 1;
+    if ((bits & kOpcode) != MG_WEBSOCKET_OPCODE_TEXT) return 1;
+    return of(data).options.foxglove->receive(connection, {bytes, size}) ? 1 : 0;
   };
   const auto close = [](const mg_connection* connection, void* data) { of(data).options.foxglove->leave(connection); };
   // civetweb keeps the pointers.
@@ -196,7 +205,7 @@ PageServer::PageServer(Options options) : state_(std::make_unique<State>()) {
                             "request_timeout_ms",
                             kWriteTimeout,
                             "websocket_timeout_ms",
-                            "10000",
+                            kPingAfter,
                             "enable_websocket_ping_pong",
                             "yes",
                             "static_file_max_age",
