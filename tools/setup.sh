@@ -14,7 +14,7 @@
 #   python     the Python module
 #   package    everything that tools/package.sh packs
 #   core       the stages as libraries, without LCM
-#   tests      everything, with tests and benchmarks' dependencies
+#   tests      everything, with the tests and the benchmarks
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 preset=release
@@ -117,6 +117,7 @@ fi
 : >"$log"
 options=()
 [[ $needs != *" python "* || $preset = core ]] || options=(-DMULTIREACH_PYTHON=ON)
+[[ $needs != *" tests "* ]] || options+=(-DMULTIREACH_BENCH=ON)
 build() { cmake --preset "$preset" "${options[@]}" && cmake --build --preset "$preset" --target "${build_targets[@]}"; }
 if ! build 2>&1 | progress '/^\[[0-9]+\// { text = "Building: " $0 } !text { next }'; then
   cat "$log" >&2

@@ -144,8 +144,8 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
     const bool tracked = target.report.status == TargetTrack::Status::kTracked;
     if (tracked) answer = cv::Point2d(target.match.left_px.x(), target.match.left_px.y());
     if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
-    const auto right = [&](const cv::Point2d& label) { return answer && cv::norm(*answer - label) <= kRight; };
-    if (labels && std::ranges::none_of(*labels, right)) run.causes.add(target, *labels, set.disparity_px);
+    const auto is_right = [&](const cv::Point2d& label) { return answer && cv::norm(*answer - label) <= kRight; };
+    if (labels && std::ranges::none_of(*labels, is_right)) run.causes.add(target, *labels, set.disparity_px);
     if (labels) run.ours_score.ambiguous += target.report.ambiguous;
     if (verbose && labels) {
       std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
