@@ -1,5 +1,5 @@
 # size 760,480
-set multiplot layout 2,1
+set multiplot layout 2,1 margins 0.12,0.72,0.12,0.96 spacing 0,0.12  # axes begin and end at one place
 set logscale y
 set format y "10^{%L}"
 set xlabel ""

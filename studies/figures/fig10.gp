@@ -19,17 +19,19 @@ do for [row=0:1] {
   set xrange [0:12]
   set yrange [-18:-10]
   set zrange [-10:12]
-  splot csv u law."_arm_x":law."_arm_y":law."_arm_z" w lines lt 1 t "executed", '' u law."_x":law."_y":law."_z" w lines lt 2 dt 2 t "computed"
+  splot csv u law."_arm_x":law."_arm_y":law."_arm_z" w lines lt 1 t "executed", '' u law."_x":law."_y":law."_z" w lines lt 2 t "computed"
   set origin 0.5, bottom
   set title law . ": joint angles" noenhanced
   set key outside right top
+  set rmargin 17
   set xlabel "time, without the delay (s)" offset 0,0
   set ylabel "angle (°)" offset 0,0
   set xtics autofreq offset 0,0
   set ytics autofreq offset 0,0
   set xrange [0:2]
   set yrange [*:*]
-  plot for [i=0:3] csv u "time":sprintf("%s_arm_%d", law, i) lt i+1 t word(joints, i + 1), \
+  plot for [i=0:3] csv u "time":sprintf("%s_arm_%d", law, i) w linespoints lt i+1 dt 1 pt (0 + word("4 6 8 12", i + 1)) ps 0.8 pi 15 t word(joints, i + 1), \
     for [i=0:3] '' u "time":sprintf("%s_%d", law, i) lt 5 dt 2 lw 1.5 lc "black" t (i == 0 ? "computed" : "")
   set xrange [*:*]
+  set rmargin -1
 }

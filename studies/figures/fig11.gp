@@ -10,7 +10,7 @@ do for [row=0:1] {
   set title law . ": θ, and θ_T dashed" noenhanced
   set ylabel "angle (°)" offset 1,0
   set yrange [*:*]
-  plot for [i=0:3] csv every 2 u "time":sprintf("%s_%d", law, i) lt i+1, for [i=0:3] '' every 4 u "time":sprintf("%s_target_%d", law, i) lt i+1 lw 1.5 dt 2
+  plot for [i=0:3] csv every 2 u "time":sprintf("%s_%d", law, i) w linespoints lt i+1 dt 1 pt (0 + word("4 6 8 12", i + 1)) ps 0.8 pi 10, for [i=0:3] '' every 4 u "time":sprintf("%s_target_%d", law, i) lt i+1 lw 1.5 dt 2
   set title law . ": hand speed (m/s)" noenhanced
   set ylabel ""
   set yrange [0:0.7]
@@ -19,5 +19,5 @@ do for [row=0:1] {
   set title law . ": joint speeds (rad/s)" noenhanced
   set yrange [-5:4]
   set key outside right top
-  plot for [i=0:3] csv every 2 u "time":sprintf("%s_rate_%d", law, i) lt i+1 dt i+1 t word(joints, i + 1)
+  plot for [i=0:3] csv every 2 u "time":sprintf("%s_rate_%d", law, i) w linespoints lt i+1 dt 1 pt (0 + word("4 6 8 12", i + 1)) ps 0.8 pi 10 t word(joints, i + 1)
 }

@@ -25,6 +25,7 @@ do for [row=0:1] {
   set size 0.56, 0.5
   set title name . ": joint angles" noenhanced
   set key outside right top vertical noreverse Right samplen 4
+  set rmargin at screen 0.86
   set xlabel "time (s)"
   set ylabel "angle (°)"
   set xrange [0:2.5]
@@ -33,10 +34,11 @@ do for [row=0:1] {
   set arrow 1 from 0.4,graph 0 to 0.4,graph 1 nohead lc "#777777" dt 2
   if (row == 1) { set arrow 2 from 0.65,graph 0 to 0.65,graph 1 nohead lc "#777777" dt 2 }
   if (row == 0) {
-    plot for [i=0:3] csv every ::0::250 u "time":sprintf("%s_%d", what, i) lt i+1 dt i+1 t word(joints, i + 1)
+    plot for [i=0:3] csv every ::0::250 u "time":sprintf("%s_%d", what, i) w linespoints lt i+1 dt 1 pt (0 + word("4 6 8 12", i + 1)) ps 0.8 pi 30 t word(joints, i + 1)
   } else {
-    plot for [i=0:3] csv every ::0::250 u "time":sprintf("%s_%d", what, i) lt i+1 t word(joints, i + 1), \
+    plot for [i=0:3] csv every ::0::250 u "time":sprintf("%s_%d", what, i) w linespoints lt i+1 dt 1 pt (0 + word("4 6 8 12", i + 1)) ps 0.8 pi 30 t word(joints, i + 1), \
       for [i=0:3] '' every ::0::250 u "time":sprintf("command_%d", i) lc "black" lw 1.2 dt 2 t (i == 0 ? "set-points" : "")
   }
   unset arrow
+  unset rmargin
 }

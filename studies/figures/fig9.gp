@@ -14,10 +14,10 @@ do for [i=0:3] {
   set title word(joints, i + 1)
   target = sprintf("target_%d", i); rest = sprintf("rest_%d", i)
   if (i > 0) { unset key }
-  # Points as short thick strokes, which take a third of the room.
+  # Arrived: points as short strokes, thick or thin, which take a third of the room.
   d = (b - a + 16) / 120.0
   plot x lt 5 t "", \
-    csv u (column("law") == 0 && column("on_diagonal") == 1 ? column(target) - d / 2 : NaN):(column(rest)):(d):(0) w vectors nohead lw 3 lc "#999999" t "paper, arrived", \
-    '' u (column("law") == 1 ? column(target) - d / 4 : NaN):(column(rest)):(d / 2):(0) w vectors nohead lw 1.5 lc "#1f6fb4" t "guarded, arrived (all)", \
-    '' u (column("law") == 0 && column("on_diagonal") == 0 ? column(target) - d / 2 : NaN):(column(rest)):(d):(0) w vectors nohead lw 3 lc "#d1495b" t "paper, trapped"
+    csv u (column("law") == 0 && column("on_diagonal") == 1 ? column(target) - d / 2 : NaN):(column(rest)):(d):(0) w vectors nohead lw 3 dt 1 lc "#999999" t "paper, arrived", \
+    '' u (column("law") == 1 ? column(target) - d / 4 : NaN):(column(rest)):(d / 2):(0) w vectors nohead lw 1.5 dt 1 lc "#1f6fb4" t "guarded, arrived (all)", \
+    '' u (column("law") == 0 && column("on_diagonal") == 0 ? column(target) : NaN):(column(rest)) w points pt 8 ps 0.7 lc "#d1495b" t "paper, trapped"
 }

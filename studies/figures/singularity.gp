@@ -1,5 +1,5 @@
 # size 760,640
-set multiplot layout 3,1
+set multiplot layout 3,1 margins 0.12,0.74,0.09,0.97 spacing 0,0.10  # axes begin and end at one place
 set xlabel ""
 set ylabel "hand to target (m)"
 set logscale y
