@@ -34,7 +34,8 @@ volatile std::sig_atomic_t signal_received = 0;
 constexpr int64_t kMaxTickDelay = 2000000;  // us
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kSlowTicks = 10000;       // us: a node whose ticks are further apart than this ...
-constexpr int64_t kCatchUp = 2000;          // ... what has arrived is handled first, for at most so long
+constexpr int64_t kCatchUp = 2000;          // ... what has arrived is handled first, for at most so long ...
+constexpr int kLeastCaughtUp = 100;         // ... but so many messages, even where other processes take the time
 constexpr int64_t kStatusPeriod = 1000000;
 constexpr int64_t kStatusWork = 500;  // us: more than a status takes; it waits for a tick that is due sooner than this
 constexpr int64_t kReportPeriod = 20000;
@@ -178,9 +179,11 @@ class LiveLoop {
     const int64_t begin = monotonic_us();
     const bool is_late = timeout_us < 0 && node_->tick_period_us() >= kSlowTicks;
     const int64_t patience = is_late ? kCatchUp : 0;
-    bus_.handle_messages(timeout_us, [this, begin, patience] {
+    int left = is_late ? kLeastCaughtUp : 0;
+    bus_.handle_messages(timeout_us, [this, begin, patience, &left] {
       publish();
-      return (interrupted() && !shutdown_us_) || monotonic_us() >= std::max(wake_time(), begin) + patience;
+      if (interrupted() && !shutdown_us_) return true;
+      return --left <= 0 && monotonic_us() >= std::max(wake_time(), begin) + patience;
     });
   }
 

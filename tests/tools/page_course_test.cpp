@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <multireach/joint_setpoint_t.hpp>
 #include <multireach/robot_state_t.hpp>
@@ -183,6 +184,99 @@ TEST_F(CourseTest, PracticeScenesAreShownOnlyInAPractice) {
     ASSERT_TRUE(ask(course, "begin", "cameras").accepted);
     EXPECT_EQ(std::ranges::count(out_, channel::kPracticeScene, &OutMessage::channel), practice ? 1 : 0);
   }
+}
+
+TEST(CaptureTime, IsTheCamerasClockHoweverLongMessagesTook) {
+  constexpr int64_t kMs = 1000, kWall = 1790000000000000;
+  CaptureTime time;
+  EXPECT_FALSE(time.of(kWall));
+  time.observe(kWall, 5 * kMs);  // of a receiver whose clock begins at 0; 5 ms on the way
+  for (int k = 1; k < 300; ++k) time.observe(kWall + k * 66 * kMs, k * 66 * kMs + k % 50 * 100 * kMs + 20 * kMs);
+  EXPECT_EQ(*time.of(kWall + 300 * 66 * kMs), 300 * 66 * kMs + 5 * kMs);
+  // The cameras' clock is set back by a minute.
+  time.observe(kWall - 60000 * kMs, 20000 * kMs);
+  EXPECT_EQ(*time.of(kWall - 60000 * kMs), 20000 * kMs);
+}
+
+/// An arm that holds the object, and cameras whose targets arrive ever later, as under load.
+class LaggingCourse : public CourseTest {
+ protected:
+  static constexpr int64_t kWall = 1790000000000000, kPair = 66000;  // us
+  static Eigen::Isometry3d X_WL() {
+    return Eigen::Translation3d(-0.15, -0.07, 0.45) * (Eigen::AngleAxisd(-1.570796, Eigen::Vector3d::UnitZ()) *
+                                                       Eigen::AngleAxisd(-2.54818, Eigen::Vector3d::UnitX()));
+  }
+
+  LaggingCourse() {
+    std::filesystem::create_directories(folder_);
+    write_text_file(
+        folder_ + "/stereo.yaml",
+        "cameras:\n  left: {width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}\n"
+        "  right: {width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}\n"
+        "  left_to_right: {translation_m: [-0.06, 0, 0]}\n");
+    write_text_file(folder_ + "/ball.colour.yaml", "references: [{rgb: [220, 40, 110]}]\n");
+  }
+
+  /// 20 ms of the page's time: the robot's state, by its own clock from 0, and targets that are due by now.
+  void step(Course& course) {
+    now_us_ += 20000;
+    out_.clear();
+    course.tick(now_us_, true, out_);
+    for (const OutMessage& message : out_) {
+      if (message.channel != channel::kJointSetpoint) continue;
+      const auto setpoint = *decode<joint_setpoint_t>(message.bytes);
+      state_.joint_position = setpoint.joint_position;
+      state_.joint_velocity = setpoint.joint_velocity;
+    }
+    state_.utime = now_us_ - kWall;
+    receive(course, channel::kRobotState, state_);
+    receive(course, channel::kBridgeState, bridge_state(bridge_state_t::RUNNING));
+    if (now_us_ - captured_us_ >= kPair) {
+      captured_us_ = now_us_;
+      const auto theta = *from_fields(robot_.chain, state_.joint_name, state_.joint_position);
+      const Eigen::Vector3d p = X_WL().inverse() * (robot_.chain.pose(theta) * Eigen::Vector3d(0.01, 0.004, -0.006));
+      target_t target{};
+      target.name = "ball";
+      target.status = target_t::STATUS_UNCALIBRATED;
+      target.utime = now_us_;
+      Eigen::Map<Eigen::Vector3d>(target.position_m) = p;
+      Eigen::Map<Eigen::Matrix3d>(&target.covariance_m2[0][0]) = 1e-7 * Eigen::Matrix3d::Identity();
+      underway_.push_back(target);
+    }
+    const int64_t lag = std::min<int64_t>(20000 + (now_us_ - kWall) / 5, 4000000);
+    while (!underway_.empty() && underway_.front().utime + lag <= now_us_) {
+      receive(course, channel::kTarget, underway_.front());
+      underway_.pop_front();
+    }
+  }
+  template <class Message>
+  void receive(Course& course, std::string_view channel, const Message& message) {
+    course.receive(channel, *encode(message), now_us_, out_);
+  }
+
+  RobotConfig robot_ = hoap2();
+  robot_state_t state_{};
+  std::deque<target_t> underway_;
+  int64_t now_us_ = kWall, captured_us_ = 0;
+};
+
+TEST_F(LaggingCourse, ImagesOfThePostureBeforeDoNotCount) {
+  state_.simulated = true;
+  state_.num_joints = robot_.chain.size();
+  state_.joint_name = joint_names(robot_.chain);
+  state_.joint_position = {0.2, -0.3, -0.2, -0.9};
+  state_.joint_velocity.assign(4, 0);
+  state_.joint_effort.assign(4, 0);
+  Course course(robot_, folder_, false, 3, touch_);
+  ASSERT_EQ(open_step(course), "pose");
+  step(course);
+  const auto begun = course.handle({{"request", "course"}, {"do", "begin"}, {"step", "pose"}}, now_us_, out_);
+  ASSERT_TRUE(begun.accepted) << begun.text;
+  for (int k = 0; k < 50 * 600 && open_step(course) == "pose" && course.status()["begun"]; ++k) step(course);
+  const std::string text = course.status()["steps"][3]["text"];
+  const size_t at = text.find("fit to ");
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_LT(std::stod(text.substr(at + 7)), 2) << "mm, within which a hand counts as standing still: " << text;
 }
 
 TEST(JpegUrl, HoldsTheImage) {

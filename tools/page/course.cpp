@@ -32,6 +32,7 @@ CourseContext Course::context(int64_t now_us, Outbox& out) {
           .robot = robot_,
           .arm = arm_,
           .touch = touch_,
+          .capture_time = capture_time_,
           .practice = practice_,
           .now_us = now_us,
           .out = &out};
@@ -97,11 +98,14 @@ void Course::receive(std::string_view channel, std::span<const uint8_t> bytes, i
   if (channel == channel::kStereoImages) {
     auto images = decode<images_t>(bytes);
     if (!images) return;
+    capture_time_.observe(images->utime, now_us);
     const auto pair = std::make_shared<const images_t>(std::move(*images));
     current().images(pair, shared);
   } else if (channel == channel::kTarget) {
     const auto target = decode<target_t>(bytes);
-    if (target && target->name != Touch::kTargetName) current().target(*target, shared);
+    if (!target || target->name == Touch::kTargetName) return;
+    capture_time_.observe(target->utime, now_us);
+    current().target(*target, shared);
   } else if (channel == channel::kTargetTruth) {
     if (const auto truth = decode<target_t>(bytes)) current().truth(*truth, shared);
   } else if (channel == channel::kBridgeState) {

@@ -38,6 +38,7 @@ class Course {
   bool practice_;
   Touch& touch_;
   ArmMotion arm_;
+  CaptureTime capture_time_;
   std::vector<std::unique_ptr<CourseStep>> steps_;
   size_t current_ = 0;
   bool begun_ = false;  // the current step is being done

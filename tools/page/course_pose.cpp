@@ -53,11 +53,10 @@ class TourStep : public CourseStep {
     tour_.reset();
   }
   bool ended() const override { return !active_; }
-  void robot(const JointVector& theta, int64_t utime, CourseContext& context) override {
+  void robot(const JointVector& theta, int64_t, CourseContext& context) override {
     const Eigen::Isometry3d X_WH = context.robot.chain.pose(theta);
     const bool moves = !still_ || (still_->second - X_WH.translation()).norm() > kStill;
-    if (moves || utime < robot_utime_) still_.emplace(utime, X_WH.translation());
-    robot_utime_ = utime;
+    if (moves) still_.emplace(context.now_us, X_WH.translation());
     if (tour_) tour_->hand(X_WH, context.now_us);
   }
   void tick(CourseContext& context) override {
@@ -96,17 +95,18 @@ class TourStep : public CourseStep {
     tour_.reset();
   }
   void measure(const target_t& target, int8_t status, CourseContext& context) {
-    if (!tour_ || is_older_than_standstill(target.utime)) return;
+    if (!tour_ || is_older_than_standstill(target.utime, context)) return;
     std::optional<Eigen::Vector3d> p;
     if (target.status == status) p = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     reason_ = p ? "" : target.reason;
     tour_->target(p, covariance_of(target), context.now_us, context.arm.arrived());
   }
-  /// Under load vision lags, and images from before a standstill must not count as images of it. Where the clocks of
-  /// the cameras and the robot are further apart than vision ever lags, only the times of receipt count.
-  bool is_older_than_standstill(int64_t utime) const {
-    constexpr int64_t kLongestLag = 10000000, kSettling = 300000;  // us
-    return still_ && std::abs(utime - robot_utime_) < kLongestLag && utime < still_->first + kSettling;
+  /// Under load cameras and vision lag, and images from before a standstill must not count as images of it. The robot's
+  /// clock says nothing about them: it may begin at 0, and that of a simulated robot stands still while it lags.
+  bool is_older_than_standstill(int64_t utime, const CourseContext& context) const {
+    constexpr int64_t kSettling = 300000;  // us
+    const auto captured = context.capture_time.of(utime);
+    return !still_ || !captured || *captured < still_->first + kSettling;
   }
   std::string progress_text(size_t needed) const {
     const std::string count = fmt::format("{} of {} positions. ", tour_ ? tour_->samples().size() : 0, needed);
@@ -116,8 +116,7 @@ class TourStep : public CourseStep {
   }
 
   bool active_ = false;
-  std::optional<std::pair<int64_t, Eigen::Vector3d>> still_;  // since when, by the robot's clock, and where
-  int64_t robot_utime_ = 0;
+  std::optional<std::pair<int64_t, Eigen::Vector3d>> still_;  // since when, by the time of receipt, and where
   std::optional<PostureTour> tour_;
   std::string obstacle_, fault_, reason_;
 };

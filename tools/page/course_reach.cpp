@@ -13,6 +13,7 @@ constexpr int64_t kRest = 600000;  // us, of the robot's time: so long the hand 
 constexpr int64_t kLongRest =
     5000000;  // us: the same where it is not yet where the object is seen, but may only wait for set-points
 constexpr int64_t kLeastTime = 1000000;  // us, at each place
+constexpr double kSamePlace = 1e-6;      // m
 constexpr double kResting = 0.0003;      // m
 constexpr double kArrived = 0.001;       // m
 constexpr double kNear = 0.02;           // m: where the hand rests nearer than this to the target, it has reached it
@@ -47,13 +48,18 @@ class ReachStep : public CourseStep {
   bool ended() const override { return !active_; }
 
   void target(const target_t& target, CourseContext&) override {
+    if (practice_ && (!shown_utime_ || target.utime < *shown_utime_)) return;  // images of the place before
     reason_ = target.status == target_t::STATUS_TRACKED ? "" : target.reason;
     target_.reset();
     if (reason_.empty()) target_ = Eigen::Map<const Eigen::Vector3d>(target.position_m);
   }
   void truth(const target_t& truth, CourseContext&) override {
     truth_.reset();
-    if (truth.status == target_t::STATUS_TRACKED) truth_ = Eigen::Map<const Eigen::Vector3d>(truth.position_m);
+    if (truth.status != target_t::STATUS_TRACKED) return;
+    const Eigen::Vector3d position = Eigen::Map<const Eigen::Vector3d>(truth.position_m);
+    if ((position - place()).norm() > kSamePlace) return;
+    truth_ = position;
+    if (!shown_utime_) shown_utime_ = truth.utime;
   }
 
   void robot(const JointVector& theta, int64_t utime, CourseContext& context) override {
@@ -99,8 +105,10 @@ class ReachStep : public CourseStep {
         "The hand rests {:.1f} mm from the object (the truth, at most), {:.1f} mm from where it is seen.", worst(),
         seen_mm_[at]);
   }
+  const Eigen::Vector3d& place() const { return kPlaces[errors_mm_.size() % kPlaces.size()]; }
   void show_place(CourseContext& context) {
-    context.show(practice_scene_t::BALL, kPlaces[errors_mm_.size() % kPlaces.size()]);
+    context.show(practice_scene_t::BALL, place());
+    shown_utime_.reset();
     begun_utime_.reset();
     rest_.reset();
     target_.reset();
@@ -109,7 +117,7 @@ class ReachStep : public CourseStep {
 
   bool done_ = false, active_ = false, practice_ = false;
   std::optional<Eigen::Vector3d> target_, truth_;
-  std::optional<int64_t> begun_utime_;
+  std::optional<int64_t> begun_utime_, shown_utime_;         // by the clocks of the robot and of the cameras
   std::optional<std::pair<int64_t, Eigen::Vector3d>> rest_;  // since when the hand rests, and where
   std::vector<double> errors_mm_, seen_mm_;  // at each place, from the truth (practice) and from where it is seen
   double distance_mm_ = -1;

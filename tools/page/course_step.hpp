@@ -11,6 +11,7 @@
 
 #include "runtime/robot_config.hpp"
 #include "tools/page/arm_motion.hpp"
+#include "tools/page/capture_time.hpp"
 #include "tools/page/course_folder.hpp"
 #include "tools/page/touch.hpp"
 
@@ -22,6 +23,7 @@ struct CourseContext {
   const RobotConfig& robot;
   ArmMotion& arm;
   Touch& touch;
+  const CaptureTime& capture_time;
   bool practice = false;
   int64_t now_us = 0;     ///< time of this tick
   Outbox* out = nullptr;  ///< for messages

@@ -179,13 +179,13 @@ void PageNode::handle_request(const nlohmann::json& request, Outbox& out) {
   asker_.ask(word, known->kind);
 }
 
-void PageNode::ask_bridge(Outbox& out) {
+void PageNode::ask_bridge(bool each_second, Outbox& out) {
   if (const auto request = asker_.tick(next_tick_us_)) send(out, channel::kBridgeRequest, *request);
   while (const auto answer = asker_.take_answer()) {
     this->answer(answer->word, answer->accepted, answer->text());
   }
   // A bridge that sends no commands says its state only when asked.
-  if (!watched() || ticks_ % (kSecond / kTickUs) != 0) return;
+  if (!watched() || !each_second) return;
   if (bridge_heard_us_ && next_tick_us_ - *bridge_heard_us_ < kSecond) return;
   bridge_request_t status{};
   status.kind = bridge_request_t::STATUS;
@@ -229,8 +229,10 @@ void PageNode::tick(Outbox& out) {
   if (course_) course_->tick(next_tick_us_, watched(), out);
   if (drake_) drake_->tick(next_tick_us_, out);
   counters_.sent += static_cast<int64_t>(out.size() - before);
-  ask_bridge(out);
-  if (ticks_ % (kSecond / kTickUs) == 0) {
+  const bool each_second = next_tick_us_ - kSecond >= second_us_;
+  ask_bridge(each_second, out);
+  if (each_second) {
+    second_us_ = next_tick_us_;
     last_count_ = std::exchange(count_, {});
     if (watched() && contours_) {
       debug_request_t request;

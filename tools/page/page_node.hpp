@@ -37,6 +37,8 @@ class PageNode : public Node {
   Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
   std::optional<int64_t> next_tick() const override { return next_tick_us_; }
   int64_t tick_period_us() const override { return kTickUs; }
+  LateTicks late_ticks() const override { return LateTicks::kSkip; }  // only what is newest is shown
+  void skip_ticks(int64_t ticks) override { next_tick_us_ += ticks * kTickUs; }
   void tick(Outbox& out) override;
   std::string state() const override;
 
@@ -60,14 +62,14 @@ class PageNode : public Node {
   void handle_request(const nlohmann::json& request, Outbox& out);
   /// `client`: the one of several browsers that asked; "" for all.
   void answer(const std::string& word, bool accepted, const std::string& text, const std::string& client = "");
-  void ask_bridge(Outbox& out);
+  void ask_bridge(bool each_second, Outbox& out);
   void send_frame();
   void refuse(const std::string& why);
   bool watched() const { return browsers_.count() > 0; }
 
   Browsers& browsers_;
   int64_t next_tick_us_;
-  int64_t ticks_ = 0;
+  int64_t ticks_ = 0, second_us_ = INT64_MIN;       // ticks computed; the last that began a second
   std::map<std::string, Newest> newest_;            // by channel, and where it has several senders by their names
   std::map<std::string_view, int64_t> count_;       // messages in this second
   std::map<std::string_view, int64_t> last_count_;  // in the one before
