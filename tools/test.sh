@@ -7,7 +7,7 @@
 #     of an hour of processor time each there.
 # --full adds those three, the set-up course in a browser, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
 # messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, studies on many machines, an hour of the whole system, the Debian
-# packages in a clean system, and the studies of docs/guarantees.md (four hours).
+# packages in a clean system, and the studies of docs/guarantees.md (half an hour).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
