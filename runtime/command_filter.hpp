@@ -7,7 +7,8 @@
 
 namespace multireach {
 
-/// Which commands a robot obeys: those that name the robot's own run, of one bridge at a time.
+/// Which commands a robot obeys: those that name the robot's own run, of one bridge at a time, each newer than the one
+/// before: an old one would take the robot back and forth again within a millisecond.
 class CommandFilter {
  public:
   /// Why the robot of run `robot_run` refuses `command` at `now_us`, the robot's time; null when it may obey.
@@ -15,6 +16,8 @@ class CommandFilter {
     const char* refusal = nullptr;
     if (command.robot_run != robot_run) refusal = "refused commands for another robot";
     if (!refusal && !followed_.would_accept(command.run, now_us)) refusal = "refused commands of another bridge";
+    if (!refusal && command.run == bridge_run_ && command.sequence <= newest_)
+      refusal = "refused commands that came late or twice";
     if (!refusal) missing_ += gaps_.newly_lost(command.sequence, command.run);
     return refusal;
   }
@@ -22,6 +25,7 @@ class CommandFilter {
   void obey(const joint_command_t& command, int64_t now_us) {
     followed_.follow(command.run, now_us);
     bridge_run_ = command.run;
+    newest_ = command.sequence;
   }
 
   /// Run of the bridge that was obeyed last; 0 before the first command.
@@ -34,7 +38,7 @@ class CommandFilter {
   // a robot that ignored a new bridge's first commands would leap once it obeys.
   FollowedRun followed_{100000};
   SequenceGapCounter gaps_;
-  int64_t bridge_run_ = 0, missing_ = 0;
+  int64_t bridge_run_ = 0, newest_ = 0, missing_ = 0;  // newest_: sequence of the command obeyed last
 };
 
 }  // namespace multireach

@@ -32,6 +32,7 @@ volatile std::sig_atomic_t signal_received = 0;
 
 /// A node that is further behind than this skips ticks instead of catching up.
 constexpr int64_t kMaxTickDelay = 2000000;  // us
+constexpr int64_t kStalled = 500000;        // us: a node this late was stopped itself: what waited shows no other time
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kSlowTicks = 10000;       // us: a node whose ticks are further apart than this ...
 constexpr int64_t kCatchUp = 2000;          // ... what has arrived is handled first, for at most so long ...
@@ -189,13 +190,14 @@ class LiveLoop {
 
   void receive(std::string_view channel, std::span<const uint8_t> bytes) {
     if (lockstep_) return lockstep_->receive(channel, bytes);
-    const auto next = node_->next_tick();
+    const auto next = node_->next_tick(), due = tick_time();
     const int64_t delay = node_->tick_delay_us();
     const Receipt receipt = node_->receive(channel, bytes, outbox_);
+    const bool stalled = node_->late_ticks() == LateTicks::kSkip && due && monotonic_us() - *due > kStalled;
     if (node_->next_tick() != next || node_->tick_delay_us() < delay) asked_for_us_ = monotonic_us();
     if (receipt.utime && receipt.restarts_ticks) {
       clock_.anchor(*receipt.utime, monotonic_us());
-    } else if (receipt.utime) {
+    } else if (receipt.utime && !stalled) {
       clock_.observe(*receipt.utime, monotonic_us(), node_->late_ticks() == LateTicks::kSkip);
     }
     if (journal_) journal_->record(receipt, channel, bytes);

@@ -7,8 +7,11 @@ namespace {
 
 constexpr int64_t kRobot = 5, kMillisecond = 1000;
 
+/// Each is newer than the one before.
 joint_command_t command(int64_t bridge, int64_t robot = kRobot) {
+  static int64_t sequence = 0;
   joint_command_t message{};
+  message.sequence = sequence++;
   message.run = bridge;
   message.robot_run = robot;
   return message;
@@ -38,6 +41,18 @@ TEST(CommandFilter, ACommandThatTheRobotRefusesOwnsNothing) {
   EXPECT_EQ(filter.refusal_of(command(1), kRobot, 0), nullptr);
   EXPECT_TRUE(accepts(filter, command(2), kMillisecond)) << "bridge 1 was not obeyed";
   EXPECT_EQ(filter.bridge_run(), 2);
+}
+
+TEST(CommandFilter, ALateOrRepeatedCommandIsRefused) {
+  CommandFilter filter;
+  const joint_command_t first = command(1), second = command(1);
+  EXPECT_TRUE(accepts(filter, first, 0));
+  EXPECT_TRUE(accepts(filter, second, kMillisecond));
+  EXPECT_STREQ(filter.refusal_of(second, kRobot, kMillisecond), "refused commands that came late or twice");
+  EXPECT_STREQ(filter.refusal_of(first, kRobot, 80 * kMillisecond), "refused commands that came late or twice");
+  joint_command_t restarted = first;
+  restarted.run = 2;
+  EXPECT_TRUE(accepts(filter, restarted, 200 * kMillisecond)) << "a bridge that was started again begins at 0";
 }
 
 }  // namespace

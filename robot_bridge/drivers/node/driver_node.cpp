@@ -90,8 +90,9 @@ const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& 
   if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
-  if (!follower_.following() && (position - reading_->position).cwiseAbs().maxCoeff() > options_.max_start_distance)
-    return "refused commands that begin far from the arm";
+  // Not true either where a driver has read no number.
+  const bool near = ((position - reading_->position).array().abs() <= options_.max_start_distance).all();
+  if (!follower_.following() && !near) return "refused commands that begin far from the arm";
   return nullptr;
 }
 
