@@ -233,6 +233,7 @@ make_folder() {
 
 keep_folder=no  # while it holds a recording that is not merged
 clean_up() {
+  stop bridge  # first: the robot follows it to rest
   stop "${!pids[@]}"
   if [ "$keep_folder" = no ]; then rm -rf "$work"; return; fi
   echo "$me: the recording is in $work. To finish it:" >&2
@@ -381,6 +382,7 @@ source_failed() {
 stop_all() {
   stop page view source
   [ -t 2 ] && echo >&2
+  stop bridge  # first: the robot follows it to rest
   stop "${nodes[@]}"
   # The other computer may go on sending.
   if [ "$role" = all ] && [ -z "$course" ]; then await_written "$work"/*.lcm; else sleep 1; fi
