@@ -16,7 +16,7 @@ class CommandFilter {
     const char* refusal = nullptr;
     if (command.robot_run != robot_run) refusal = "refused commands for another robot";
     if (!refusal && !followed_.would_accept(command.run, now_us)) refusal = "refused commands of another bridge";
-    if (!refusal && command.run == bridge_run_ && command.sequence <= newest_)
+    if (!refusal && command.run == bridge_run_ && command.sequence <= sequence_)
       refusal = "refused commands that came late or twice";
     if (!refusal) missing_ += gaps_.newly_lost(command.sequence, command.run);
     return refusal;
@@ -25,11 +25,13 @@ class CommandFilter {
   void obey(const joint_command_t& command, int64_t now_us) {
     followed_.follow(command.run, now_us);
     bridge_run_ = command.run;
-    newest_ = command.sequence;
+    sequence_ = command.sequence;
   }
 
   /// Run of the bridge that was obeyed last; 0 before the first command.
   int64_t bridge_run() const { return bridge_run_; }
+  /// Sequence number of the command that was obeyed last; -1 before the first.
+  int64_t sequence() const { return sequence_; }
   /// Number of commands that never arrived.
   int64_t missing() const { return missing_; }
 
@@ -38,7 +40,7 @@ class CommandFilter {
   // a robot that ignored a new bridge's first commands would leap once it obeys.
   FollowedRun followed_{100000};
   SequenceGapCounter gaps_;
-  int64_t bridge_run_ = 0, newest_ = 0, missing_ = 0;  // newest_: sequence of the command obeyed last
+  int64_t bridge_run_ = 0, sequence_ = -1, missing_ = 0;
 };
 
 }  // namespace multireach

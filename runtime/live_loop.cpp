@@ -32,7 +32,7 @@ volatile std::sig_atomic_t signal_received = 0;
 
 /// A node that is further behind than this skips ticks instead of catching up.
 constexpr int64_t kMaxTickDelay = 2000000;  // us
-constexpr int64_t kStalled = 500000;        // us: a node this late was stopped itself: what waited shows no other time
+constexpr int64_t kStalled = 500000;        // us: a node this late was stopped; what waited must not set its clock back
 constexpr int64_t kMaxTickBurst = 5000;     // us; longest time for ticks without handling messages
 constexpr int64_t kSlowTicks = 10000;       // us: a node whose ticks are further apart than this ...
 constexpr int64_t kCatchUp = 2000;          // ... what has arrived is handled first, for at most so long ...

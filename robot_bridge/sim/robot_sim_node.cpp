@@ -127,13 +127,12 @@ void RobotSimNode::receive_command(std::span<const uint8_t> bytes) {
   }
   commands_.obey(*command, utime_);
   apply_command(*command, arm_);
-  command_sequence_ = command->sequence;
   command_digest_ = digest_of(bytes);
   commanded_utime_ = utime_;
 }
 
 std::string RobotSimNode::state() const {
-  const std::string doing = command_sequence_ < 0 ? "waiting for a command" : "running";
+  const std::string doing = commands_.sequence() < 0 ? "waiting for a command" : "running";
   return refusal_.empty() ? doing : doing + ", " + refusal_;
 }
 
@@ -152,7 +151,7 @@ void RobotSimNode::update_push() {
 
 void RobotSimNode::tick(Outbox& out) {
   if (steps_.empty()) update_push();
-  const bool expired = command_sequence_ < 0 || utime_ - commanded_utime_ > kCommandExpires;
+  const bool expired = commands_.sequence() < 0 || utime_ - commanded_utime_ > kCommandExpires;
   if (expired) arm_.hold();
   steps_.push_back(expired ? 0 : command_digest_);
   arm_.step();
@@ -162,7 +161,7 @@ void RobotSimNode::tick(Outbox& out) {
   state.utime = utime_;
   state.sequence = sequence_++;
   state.run = run();
-  state.command_sequence = command_sequence_;
+  state.command_sequence = commands_.sequence();
   put_joints(arm_, state);
   send(out, channel::kRobotState, state);
   sim_step_t step{};

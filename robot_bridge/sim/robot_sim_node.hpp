@@ -43,7 +43,7 @@ class RobotSimNode : public Node {
   int64_t state_period_us_;
   int64_t utime_ = 0;
   int64_t commanded_utime_ = 0;
-  int64_t sequence_ = 0, command_sequence_ = -1;
+  int64_t sequence_ = 0;
   int64_t command_digest_ = 0;
   int64_t state_digest_ = 0, state_command_digest_ = 0;  // of the last ROBOT_STATE, and of the command consumed by then
   std::vector<int64_t> steps_;  // digests of the commands followed in each step since the last state

@@ -43,6 +43,15 @@ TEST(CommandFilter, ACommandThatTheRobotRefusesOwnsNothing) {
   EXPECT_EQ(filter.bridge_run(), 2);
 }
 
+TEST(CommandFilter, TheFirstCommandOfRunZeroIsObeyed) {
+  CommandFilter filter;
+  EXPECT_EQ(filter.sequence(), -1);
+  joint_command_t first{};
+  first.robot_run = kRobot;
+  EXPECT_TRUE(accepts(filter, first, 0)) << "a sender without a number of its own";
+  EXPECT_EQ(filter.sequence(), 0);
+}
+
 TEST(CommandFilter, ALateOrRepeatedCommandIsRefused) {
   CommandFilter filter;
   const joint_command_t first = command(1), second = command(1);

@@ -8,93 +8,98 @@
 namespace multireach {
 namespace {
 
-/// Ticks take longer than their period, and each sends three messages to the node itself.
-class SlowNode : public Node {
+void be_busy(int64_t us) {
+  const int64_t end = monotonic_us() + us;
+  while (monotonic_us() < end) {
+  }
+}
+
+/// Ticks a number of times; hears what it sends.
+class TickingNode : public Node {
  public:
-  std::string name() const override { return "slow"; }
+  TickingNode(int64_t period_us, int ticks) : period_us_(period_us), last_(ticks) {}
+  std::string name() const override { return "node"; }
   std::vector<std::string_view> inputs() const override { return {channel::kTarget}; }
   std::string state() const override { return ""; }
   std::optional<int64_t> next_tick() const override { return next_us_; }
-  int64_t tick_period_us() const override { return kPeriod; }
-  bool finished() const override { return ticks_ == kTicks; }
+  int64_t tick_period_us() const override { return period_us_; }
+  bool finished() const override { return ticks_ == last_; }
+  void tick(Outbox&) override {
+    next_us_ += period_us_;
+    ++ticks_;
+  }
+  /// Returns its counters.
+  NodeCounters run() {
+    LiveOptions options;
+    options.control_url = options.image_url = "memq://";
+    EXPECT_EQ(run_live(*this, options), 0);
+    return counters();
+  }
+
+ protected:
+  int64_t period_us_, next_us_ = 1000000;
+  int last_, ticks_ = 0;
+};
+
+/// Ticks take longer than their period, and each sends three messages to the node itself.
+class SlowNode : public TickingNode {
+ public:
+  SlowNode() : TickingNode(10000, 40) {}
   Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override {
-    ++received;
+    ++received_;
     return {};
   }
   void tick(Outbox& out) override {
-    most_waiting = std::max(most_waiting, kMessages * ticks_ - received);
-    const int64_t end = monotonic_us() + kPeriod * 6 / 5;
-    while (monotonic_us() < end) {
-    }
+    most_waiting = std::max(most_waiting, kMessages * ticks_ - received_);
+    be_busy(period_us_ * 6 / 5);
     for (int k = 0; k < kMessages; ++k) out.push_back({channel::kTarget, {1, 2, 3}});
-    next_us_ += kPeriod;
-    ++ticks_;
+    TickingNode::tick(out);
   }
-
-  static constexpr int64_t kPeriod = 10000;
-  static constexpr int kTicks = 40, kMessages = 3;
-  int received = 0, most_waiting = 0;
+  static constexpr int kMessages = 3;
+  int most_waiting = 0;
 
  private:
-  int64_t next_us_ = 1000000;
-  int ticks_ = 0;
+  int received_ = 0;
 };
 
 // LCM keeps 30 and drops the newest, so that all later ticks would be computed from messages of long before.
 TEST(LiveLoop, SlowTicksThatAreLateLeaveNoMessagesWaiting) {
   SlowNode node;
-  LiveOptions options;
-  options.control_url = options.image_url = "memq://";
-  EXPECT_EQ(run_live(node, options), 0);
-  EXPECT_GT(node.counters().late, 0) << "the node was to be late";
+  EXPECT_GT(node.run().late, 0) << "the node was to be late";
   EXPECT_LE(node.most_waiting, 2 * SlowNode::kMessages);
 }
 
 /// Skips ticks that it misses. Once it is stopped for a second and a half, then handles a message of before.
-class StoppedNode : public Node {
+class StoppedNode : public TickingNode {
  public:
-  std::string name() const override { return "stopped"; }
-  std::vector<std::string_view> inputs() const override { return {channel::kTarget}; }
-  std::string state() const override { return ""; }
-  std::optional<int64_t> next_tick() const override { return next_us_; }
-  int64_t tick_period_us() const override { return kPeriod; }
+  StoppedNode() : TickingNode(1000, 200) {}
   LateTicks late_ticks() const override { return LateTicks::kSkip; }
   void skip_ticks(int64_t ticks) override {
-    next_us_ += ticks * kPeriod;
+    next_us_ += ticks * period_us_;
     skipped += ticks;
   }
-  bool finished() const override { return ticks_ == kTicks; }
   Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override {
-    const int64_t end = monotonic_us() + kStop;
-    while (monotonic_us() < end) {
-    }
+    be_busy(1500000);
     return {.effect = Receipt::Effect::kConsumed, .utime = sent_us_};
   }
   void tick(Outbox& out) override {
-    if (ticks_ == kTicks / 2) {
+    if (ticks_ == last_ / 2) {
       sent_us_ = next_us_;
       out.push_back({channel::kTarget, {1, 2, 3}});
     }
-    next_us_ += kPeriod;
-    ++ticks_;
+    TickingNode::tick(out);
   }
-
-  static constexpr int64_t kPeriod = 1000, kStop = 1500000;
-  static constexpr int kTicks = 200;
   int64_t skipped = 0;
 
  private:
-  int64_t next_us_ = 1000000, sent_us_ = 0;
-  int ticks_ = 0;
+  int64_t sent_us_ = 0;
 };
 
 // Otherwise a bridge would go on at full speed after the gap, as if no time had passed.
 TEST(LiveLoop, AMessageThatWaitedWhileTheNodeWasStoppedDoesNotHideTheGap) {
   StoppedNode node;
-  LiveOptions options;
-  options.control_url = options.image_url = "memq://";
-  EXPECT_EQ(run_live(node, options), 0);
-  EXPECT_GE(node.skipped, (StoppedNode::kStop - 10 * StoppedNode::kPeriod) / StoppedNode::kPeriod);
+  node.run();
+  EXPECT_GE(node.skipped, 1490) << "of 1500 periods";
 }
 
 }  // namespace

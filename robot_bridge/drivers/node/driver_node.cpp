@@ -90,7 +90,7 @@ const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& 
   if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
-  // Not true either where a driver has read no number.
+  // Also false where a reading is not a number.
   const bool near = ((position - reading_->position).array().abs() <= options_.max_start_distance).all();
   if (!follower_.following() && !near) return "refused commands that begin far from the arm";
   return nullptr;
@@ -111,7 +111,6 @@ void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
   const auto& state = follower_.command(position, velocity, command->utime, reading_->position, utime_);
   commanded_utime_ = command->utime;
   commanded_us_ = utime_;
-  command_sequence_ = command->sequence;
   pass_on(state, command->utime, out);
 }
 
@@ -185,7 +184,7 @@ void DriverNode::publish_reading(Outbox& out) {
   state.utime = utime_;
   state.sequence = sequence_++;
   state.run = run();
-  state.command_sequence = command_sequence_;
+  state.command_sequence = commands_.sequence();
   state.simulated = options_.simulated;
   const DriverStatus status = driver_->status();
   if (status.phase == DriverStatus::Phase::kFault) state.fault = status.text;

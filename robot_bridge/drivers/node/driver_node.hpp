@@ -82,7 +82,7 @@ class DriverNode : public Node {
   int64_t request_ = 0;
   std::map<int64_t, Heard> bridges_, robots_;  // by run; other robots than this one
   CommandFollower follower_;
-  int64_t commanded_us_ = 0, commanded_utime_ = 0, command_sequence_ = -1;  // of the last command
+  int64_t commanded_us_ = 0, commanded_utime_ = 0;  // of the last command
   std::optional<Reading> reading_;
   int64_t sequence_ = 0, published_us_ = INT64_MIN / 2;
   std::string reported_;
