@@ -9,6 +9,7 @@
 #include "kinematics/default_limits.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
+#include "runtime/stop_request.hpp"
 
 namespace multireach::drivers {
 namespace {
@@ -86,13 +87,16 @@ const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& 
   if (chain_.limit_excess(position) > kLimitTolerance) return "refused a command beyond the joints' limits";
   if (driver_->status().phase != DriverStatus::Phase::kReady || !reading_)
     return "refused commands while the robot is not ready";
-  if (follower_.stopping()) return "refused commands while the arm decelerates";
+  if (follower_.stopping() || ending_) return "refused commands while the arm decelerates";
   if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
   // Also false where a reading is not a number.
   const bool near = ((position - reading_->position).array().abs() <= options_.max_start_distance).all();
   if (!follower_.following() && !near) return "refused commands that begin far from the arm";
+  const bool at_standstill = !follower_.following() || position == commanded_;
+  if (pace_.is_ahead(command.utime, utime_, at_standstill))
+    return "refused commands that come faster than real time (was the bridge started with --speed?)";
   return nullptr;
 }
 
@@ -109,6 +113,7 @@ void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
   }
   commands_.obey(*command, utime_);
   const auto& state = follower_.command(position, velocity, command->utime, reading_->position, utime_);
+  commanded_ = position;
   commanded_utime_ = command->utime;
   commanded_us_ = utime_;
   pass_on(state, command->utime, out);
@@ -153,6 +158,10 @@ const char* DriverNode::refusal_of(const bridge_request_t& request) const {
 void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto request = decode_and_count<bridge_request_t>(bytes);
   if (!request || (request->request != 0 && request->request == request_)) return;
+  if (request->kind == bridge_request_t::DISABLE && request->run == run()) {  // this program is asked to end
+    ending_ = true;
+    return follower_.stop();
+  }
   if (request->kind != bridge_request_t::ENABLE && request->kind != bridge_request_t::RESET) return;
   for (auto* heard : {&bridges_, &robots_})
     std::erase_if(*heard, [&](const auto& each) { return utime_ - each.second.us > kGone; });
@@ -169,6 +178,10 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
     driver_->reset(now(), wire);
   }
   port_.send(wire, now(), out);
+}
+
+std::optional<OutMessage> DriverNode::shutdown_request() const {
+  return stop_request(run());
 }
 
 /// Sends on where commands are missing.
