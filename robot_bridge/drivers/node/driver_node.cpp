@@ -19,6 +19,7 @@ constexpr double kLimitTolerance = 1e-6;  // rad or m
 constexpr int64_t kMaxAge = 1000000;      // us, from images whose time is the wall clock's to their commands
 constexpr int64_t kGone = 1000000;        // us: a bridge or robot that was not heard for so long
 constexpr size_t kMostHeard = 16;
+constexpr double kStandstill = 0.01;  // of the speed limit, as in RobotMonitor
 
 bool is_valid(const std::optional<JointVector>& values) {
   return values && values->allFinite() && values->cwiseAbs().maxCoeff() < kImpossible;
@@ -182,6 +183,13 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
 
 std::optional<OutMessage> DriverNode::shutdown_request() const {
   return stop_request(run());
+}
+
+/// Once asked to end, when the arm is at standstill, or out of reach.
+bool DriverNode::finished() const {
+  if (!ending_ || follower_.following()) return false;
+  if (!reading_ || driver_->status().phase != DriverStatus::Phase::kReady) return true;
+  return (reading_->velocity.array().abs() <= kStandstill * limits_.velocity.array()).all();
 }
 
 /// Sends on where commands are missing.

@@ -44,7 +44,7 @@ class DriverNode : public Node {
   LateTicks late_ticks() const override { return LateTicks::kSkip; }
   void skip_ticks(int64_t ticks) override { utime_ += ticks * kTickUs; }
   std::optional<OutMessage> shutdown_request() const override;
-  bool finished() const override { return ending_ && !follower_.following(); }
+  bool finished() const override;
   std::string state() const override;
 
   static constexpr int64_t kTickUs = 1000;
