@@ -72,7 +72,8 @@ StopProfile stop_profile(const MotionLimits& limits, int joint, double position,
   // costs less, and tells of most durations that they are too short.
   const double most = std::max(A, change) * (1 + kRounding);
   const auto too_short = [&] {
-    return std::abs(1.5 * velocity + 0.25 * acceleration * T) > most * T * (1 + kRounding) || peak_acceleration() > most;
+    return std::abs(1.5 * velocity + 0.25 * acceleration * T) > most * T * (1 + kRounding) ||
+           peak_acceleration() > most;
   };
   for (int k = 0; k < 64 && too_short(); ++k) T *= 1.1;
   stop.duration_s = T;

@@ -8,8 +8,8 @@
 
 namespace multireach::robot_bridge {
 
-/// Largest divided differences of a stream of positions, each divided by its limit: 1 is the limit. They are averages of
-/// the derivatives, so a motion that keeps its limits keeps them in the differences too.
+/// Largest divided differences of a stream of positions, each divided by its limit: 1 is the limit. They are averages
+/// of the derivatives, so a motion that keeps its limits keeps them in the differences too.
 class StreamCheck {
  public:
   explicit StreamCheck(const MotionLimits& limits) : limits_(limits), lower_(limits.lower), upper_(limits.upper) {}

@@ -31,8 +31,8 @@ template <class Message>
   return message;
 }
 
-/// Encodes `message` into `bytes`, whose memory is used again. Returns false when a count disagrees with the size of its
-/// vector.
+/// Encodes `message` into `bytes`, whose memory is used again. Returns false when a count disagrees with the size of
+/// its vector.
 template <class Message>
 [[nodiscard]] bool encode_into(const Message& message, std::vector<uint8_t>& bytes) {
   const int size = message.getEncodedSize();

@@ -13,8 +13,8 @@ namespace multireach::drivers {
 /// extrapolation, then a deceleration; and from these, or from an arm that is elsewhere, a smooth transition to the
 /// commands. Position and velocity are continuous, but where a position limit ends the motion. After `timeout_us`
 /// without a command, the arm decelerates to standstill before it follows again. It is told the time: where nothing was
-/// sent for more than three milliseconds, as the driver itself was stopped, the robot waits at the last position that it
-/// got, and the motion begins again there, from rest.
+/// sent for more than three milliseconds, as the driver itself was stopped, the robot waits at the last position that
+/// it got, and the motion begins again there, from rest.
 ///
 /// Every discontinuity gets a transition of its own, which ends at its time whatever comes after it: commands that
 /// often miss their millisecond by a little still lead the arm to where they are.

@@ -9,8 +9,8 @@ namespace multireach::drivers {
 /// limits in their own time, and would move a robot as much faster.
 class PaceCheck {
  public:
-  /// A command of the nominal time `utime` has arrived at `now_us`. `at_standstill`: it does not move the arm; the times
-  /// of the next ones are compared with its. Returns whether it is too far ahead of the clock.
+  /// A command of the nominal time `utime` has arrived at `now_us`. `at_standstill`: it does not move the arm; the
+  /// times of the next ones are compared with its. Returns whether it is too far ahead of the clock.
   [[nodiscard]] bool is_ahead(int64_t utime, int64_t now_us, bool at_standstill) {
     const int64_t lead = utime - now_us;
     const int64_t passed = std::max<int64_t>(0, now_us - now_us_);
@@ -22,7 +22,8 @@ class PaceCheck {
 
  private:
   static constexpr int64_t kMost = 20000;  // us
-  static constexpr int64_t kDrift = 500;   // 1 / 2 per mille: twice what the bridge's ticks may drift by, see MessageClock
+  static constexpr int64_t kDrift =
+      500;  // 1 / 2 per mille: twice what the bridge's ticks may drift by, see MessageClock
   int64_t lead_ = 0, now_us_ = 0;
 };
 

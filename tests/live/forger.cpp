@@ -1,6 +1,7 @@
 // Pretends to be the controller or the bridge that it hears.
 //   multireach-test-forger setpoints N   N set-points, each 0.95 s later than the one before and 0.8 rad away
-//   multireach-test-forger commands S    commands beside those of the bridge, 0.5 rad to and fro, for S seconds; prints their run
+//   multireach-test-forger commands S    commands beside those of the bridge, 0.5 rad to and fro, for S seconds; prints
+//   their run
 #include <chrono>
 #include <cmath>
 #include <cstdio>

@@ -25,9 +25,9 @@ constexpr int64_t kTicks = 2000, kQuiet = 3000, kRobot = 21, kController = 22;
 struct Setting {
   Chain chain = testing::hoap2();
   BridgeOptions options{};
-  bool real = false;       ///< the robot: it must be enabled, and again after each of its restarts
-  bool pauses = false;     ///< the user pauses and resumes
-  bool lags = false;       ///< the robot tells with which velocity it moves
+  bool real = false;    ///< the robot: it must be enabled, and again after each of its restarts
+  bool pauses = false;  ///< the user pauses and resumes
+  bool lags = false;    ///< the robot tells with which velocity it moves
   bool is_linear() const { return options.shape == BridgeOptions::Shape::kLinear; }
 };
 
@@ -71,10 +71,7 @@ enum Fault : size_t {
 class FaultRun {
  public:
   FaultRun(const Setting& setting, Schedule schedule)
-      : schedule_(schedule),
-        setting_(setting),
-        bridge_(setting.chain, setting.options),
-        check_(bridge_.limits()) {
+      : schedule_(schedule), setting_(setting), bridge_(setting.chain, setting.options), check_(bridge_.limits()) {
     const int n = setting.chain.size();
     centre_ = amplitude_ = JointVector(n);
     for (int i = 0; i < n; ++i) {
@@ -271,14 +268,11 @@ class FaultRun {
     if (schedule_.happens(kRestarted, 0.002)) ++robot_run_;
     if (schedule_.happens(kDisplaced, 0.005)) measured_[0] += 0.5 * (schedule_.next() - 0.5);
     if (commanded_.size() > 0 && ms > blocked_until_) measured_ += 0.1 * (commanded_ - measured_);
-    const JointVector velocity = setting_.lags ? ((measured_ - measured_before_) / 1e-3).eval()
-                                               : JointVector::Zero(measured_.size()).eval();
+    const JointVector velocity =
+        setting_.lags ? ((measured_ - measured_before_) / 1e-3).eval() : JointVector::Zero(measured_.size()).eval();
     if (ms % 5 == 0 && ms > silent_until_) {
-      if (bridge_.measured({.run = robot_run_,
-                            .utime = ms * 1000,
-                            .theta = measured_,
-                            .velocity = velocity,
-                            .real = setting_.real}))
+      if (bridge_.measured(
+              {.run = robot_run_, .utime = ms * 1000, .theta = measured_, .velocity = velocity, .real = setting_.real}))
         told_ = measured_;
     }
   }

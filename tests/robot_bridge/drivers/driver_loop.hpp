@@ -278,10 +278,10 @@ class DriverLoop {
   bool sends_setpoints = true, bridge_stalls = false;
   int64_t driver_clock_error_us = 0, robot_clock_error_us = 0;  ///< of the wall clocks of their computers
   CommandCheck commands;                                        ///< of the driver to its robot
-  double command_loss = 0;             ///< share of the bridge's commands that the network loses
-  int64_t commands_held_until_ms = 0;  ///< the network delivers none of the bridge's commands
-  int64_t driver_stalled_until_ms = 0;     ///< its process is stopped; messages to it wait
-  double fastest_share = 0;            ///< largest measured joint speed, as a share of the robot.yaml's limits
+  double command_loss = 0;              ///< share of the bridge's commands that the network loses
+  int64_t commands_held_until_ms = 0;   ///< the network delivers none of the bridge's commands
+  int64_t driver_stalled_until_ms = 0;  ///< its process is stopped; messages to it wait
+  double fastest_share = 0;             ///< largest measured joint speed, as a share of the robot.yaml's limits
   bridge_state_t bridge_state{};
   std::vector<robot_state_t> robot_states;  ///< all
   std::vector<std::pair<int64_t, std::vector<uint8_t>>>
