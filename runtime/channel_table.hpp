@@ -20,7 +20,7 @@ inline constexpr std::array kChannels{
     Channel{kObstacles, "obstacles_t", "at any time", "publish, page, yours", "controller, page"},
     Channel{kTargetChoice, "target_choice_t", "1 Hz while somebody has chosen a target", "page", "controller, page"},
     Channel{kJointSetpoint, "joint_setpoint_t", "20 Hz, and at each target", "controller, page", "bridge, view, page"},
-    Channel{kControllerState, "controller_state_t", "with each JOINT_SETPOINT", "controller", "page"},
+    Channel{kControllerState, "controller_state_t", "with each JOINT_SETPOINT", "controller", "robot, page"},
     Channel{kJointCommand, "joint_command_t", "1 kHz", "bridge", "robot-sim, robot-driver, view, page"},
     Channel{kBridgeState, "bridge_state_t", "20 Hz, and as answer to a request", "bridge", "controller, robot, page"},
     Channel{kBridgeRequest, "bridge_request_t", "when a user asks", "robot, page", "bridge, robot-driver"},

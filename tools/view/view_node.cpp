@@ -32,6 +32,8 @@ Receipt ViewNode::receive(std::string_view channel, std::span<const uint8_t> byt
     if (const auto status = decode_and_count<node_status_t>(bytes)) {
       nodes_.insert(status->node);
       if (status->node == "controller") controller_state_ = status->state;
+      // Without the counts of refused messages, which follow.
+      if (status->node == "bridge") bridge_state_ = status->state.substr(0, status->state.find(';'));
     }
   }
   return {};
@@ -56,9 +58,11 @@ std::string ViewNode::line() const {
   const std::string distance =
       target_ && hand_ ? fmt::format("{:6.1f} mm", 1e3 * (*target_ - *hand_).norm()) : std::string("    -    ");
   return fmt::format(
-      "target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | {}",
+      "target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | {} | bridge "
+      "{}",
       place(target_), target_seen_ ? " " : "?", place(hand_), distance, rate(channel::kTarget),
-      rate(channel::kJointSetpoint), rate(channel::kJointCommand), rate(channel::kRobotState), controller_state_);
+      rate(channel::kJointSetpoint), rate(channel::kJointCommand), rate(channel::kRobotState), controller_state_,
+      bridge_state_.empty() ? "silent" : bridge_state_);
 }
 
 void ViewNode::tick(Outbox&) {

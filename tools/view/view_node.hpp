@@ -13,7 +13,8 @@ struct ViewOptions {
   bool terminal = false;           ///< update one line in place; else print a new line every few seconds
 };
 
-/// Prints a live status line on standard error: target, hand, their distance, and message rates.
+/// Prints a live status line on standard error: target, hand, their distance, message rates, and the states of
+/// controller and bridge, so that a pause or a fault is seen.
 class ViewNode : public Node {
  public:
   ViewNode(const RobotConfig& robot, ViewOptions options) : chain_(robot.chain), options_(std::move(options)) {}
@@ -43,7 +44,7 @@ class ViewNode : public Node {
   std::set<std::string> nodes_;
   std::map<std::string, int, std::less<>> received_;    // since the last line
   std::map<std::string, double, std::less<>> rate_hz_;  // smoothed
-  std::string controller_state_;
+  std::string controller_state_, bridge_state_;
 };
 
 }  // namespace multireach
