@@ -37,7 +37,7 @@ inline constexpr std::array kChannels{
             "vision, controller, bridge, robot-sim"},
     Channel{kReplayDone, "replay_done_t", "each step of a replay in lockstep", "vision, controller, bridge, robot-sim",
             "replay"},
-    Channel{kNodeStatus, "node_status_t", "1 Hz", "every node", "view, page"},
+    Channel{kNodeStatus, "node_status_t", "1 Hz", "every node", "robot, view, page"},
     Channel{kVisionDebug, "images_t", "each stereo pair, for two seconds after a request", "vision", "view, page"},
     Channel{kVisionDebugRequest, "debug_request_t", "1 Hz while the picture is shown", "view, page", "vision"}};
 

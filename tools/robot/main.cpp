@@ -1,12 +1,11 @@
 // multireach-robot: asks the bridge to enable, disable, pause, resume, slow down or reset, and prints its answer.
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <iostream>
 #include <multireach/bridge_request_t.hpp>
 #include <multireach/bridge_state_t.hpp>
 #include <multireach/controller_state_t.hpp>
+#include <multireach/node_status_t.hpp>
 #include <random>
 #include <tuple>
 
@@ -17,25 +16,13 @@
 #include "runtime/program.hpp"
 #include "tools/robot/bridge_asker.hpp"
 #include "tools/robot/bridge_words.hpp"
+#include "tools/robot/hand_status.hpp"
 
 namespace multireach {
 namespace {
 
-/// Whether the hand is where it shall be, by what the controller said last.
-std::string text_of(const std::optional<controller_state_t>& state) {
-  if (!state) return "controller: silent";
-  const auto mode = static_cast<size_t>(state->mode);
-  static constexpr std::array kModes{"waiting for a target", "reaching", "holding", "resting"};
-  std::string text = fmt::format("controller: {}", mode < kModes.size() ? kModes[mode] : "unknown");
-  if (state->mode != controller_state_t::MODE_WAITING)
-    text += fmt::format(", hand {:.1f} mm from the target", 1e3 * state->distance_m);
-  if (state->target_lost) text += " as last seen";
-  if (state->target_unreachable) text += ", which is unreachable";
-  if (state->blocked != controller_state_t::BLOCKED_NO) text += "; blocked";
-  return text;
-}
-
-/// Asks, and prints the answer. Returns the program's exit code.
+/// Asks, and prints the answer; for `status`, what the controller says in a second line. Returns the program's exit
+/// code.
 int ask(const std::string& word, int8_t kind, double speed, const BusOptions& options) {
   Bus bus(options);
   std::random_device random;
@@ -45,10 +32,13 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
   });
   bus.subscribe(channel::kRobotState, "robot",
                 [&](std::string_view, std::span<const uint8_t>) { asker.receive_robot_state(); });
-  std::optional<controller_state_t> controller;
+  HandStatus hand(monotonic_us());
   if (kind == bridge_request_t::STATUS) {
     bus.subscribe(channel::kControllerState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
-      if (auto state = decode<controller_state_t>(bytes)) controller = std::move(*state);
+      if (const auto state = decode<controller_state_t>(bytes)) hand.receive(*state);
+    });
+    bus.subscribe(channel::kNodeStatus, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
+      if (const auto status = decode<node_status_t>(bytes)) hand.receive(*status);
     });
   }
   asker.ask(word, kind, speed);
@@ -62,9 +52,14 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
     answer = asker.take_answer();
   }
   if (!answer) return 1;
-  if (!answer->state.empty()) std::cout << answer->state << "\n";
-  if (!answer->state.empty() && kind == bridge_request_t::STATUS) std::cout << text_of(controller) << "\n";
+  if (!answer->state.empty()) std::cout << answer->state << std::endl;  // at once, for who reads this line only
   if (!answer->problem.empty()) std::cerr << "multireach-robot: " << answer->problem << "\n";
+  if (kind == bridge_request_t::STATUS && !answer->state.empty()) {
+    std::optional<std::string> line;
+    while (!(line = hand.line(monotonic_us())) && !interrupted())
+      bus.handle_messages(BridgeAsker::kTickUs, [] { return interrupted(); });
+    if (line) std::cout << *line << "\n";
+  }
   return answer->accepted ? 0 : 1;
 }
 
