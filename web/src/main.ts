@@ -24,7 +24,7 @@ const touch = new Touch(scene, request => connection.send(request));
 const course = new Course(scene, request => connection.send(request));
 const candidates = new Candidates(scene);
 const ghost = element<HTMLSelectElement>('ghost');
-const contours = element<HTMLInputElement>('contours');
+const contours = element<HTMLInputElement>('contours'), contoursWait = element('contours-wait');
 const limits = element<HTMLInputElement>('limits');
 
 const plots = new PlotPanel(element('plots'), element('plot-choice'));
@@ -167,6 +167,7 @@ const connection = new Connection({
   frame: frame => {
     showRates(frame.rates ?? {});
     if (frame.course) course.show(frame.course as CourseStatus);
+    contoursWait.hidden = !frame.vision_late;
     waiting.push(frame);
     if (waiting.length > kMostWaiting) waiting.shift();
   },
