@@ -135,6 +135,9 @@ class FaultRun {
     bridge_.set_speed(1);
     bridge_.pause(false);
     for (int64_t ms = kTicks; ms < kTicks + kQuiet; ++ms) {
+      // A robot that was pushed far beyond a limit is not commanded: the user brings it back.
+      const bool beyond = setting_.chain.limit_excess(measured_) > setting_.options.max_start_distance;
+      if (beyond) measured_ = measured_.cwiseMax(bridge_.limits().lower).cwiseMin(bridge_.limits().upper);
       // BRIDGE_STATE.far_run asks the controller to start again from where the robot is.
       if (ms == kTicks || verdict_ == SetpointVerdict::kFarFromRobot) hold_ = measured_;
       if (ms % 100 == 0 && bridge_.state() == BridgeState::kFault) (void)bridge_.reset();
