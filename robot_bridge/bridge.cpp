@@ -156,6 +156,11 @@ SetpointVerdict Bridge::setpoint(const Setpoint& setpoint, bool& restarted) {
   return verdict;
 }
 
+/// Whether a set-point's velocity, rad/s or m/s, is far beyond the limits.
+bool Bridge::is_too_fast(const JointVector& velocity) const {
+  return (velocity.cwiseAbs() - kImpliedSpeed * generator_.limits().velocity).maxCoeff() > 0;
+}
+
 /// Judges a set-point of a running motion.
 SetpointVerdict Bridge::judge(const Setpoint& setpoint) const {
   if (setpoint.run != run_) return SetpointVerdict::kOtherRun;
@@ -163,12 +168,8 @@ SetpointVerdict Bridge::judge(const Setpoint& setpoint) const {
   if (setpoint.utime < *next_tick_ - options_.max_setpoint_age_us) return SetpointVerdict::kTooOld;
   if (setpoint.utime > *next_tick_ + options_.max_setpoint_lead_us) return SetpointVerdict::kTooEarly;
   const double seconds = static_cast<double>(setpoint.utime - newest_.utime) * kMicro;
-  const JointVector& speed = generator_.limits().velocity;
-  const JointVector furthest = kImpliedSpeed * seconds * speed;
-  if (((setpoint.theta - newest_.theta).cwiseAbs() - furthest).maxCoeff() > 0 ||
-      (setpoint.velocity.cwiseAbs() - kImpliedSpeed * speed).maxCoeff() > 0)
-    return SetpointVerdict::kTooFast;
-  return SetpointVerdict::kAccepted;
+  const bool fast = is_too_fast((setpoint.theta - newest_.theta) / seconds) || is_too_fast(setpoint.velocity);
+  return fast ? SetpointVerdict::kTooFast : SetpointVerdict::kAccepted;
 }
 
 /// In the state armed: follows the sender of this set-point from now on, if the robot stands near it.
@@ -180,6 +181,7 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   // The same sender after an interruption: slowly, which the linear shape cannot.
   const bool resumes = next_tick_ && setpoint.run == run_ && options_.shape == BridgeOptions::Shape::kSmooth;
   if (chain_.limit_excess(setpoint.theta) > options_.max_start_distance) return SetpointVerdict::kInvalid;
+  if (is_too_fast(setpoint.velocity)) return SetpointVerdict::kTooFast;
   if (!near && !resumes) return SetpointVerdict::kFarFromRobot;
   restarted = true;
   if (!next_tick_) {

@@ -127,6 +127,7 @@ class Bridge {
  private:
   SetpointVerdict start_following(const Setpoint& setpoint, bool& restarted);
   SetpointVerdict judge(const Setpoint& setpoint) const;
+  bool is_too_fast(const JointVector& velocity) const;
   void step();
   void watch_robot();
   void follow();

@@ -1,7 +1,9 @@
 #include "robot_bridge/motion_profiles.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace multireach::robot_bridge {
 namespace {
@@ -9,6 +11,31 @@ namespace {
 /// Tolerance of all comparisons with a limit, relative to it: covers rounding.
 constexpr double kRounding = 1e-9;
 constexpr int kMaxSamples = 256;
+
+/// The coefficients of a polynomial of s from 0 to 1, given by those of s^0, s^1, ..., in the Bernstein basis.
+template <size_t kDegree>
+std::array<double, kDegree + 1> bernstein(std::array<double, kDegree + 1> coefficients) {
+  double binomial = 1;
+  for (size_t k = 0; k <= kDegree; ++k) {
+    coefficients[k] /= binomial;
+    binomial *= static_cast<double>(kDegree - k) / static_cast<double>(k + 1);
+  }
+  for (size_t row = 1; row <= kDegree; ++row) {
+    for (size_t k = kDegree; k >= row; --k) coefficients[k] += coefficients[k - 1];
+  }
+  return coefficients;
+}
+
+double largest(std::span<const double> values) {
+  double most = 0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+/// The time in which a stop keeps the jerk: |jerk| is largest at an end of it, 6 v / T^2 + 4 a / T at most.
+double shortest_stop(double speed, double acceleration, double jerk) {
+  return (4 * acceleration + std::sqrt(16 * acceleration * acceleration + 24 * jerk * speed)) / (2 * jerk);
+}
 
 }  // namespace
 
@@ -33,8 +60,7 @@ StopProfile stop_profile(const MotionLimits& limits, int joint, double position,
   if (velocity == 0 && acceleration == 0) return stop;
   const double A = limits.acceleration[joint], J = limits.jerk[joint];
   const double speed = std::abs(velocity), change = std::abs(acceleration);
-  // |jerk| is largest at an end: 6 v / T^2 + 4 a / T at most.
-  double T = (4 * change + std::sqrt(16 * change * change + 24 * J * speed)) / (2 * J);
+  double T = shortest_stop(speed, change, J);
   // The acceleration is a quadratic of s with one extremum inside.
   const auto peak_acceleration = [&] {
     const double linear = -6 * velocity / T - 4 * acceleration, square = 6 * velocity / T + 3 * acceleration;
@@ -42,8 +68,14 @@ StopProfile stop_profile(const MotionLimits& limits, int joint, double position,
     const double inside = s > 0 && s < 1 ? std::abs(acceleration + s * (linear + s * square)) : 0;
     return std::max(change, inside);
   };
-  // In general a longer stop needs less acceleration; that of the start itself stays.
-  for (int k = 0; k < 64 && peak_acceleration() > std::max(A, change) * (1 + kRounding); ++k) T *= 1.1;
+  // In general a longer stop needs less acceleration; that of the start itself stays. The acceleration in the middle
+  // costs less, and tells of most durations that they are too short.
+  const double most = std::max(A, change) * (1 + kRounding);
+  const auto too_short = [&] {
+    return std::abs(1.5 * velocity + 0.25 * acceleration * T) > most * T * (1 + kRounding) ||
+           peak_acceleration() > most;
+  };
+  for (int k = 0; k < 64 && too_short(); ++k) T *= 1.1;
   stop.duration_s = T;
   const auto inside = [&](double s) {
     double q = 0, v = 0, a = 0;
@@ -93,13 +125,22 @@ void QuinticSegment::at(double time_s, MotionState& state) const {
 
 bool QuinticSegment::keeps(const MotionLimits& limits, double step_s) const {
   const int samples = std::clamp(static_cast<int>(std::ceil(duration_s_ / step_s)), 1, kMaxSamples);
+  // What costs little first: most of the durations that are tried for a distant goal fail there.
   for (int i = 0; i < coefficients_.rows(); ++i) {
-    if (!joint_keeps(limits, i, samples)) return false;
+    if (!keeps_jerk_and_acceleration(limits, i)) return false;
+  }
+  const auto keeps_at_every = [&](int stride, int joint) {
+    return is_far_from_limits(limits, joint, samples) || keeps_position_and_velocity(limits, joint, samples, stride);
+  };
+  for (const int stride : {16, 1}) {
+    for (int i = 0; i < coefficients_.rows(); ++i) {
+      if (!keeps_at_every(stride, i)) return false;
+    }
   }
   return true;
 }
 
-bool QuinticSegment::joint_keeps(const MotionLimits& limits, int joint, int samples) const {
+bool QuinticSegment::keeps_jerk_and_acceleration(const MotionLimits& limits, int joint) const {
   const auto c = coefficients_.row(joint);
   const double T = duration_s_, A = limits.acceleration[joint], J = limits.jerk[joint];
   // Jerk: a quadratic of s, extreme at the ends and at its vertex. Acceleration: extreme at the ends and where the jerk
@@ -119,15 +160,41 @@ bool QuinticSegment::joint_keeps(const MotionLimits& limits, int joint, int samp
     joint_at(joint, s, q, v, a);
     if (std::abs(a) > A * (1 + kRounding)) return false;
   }
+  return true;
+}
+
+/// Whether position and velocity, also of a stop, are so far from their limits that no time must be sampled. The
+/// segment lies between the smallest and the largest of its Bernstein coefficients. A stop, see StopProfile::at, takes
+/// at most `longest`: with 1.5 v / T <= A its acceleration keeps A, for any at its start. It moves by at most
+/// T v / 2 + T^2 a / 12, and its velocity grows by at most 4/27 T a.
+bool QuinticSegment::is_far_from_limits(const MotionLimits& limits, int joint, int samples) const {
+  const auto c = coefficients_.row(joint);
+  const double T = duration_s_, A = limits.acceleration[joint], J = limits.jerk[joint], step = T / samples;
+  const std::array position = bernstein<5>({c[0], c[1], c[2], c[3], c[4], c[5]});
+  const std::array velocity = bernstein<4>({c[1], 2 * c[2], 3 * c[3], 4 * c[4], 5 * c[5]});
+  const std::array acceleration = bernstein<3>({2 * c[2], 6 * c[3], 12 * c[4], 20 * c[5]});
+  const double v = largest(velocity) / T, a = largest(acceleration) / (T * T);
+  const double longest = 1.000001 * std::max(shortest_stop(v, a, J), 1.1 * 1.5 * v / A);
+  const double way = longest * (v / 2 + longest * a / 12);
+  return v + 4.0 / 27 * longest * a < limits.velocity[joint] - J * step * step / 8 &&
+         *std::ranges::min_element(position) - way > limits.lower[joint] &&
+         *std::ranges::max_element(position) + way < limits.upper[joint];
+}
+
+/// Position and velocity, also of a stop, at every `stride`-th of the sampled times.
+bool QuinticSegment::keeps_position_and_velocity(const MotionLimits& limits, int joint, int samples, int stride) const {
+  const auto c = coefficients_.row(joint);
+  const double T = duration_s_, A = limits.acceleration[joint], J = limits.jerk[joint];
+  double q = 0, v = 0, a = 0;
   // Between samples, an extreme velocity exceeds theirs by at most J step^2 / 8, an extreme position by A step^2 / 8.
   const double step = T / samples;
   const double speed = limits.velocity[joint] - J * step * step / 8, slack = A * step * step / 8;
   const double lower = std::min(limits.lower[joint], c[0]), upper = std::max(limits.upper[joint], c[0]);
   double before = c[1] / T;
-  for (int k = 1; k <= samples; ++k) {
+  for (int k = stride; k <= samples; k += stride) {
     joint_at(joint, static_cast<double>(k) / samples, q, v, a);
     if (std::abs(v) > std::max(speed, 0.0)) return false;
-    const double room = v * before < 0 ? slack : 0;  // it turned between the samples
+    const double room = stride == 1 && v * before < 0 ? slack : 0;  // it turned between the samples
     before = v;
     if (q < lower + room - kRounding || q > upper - room + kRounding) return false;
     bool feasible = false;

@@ -36,7 +36,9 @@ class QuinticSegment {
   bool keeps(const MotionLimits& limits, double step_s) const;
 
  private:
-  bool joint_keeps(const MotionLimits& limits, int joint, int samples) const;
+  bool keeps_jerk_and_acceleration(const MotionLimits& limits, int joint) const;
+  bool is_far_from_limits(const MotionLimits& limits, int joint, int samples) const;
+  bool keeps_position_and_velocity(const MotionLimits& limits, int joint, int samples, int stride) const;
   void joint_at(int joint, double s, double& q, double& v, double& a) const;
 
   double duration_s_ = 0;

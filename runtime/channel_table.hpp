@@ -20,7 +20,7 @@ inline constexpr std::array kChannels{
     Channel{kObstacles, "obstacles_t", "at any time", "publish, page, yours", "controller, page"},
     Channel{kTargetChoice, "target_choice_t", "1 Hz while somebody has chosen a target", "page", "controller, page"},
     Channel{kJointSetpoint, "joint_setpoint_t", "20 Hz, and at each target", "controller, page", "bridge, view, page"},
-    Channel{kControllerState, "controller_state_t", "with each JOINT_SETPOINT", "controller", "page"},
+    Channel{kControllerState, "controller_state_t", "with each JOINT_SETPOINT", "controller", "robot, page"},
     Channel{kJointCommand, "joint_command_t", "1 kHz", "bridge", "robot-sim, robot-driver, view, page"},
     Channel{kBridgeState, "bridge_state_t", "20 Hz, and as answer to a request", "bridge", "controller, robot, page"},
     Channel{kBridgeRequest, "bridge_request_t", "when a user asks", "robot, page", "bridge, robot-driver"},
@@ -37,7 +37,7 @@ inline constexpr std::array kChannels{
             "vision, controller, bridge, robot-sim"},
     Channel{kReplayDone, "replay_done_t", "each step of a replay in lockstep", "vision, controller, bridge, robot-sim",
             "replay"},
-    Channel{kNodeStatus, "node_status_t", "1 Hz", "every node", "view, page"},
+    Channel{kNodeStatus, "node_status_t", "1 Hz", "every node", "robot, view, page"},
     Channel{kVisionDebug, "images_t", "each stereo pair, for two seconds after a request", "vision", "view, page"},
     Channel{kVisionDebugRequest, "debug_request_t", "1 Hz while the picture is shown", "view, page", "vision"}};
 

@@ -31,27 +31,31 @@ void InputJournal::record_skip(int64_t ticks) {
   ++recorded_;
 }
 
-std::optional<std::vector<uint8_t>> InputJournal::next_message() {
-  if (published_ == recorded_) return std::nullopt;
-  node_inputs_t message{};
-  message.node = node_;
-  message.run = run_;
-  message.sender_run = sender_run_;
-  message.config_digest = config_digest_;
-  message.first = recorded_ - static_cast<int64_t>(newest_.size());
-  message.num_inputs = static_cast<int32_t>(newest_.size());
+bool InputJournal::next_message(std::vector<uint8_t>& bytes) {
+  if (published_ == recorded_) return false;
+  message_.node = node_;
+  message_.run = run_;
+  message_.sender_run = sender_run_;
+  message_.config_digest = config_digest_;
+  message_.first = recorded_ - static_cast<int64_t>(newest_.size());
+  message_.num_inputs = static_cast<int32_t>(newest_.size());
+  message_.ticks.clear();
+  message_.channel_name.clear();
+  message_.channel.clear();
+  message_.sequence.clear();
+  message_.digest.clear();
   for (const ConsumedInput& input : newest_) {
-    message.ticks.push_back(input.ticks);
-    append_channel(input.channel, message.channel_name, message.channel);
-    message.sequence.push_back(input.sequence);
-    message.digest.push_back(input.digest);
+    message_.ticks.push_back(input.ticks);
+    append_channel(input.channel, message_.channel_name, message_.channel);
+    message_.sequence.push_back(input.sequence);
+    message_.digest.push_back(input.digest);
   }
-  message.num_channels = static_cast<int32_t>(message.channel_name.size());
+  message_.num_channels = static_cast<int32_t>(message_.channel_name.size());
   published_ = recorded_;
   while (newest_.size() > repeated_) newest_.pop_front();
-  auto bytes = encode(message);
-  if (bytes) set_checksum(*bytes);
-  return bytes;
+  if (!encode_into(message_, bytes)) return false;
+  set_checksum(bytes);
+  return true;
 }
 
 void append_channel(const std::string& channel, std::vector<std::string>& names, std::vector<int8_t>& indices) {

@@ -40,14 +40,16 @@ class InputJournal {
   void record_skip(int64_t ticks);
   void ticked() { ++ticks_; }
   int64_t ticks() const { return ticks_; }
-  /// The encoded NODE_INPUTS message, or nothing when there is no new input since the last one.
-  [[nodiscard]] std::optional<std::vector<uint8_t>> next_message();
+  /// Encodes the next NODE_INPUTS message into `bytes`, whose memory is used again. Returns false when there is no new
+  /// input since the last one.
+  [[nodiscard]] bool next_message(std::vector<uint8_t>& bytes);
 
  private:
   std::string node_;
   int64_t run_, sender_run_, config_digest_;
   size_t repeated_;
   std::deque<ConsumedInput> newest_;
+  node_inputs_t message_{};
   int64_t recorded_ = 0, published_ = 0;
   int64_t ticks_ = 0;
 };

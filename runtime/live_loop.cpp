@@ -125,8 +125,12 @@ class LiveLoop {
     if (!shutdown_us_) {
       const auto request = node_->shutdown_request();
       if (!request) return true;
+      // Published for the record. The node gets it here: it must end well without a network, too.
       bus_.publish(request->channel, request->bytes);
+      receive(request->channel, request->bytes);
+      publish();
       shutdown_us_ = now;
+      shutdown_request_ = request;
     }
     return now - *shutdown_us_ > kMaxShutdown;
   }
@@ -190,10 +194,17 @@ class LiveLoop {
 
   void receive(std::string_view channel, std::span<const uint8_t> bytes) {
     if (lockstep_) return lockstep_->receive(channel, bytes);
-    const auto next = node_->next_tick(), due = tick_time();
+    if (shutdown_request_ && channel == shutdown_request_->channel &&
+        std::ranges::equal(bytes, shutdown_request_->bytes))
+      return;  // its own, which LCM gives back
+    // The time that has passed comes before what the node hears now.
+    const auto due = tick_time();
+    const bool skips = node_->late_ticks() == LateTicks::kSkip;
+    if (skips && due) skip_missed(monotonic_us() - *due);
+    const auto next = node_->next_tick();
     const int64_t delay = node_->tick_delay_us();
     const Receipt receipt = node_->receive(channel, bytes, outbox_);
-    const bool stalled = node_->late_ticks() == LateTicks::kSkip && due && monotonic_us() - *due > kStalled;
+    const bool stalled = skips && due && monotonic_us() - *due > kStalled;
     if (node_->next_tick() != next || node_->tick_delay_us() < delay) asked_for_us_ = monotonic_us();
     if (receipt.utime && receipt.restarts_ticks) {
       clock_.anchor(*receipt.utime, monotonic_us());
@@ -259,6 +270,24 @@ class LiveLoop {
       journal_.emplace(node_->name(), wall_us(), node_->run(), *digest, kRepeatedInputs);
   }
 
+  /// How many whole periods fit into so many microseconds.
+  int64_t missed_by(int64_t behind) const {
+    return static_cast<int64_t>(static_cast<double>(behind) * options_.speed /
+                                static_cast<double>(node_->tick_period_us()));
+  }
+
+  /// LateTicks::kSkip, with the next tick so late: skips those that were missed. Returns whether there were any.
+  bool skip_missed(int64_t behind) {
+    const int64_t missed = missed_by(behind);
+    if (missed <= 0) return false;
+    node_->count_lateness(behind);
+    node_->count_late(missed);
+    node_->skip_ticks(missed);
+    if (journal_) journal_->record_skip(missed);
+    if (behind > kMaxTickDelay && node_->next_tick()) clock_.anchor(*node_->next_tick(), monotonic_us());
+    return true;
+  }
+
   void compute_ticks() {
     const int64_t begin = monotonic_us();
     while (const auto tick = node_->next_tick()) {
@@ -267,19 +296,12 @@ class LiveLoop {
       if (!clock_.anchored()) clock_.anchor(*tick, now);
       const int64_t behind = now - due_us(*tick);
       if (behind < 0 || (interrupted() && !shutdown_us_)) return;
+      const LateTicks policy = node_->late_ticks();
+      if (policy == LateTicks::kSkip && skip_missed(behind)) continue;
       node_->count_lateness(behind);
-      const auto missed = static_cast<int64_t>(static_cast<double>(behind) * options_.speed /
-                                               static_cast<double>(node_->tick_period_us()));
-      if (missed > 0) {
-        const LateTicks policy = node_->late_ticks();
-        node_->count_late(policy == LateTicks::kCompute ? 1 : missed);
+      if (missed_by(behind) > 0) {
+        node_->count_late(policy == LateTicks::kCompute ? 1 : missed_by(behind));
         if (policy == LateTicks::kPause || behind > kMaxTickDelay) clock_.anchor(*tick, now);
-        if (policy == LateTicks::kSkip) {
-          node_->skip_ticks(missed);
-          if (journal_) journal_->record_skip(missed);
-          if (behind > kMaxTickDelay && node_->next_tick()) clock_.anchor(*node_->next_tick(), now);
-          continue;
-        }
       }
       node_->tick(outbox_);
       if (journal_) journal_->ticked();
@@ -291,10 +313,9 @@ class LiveLoop {
     // NODE_INPUTS goes out before the messages that depend on it, so that no recorded output lacks its inputs. In
     // lockstep, the outbox already contains it.
     const bool publishes_inputs = !outbox_.empty() && journal_ && !lockstep_;
-    if (const auto inputs_message = publishes_inputs ? journal_->next_message() : std::nullopt)
-      bus_.publish(channel::kNodeInputs, *inputs_message);
+    if (publishes_inputs && journal_->next_message(inputs_)) bus_.publish(channel::kNodeInputs, inputs_);
     for (const OutMessage& message : outbox_) bus_.publish(message.channel, message.bytes);
-    outbox_.clear();
+    node_->reuse(outbox_);
   }
 
   void publish_status() {
@@ -334,9 +355,11 @@ class LiveLoop {
   std::optional<UdpmSocket> socket_;  // instead of subscriptions, with a drain period
   std::optional<InputJournal> journal_;
   Outbox outbox_;
+  std::vector<uint8_t> inputs_;  // NODE_INPUTS
   int64_t start_us_ = 0, next_status_us_ = 0;
   int64_t asked_for_us_ = INT64_MIN;                      // when a message brought the next tick forward, last
-  std::optional<int64_t> shutdown_us_;                    // when the node was asked to end
+  std::optional<int64_t> shutdown_us_;                    // when the node was asked to end ...
+  std::optional<OutMessage> shutdown_request_;            // ... and how
   bool refused_step_ = false, dropped_datagram_ = false;  // said once
 };
 

@@ -69,10 +69,8 @@ std::optional<std::vector<uint8_t>> Lockstep::extract_message(const ConsumedInpu
 
 void Lockstep::forward_outputs(Outbox& sent, Outbox& out) {
   if (sent.empty()) return;
-  if (node_->config_digest()) {
-    if (auto inputs_message = journal_.next_message())
-      out.push_back({channel::kNodeInputs, std::move(*inputs_message)});
-  }
+  std::vector<uint8_t> inputs;
+  if (node_->config_digest() && journal_.next_message(inputs)) out.push_back({channel::kNodeInputs, std::move(inputs)});
   for (OutMessage& message : sent) {
     ++sent_;
     digest_ = digest_with(digest_, message.channel, message.bytes);

@@ -84,8 +84,8 @@ class Node {
   virtual LateTicks late_ticks() const { return LateTicks::kCompute; }
   /// LateTicks::kSkip: this many ticks are never computed. Part of the record from which outputs are computed again.
   virtual void skip_ticks(int64_t) {}
-  /// A message to publish when the program is asked to end, where the node must end by itself before (it reads the
-  /// message from one of its inputs, and then ends its ticks).
+  /// A message that the node gets, and that is published, when the program is asked to end, where the node must end by
+  /// itself before: it then ends its ticks, or has finished().
   virtual std::optional<OutMessage> shutdown_request() const { return std::nullopt; }
   /// Whether the node has finished; a live loop then ends.
   virtual bool finished() const { return false; }
@@ -109,6 +109,14 @@ class Node {
   static constexpr int64_t kVirtualRun = 1;
 
   const NodeCounters& counters() const { return counters_; }
+  /// Empties `sent`, whose memory later messages get.
+  void reuse(Outbox& sent) {
+    for (OutMessage& message : sent) {
+      if (spare_.size() < kMostSpare) spare_.push_back(std::move(message.bytes));
+    }
+    sent.clear();
+  }
+
   void count_late(int64_t ticks = 1) { counters_.late += ticks; }
   void count_lateness(int64_t us) { ++counters_.lateness[bin_of_lateness(us)]; }
 
@@ -116,9 +124,13 @@ class Node {
   /// Encodes and queues a message.
   template <class Message>
   void send(Outbox& out, std::string_view channel, const Message& message) {
-    auto bytes = encode(message);
-    if (!bytes) return;
-    out.push_back({channel, std::move(*bytes)});
+    std::vector<uint8_t> bytes;
+    if (!spare_.empty()) {
+      bytes = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    if (!encode_into(message, bytes)) return;
+    out.push_back({channel, std::move(bytes)});
     ++counters_.sent;
   }
 
@@ -137,6 +149,13 @@ class Node {
     ++(message ? counters_.received : counters_.refused);
     return message;
   }
+  /// Likewise, into a message whose memory is used again. Returns whether it could be decoded.
+  template <class Message>
+  [[nodiscard]] bool decode_and_count(std::span<const uint8_t> bytes, Message& message) {
+    const bool decoded = decode_into(bytes, message);
+    ++(decoded ? counters_.received : counters_.refused);
+    return decoded;
+  }
 
   /// For a message on a channel that receive() forgot although inputs() names it.
   std::logic_error unknown_input(std::string_view channel) const {
@@ -146,7 +165,9 @@ class Node {
   NodeCounters counters_;
 
  private:
+  static constexpr size_t kMostSpare = 8;
   int64_t run_ = kVirtualRun;
+  std::vector<std::vector<uint8_t>> spare_;
 };
 
 /// Whether a time is plausible: from 0 to some 36 000 years after it, so that differences of two such times never

@@ -68,13 +68,14 @@ void VirtualLoop::send(Member& sender, Outbox& outbox) {
   if (outbox.empty()) return;
   Outbox messages;
   messages.swap(outbox);
-  const auto inputs_message = sender.journal.next_message();
-  if (inputs_message && sender.node->config_digest()) observer_.sent(*now_us_, channel::kNodeInputs, *inputs_message);
+  std::vector<uint8_t> inputs;
+  if (sender.journal.next_message(inputs) && sender.node->config_digest())
+    observer_.sent(*now_us_, channel::kNodeInputs, inputs);
   for (const OutMessage& message : messages) {
     observer_.sent(*now_us_, message.channel, message.bytes);
     dispatch(message.channel, message.bytes);
   }
-  messages.clear();
+  sender.node->reuse(messages);
   if (outbox.empty()) outbox.swap(messages);  // keeps the allocated memory
 }
 

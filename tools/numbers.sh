@@ -37,7 +37,7 @@ table accuracy long "Errors of vision" multireach-bench-accuracy "tools/bench_ta
 table tags long "Errors of tags" multireach-table-tests "tools/bench_tables.py tags"
 table moebius short "Objects of the pair Moebius" multireach-table-tests "tools/bench_tables.py moebius"
 table calibration short "Calibration from photographs" multireach-calibrate "tools/bench_tables.py calibration"
-table stops long "Stops and restarts" "$loop multireach-camera multireach-replay" "tests/live/stalls.sh $build/bin"
+table stops long "Stops and restarts" "$loop multireach-camera multireach-replay multireach-publish multireach-test-garbage multireach-test-forger" "tests/live/stalls.sh $build/bin --all"
 table lateness long "Lateness of ticks" "$loop" "tests/full/jitter.sh $build/bin"
 table drivers long "Drivers and emulators" "" "bench/robots.sh"
 table first-command long "The first command" "" "tools/launch.sh --isolated"

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Makes docs/pictures/view.png: the page of the recorded session, in a headless Chromium (Debian's package chromium).
+# --no-setup: everything is built.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-"$root/tools/setup.sh" loop page
+[ "${1:-}" = --no-setup ] || "$root/tools/setup.sh" loop page
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 "$root/tools/launch.sh" --no-setup --isolated --view >"$work/out" 2>"$work/err" & run=$!

@@ -10,6 +10,7 @@ using robot_bridge::MotionState;
 constexpr int64_t kSettles = 500000;     // us
 constexpr int64_t kNext = 10000;         // us: a longer step in the commands' time tells nothing of their acceleration
 constexpr int64_t kExtrapolated = 3000;  // us without a command
+constexpr int64_t kLongestGap = 4000;    // us from one position sent to the next: three are missing
 
 }  // namespace
 
@@ -20,6 +21,19 @@ void CommandFollower::forget() {
   joined_.reset();
   missed_ = stopping_ = false;
   last_.position.resize(0);
+}
+
+/// The arm is, or soon will be, at rest there.
+void CommandFollower::rest_at(const JointVector& position, int64_t now_us) {
+  const MotionState rest = MotionState::at_rest(position);
+  forget();
+  last_ = rest;
+  now_us_ = now_us;
+}
+
+/// Where the driver was stopped, the robot has got nothing meanwhile.
+void CommandFollower::notice_gap(int64_t now_us) {
+  if (sent_ && now_us - sent_us_ > kLongestGap) rest_at(sent_->position, now_us);
 }
 
 void CommandFollower::add_transitions(double ahead_s, MotionState& state) const {
@@ -74,6 +88,7 @@ void CommandFollower::begin_transition(MotionState& state) {
 
 const MotionState& CommandFollower::command(const JointVector& position, const JointVector& velocity, int64_t utime,
                                             const JointVector& arm, int64_t now_us) {
+  notice_gap(now_us);
   const int64_t step_us = sent_ ? std::clamp<int64_t>(utime - utime_, 0, kNext) : 0;
   const double step_s = static_cast<double>(step_us) * 1e-6;
   MotionState state{position, velocity, JointVector::Zero(position.size())};
@@ -102,22 +117,22 @@ const MotionState& CommandFollower::command(const JointVector& position, const J
   ramp_.reset();
   missed_ = false;
   utime_ = utime;
-  now_us_ = now_us;
+  now_us_ = sent_us_ = now_us;
   sent_ = state;
   return *sent_;
 }
 
 const MotionState* CommandFollower::missing(int64_t now_us, int64_t& utime) {
+  notice_gap(now_us);
   const int64_t elapsed = now_us - now_us_;
   if (!sent_ || elapsed <= 0) return nullptr;
   missed_ = true;
+  sent_us_ = now_us;
   stopping_ = stopping_ || elapsed > timeout_us_;
   utime = utime_ + elapsed;
   sent_ = between_commands(elapsed);
   if (stopping_ && ramp_ && ramp_->at_rest()) {
-    const MotionState end = *sent_;
-    forget();
-    last_ = end;
+    rest_at(sent_->position, now_us_);
     return &last_;
   }
   return &*sent_;

@@ -12,7 +12,9 @@ namespace multireach::drivers {
 /// What a driver sends: the bridge's commands as they are; where one to three in a row are missing, their
 /// extrapolation, then a deceleration; and from these, or from an arm that is elsewhere, a smooth transition to the
 /// commands. Position and velocity are continuous, but where a position limit ends the motion. After `timeout_us`
-/// without a command, the arm decelerates to standstill before it follows again. It is told the time.
+/// without a command, the arm decelerates to standstill before it follows again. It is told the time: where nothing was
+/// sent for more than three milliseconds, as the driver itself was stopped, the robot waits at the last position that
+/// it got, and the motion begins again there, from rest.
 ///
 /// Every discontinuity gets a transition of its own, which ends at its time whatever comes after it: commands that
 /// often miss their millisecond by a little still lead the arm to where they are.
@@ -35,6 +37,8 @@ class CommandFollower {
   /// Call once in each millisecond: what to send where a command is missing; null otherwise. `utime` gets its nominal
   /// time.
   const robot_bridge::MotionState* missing(int64_t now_us, int64_t& utime);
+  /// Decelerates to standstill, whatever commands come.
+  void stop() { stopping_ = following(); }
   /// The robot does not obey any more.
   void forget();
 
@@ -51,11 +55,14 @@ class CommandFollower {
   robot_bridge::MotionState extrapolated(int64_t elapsed_us) const;
   robot_bridge::MotionState between_commands(int64_t elapsed_us);
   void begin_transition(robot_bridge::MotionState& state);
+  void rest_at(const JointVector& position, int64_t now_us);
+  void notice_gap(int64_t now_us);
 
   robot_bridge::MotionLimits limits_;
   int64_t timeout_us_;
   std::optional<robot_bridge::MotionState> sent_;  // last, while commands are followed
-  robot_bridge::MotionState last_;                 // sent at the end of a deceleration
+  int64_t sent_us_ = 0;                            // when it was sent
+  robot_bridge::MotionState last_;                 // sent last, where the arm is at rest
   robot_bridge::MotionState command_;              // the last, without transitions
   int64_t utime_ = 0, now_us_ = 0;                 // of the last command
   bool missed_ = false;                            // a command, since the last one

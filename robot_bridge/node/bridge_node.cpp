@@ -2,12 +2,11 @@
 
 #include <multireach/bridge_request_t.hpp>
 #include <multireach/bridge_state_t.hpp>
-#include <multireach/joint_setpoint_t.hpp>
-#include <multireach/robot_state_t.hpp>
 
 #include "runtime/channels.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/joint_fields.hpp"
+#include "runtime/stop_request.hpp"
 
 namespace multireach {
 
@@ -108,8 +107,8 @@ Receipt BridgeNode::receive(std::string_view channel, std::span<const uint8_t> b
 }
 
 Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes, Outbox& out) {
-  const auto message = decode_and_count<robot_state_t>(bytes);
-  if (!message) return {};
+  const robot_state_t* message = &robot_state_;
+  if (!decode_and_count(bytes, robot_state_)) return {};
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
   const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
   const auto followed = bridge_.followed_robot();
@@ -139,8 +138,8 @@ Receipt BridgeNode::receive_robot_state(std::span<const uint8_t> bytes, Outbox& 
 }
 
 Receipt BridgeNode::receive_setpoint(std::span<const uint8_t> bytes, Outbox& out) {
-  const auto message = decode_and_count<joint_setpoint_t>(bytes);
-  if (!message) return {};
+  const joint_setpoint_t* message = &setpoint_;
+  if (!decode_and_count(bytes, setpoint_)) return {};
   const auto theta = from_fields(chain_, message->joint_name, message->joint_position);
   const auto velocity = from_fields(chain_, message->joint_name, message->joint_velocity);
   bool restarted = false;
@@ -214,12 +213,7 @@ Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out)
 }
 
 std::optional<OutMessage> BridgeNode::shutdown_request() const {
-  bridge_request_t request{};
-  request.kind = bridge_request_t::DISABLE;
-  request.run = run();
-  auto bytes = encode(request);
-  if (!bytes) return std::nullopt;
-  return OutMessage{channel::kBridgeRequest, std::move(*bytes)};
+  return stop_request(run());
 }
 
 /// States of the robot that the recorder lost had arrived at the bridge. Most inputs are such states, so an unknown one

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <multireach/joint_command_t.hpp>
+#include <multireach/joint_setpoint_t.hpp>
+#include <multireach/robot_state_t.hpp>
 
 #include "robot_bridge/bridge.hpp"
 #include "runtime/node.hpp"
@@ -44,6 +46,8 @@ class BridgeNode : public Node {
   Chain chain_;
   robot_bridge::Bridge bridge_;
   joint_command_t command_;
+  robot_state_t robot_state_;  // received last, as is
+  joint_setpoint_t setpoint_;
   int64_t config_digest_;
   SequenceGapCounter setpoints_, robot_states_;
   int64_t robot_state_sequence_ = -1;

@@ -11,6 +11,16 @@ status() { "$bin/multireach-robot" status 2>&1; }
 # ask WORD: until the bridge accepts, for 15 s.
 ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
 
+# last_speed LOG: of the fastest joint in the last ROBOT_STATE, rad/s.
+last_speed() {
+  rm -rf "$work/csv"
+  "$bin/multireach-log" export csv "$1" -o "$work/csv" --channel ROBOT_STATE >/dev/null 2>&1
+  awk -F, '
+    NR == 1 { for (i = 1; i <= NF; ++i) if ($i ~ /^joint_velocity/) is[i] }
+    NR > 1 { most = 0; for (i in is) { v = $i < 0 ? -$i : $i; if (v > most) most = v } }
+    END { print most + 0 }' "$work/csv/ROBOT_STATE.csv"
+}
+
 for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel}; do
   folder=$work/$arm
   cp -r "$root/robots/${arm%_dynamixel}" "$folder"
@@ -44,6 +54,19 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel
   ask reset || failed "$arm: reset: $(cat "$work/reset.out"); $(cat "$work/driver.err")"
   for _ in $(seq 150); do status | grep -qE '^(armed|running)' && break; sleep 0.1; done
   status | grep -qE '^(armed|running)' || failed "$arm: after the reset: $(status); $(cat "$work/driver.err")"
-  end camera driver emulator bridge controller vision
+  end camera
+  # Ctrl-C reaches all processes at once: the driver brings the arm to standstill before it ends.
+  for _ in $(seq 50); do status | grep -q '^armed' && break; sleep 0.1; done
+  lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/end.lcm" & logger=$!
+  "$bin/multireach-camera" render --config "$folder/scene.yaml" --seconds 16 2>/dev/null & pids[camera]=$!
+  sleep 2
+  for _ in $(seq 60); do before=$(last_speed "$work/end.lcm"); awk -v v="$before" 'BEGIN { exit !(v > 0.1) }' && break; sleep 0.05; done
+  kill -INT "${pids[driver]}" "${pids[bridge]}"
+  for name in driver bridge; do wait "${pids[$name]}" || failed "$arm: the $name ended with $?"; done
+  kill -INT $logger; wait $logger 2>/dev/null
+  after=$(last_speed "$work/end.lcm")
+  awk -v before="$before" -v after="$after" 'BEGIN { exit !(before > 0.1 && after < before / 2) }' ||
+    failed "$arm: the driver ended at $after rad/s, before at $before rad/s"
+  end camera emulator controller vision
 done
 finish

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # multireach-page --log in a headless Chromium: it plays, steps and is scrubbed; another run is shown over it with the first difference; a
-# what-if run is computed; a wrong value is refused; the copied link opens the same view. A log of a million messages opens at once.
+# what-if run is computed; a wrong value is refused; the copied link opens the same view. bench/page.sh opens a log of a million messages.
 bin=$1
 skip() { echo "skipped: $1"; exit 77; }
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# multireach-robot tells a bridge whose robot is there from one whose robot is silent.
+# multireach-robot tells a bridge whose robot is there from one whose robot is silent, and a controller that is there from one that is not.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 robot="$root/robots/hoap2/robot.yaml"
-"$bin/multireach-bridge" --config "$robot" --seconds 30 2>"$work/bridge.err" & bridge=$!
+"$bin/multireach-bridge" --config "$robot" --seconds 90 2>"$work/bridge.err" & bridge=$!
 asks() {
   "$bin/multireach-robot" "$2" >"$work/out" 2>"$work/err"
   local code=$?
@@ -18,6 +18,22 @@ asks 0 enable
 kill -STOP $sim
 asks 1 enable; silent "enable with a stopped robot"
 asks 0 status
+# Two lines: the bridge's state, alone in the first one, for scripts; then the controller's.
+two_lines() {
+  mapfile -t lines <"$work/out"
+  [[ ${#lines[@]} = 2 && ${lines[0]} =~ ^[a-z]+(:.*)?,\ speed\ [0-9]+\ %,\ path\ rate\ [0-9]+\ %$ && ${lines[1]} =~ ^controller:\ $1 ]] ||
+    failed "status does not say '$1' in its second line: $(cat "$work/out")"
+}
+two_lines 'not heard in [2-9]\.[0-9] s$'
+kill -CONT $sim
+"$bin/multireach-controller" --config "$robot" --seconds 90 2>"$work/controller.err" & controller=$!
+"$bin/multireach-view" --robot "$robot" --wait-for controller --seconds 30 2>/dev/null || failed "the controller did not start"
+asks 0 status; two_lines "waiting for (the robot|a target)$"
+"$bin/multireach-publish" target 0.1 -0.12 0.1 --robot "$robot" 2>/dev/null & publisher=$!
+for _ in $(seq 50); do [[ $("$bin/multireach-robot" status) = *mm* ]] && break; done
+asks 0 status; two_lines 'reaching, hand [0-9.]+ mm from the target$'
+kill -KILL $publisher $controller
+wait $publisher $controller 2>/dev/null
 kill -KILL $sim $bridge
 wait $sim $bridge 2>/dev/null
 finish

@@ -34,13 +34,16 @@ ended 130
 launch without --isolated >/dev/null
 wait $launched
 without=$(report late_ticks)
-start with
+start with --record "$work/with.lcm"
 for _ in 1 2 3; do node "$root/tests/web/deaf.mjs" "$address" & deaf+=($!); done
 wait $launched
 with=$(report late_ticks)
 kill "${deaf[@]}" 2>/dev/null
 echo "late ticks: without a page $without, with three browsers that read nothing $with"
 [ "$(report lcm_lost)" = 0 ] || echo "messages lost: $(report lcm_lost)"
-[ "$(reached)" -ge 6 ] || failed "only $(reached) positions were settled"
+[ "$(reached)" -ge 6 ] || failed "only $(reached) positions were settled: $(cat "$work/with.err")"
+"$bin/multireach-log" info "$work/with.lcm" >"$work/info"
+grep -q JOINT_COMMAND "$work/info" || failed "nothing is recorded: $(cat "$work/info")"
+grep VISION_DEBUG_REQUEST "$work/info" && failed "vision draws for browsers that asked for nothing, and is late where others keep the processors busy"
 grep -q 'page is started again\|page was killed' "$work/with.err" && failed "the page's process died"
 finish

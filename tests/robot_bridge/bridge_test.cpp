@@ -143,6 +143,12 @@ TEST_F(Bridging, RefusesEachBadSetpointUnderItsName) {
   EXPECT_TRUE(fresh.measured(at(start_)));
   EXPECT_EQ(give(fresh, changed([this](Setpoint& s) { s.theta[0] = start_[0] + 0.2; })),
             SetpointVerdict::kFarFromRobot);
+  EXPECT_EQ(give(fresh, changed([this](Setpoint& s) {
+                   s.theta = start_;
+                   s.velocity[0] = 10;
+                 })),
+            SetpointVerdict::kTooFast)
+      << "also the first";
   Measurement moving = at(start_);
   moving.velocity[0] = 1;
   EXPECT_TRUE(fresh.measured(moving));

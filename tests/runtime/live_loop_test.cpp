@@ -102,5 +102,53 @@ TEST(LiveLoop, AMessageThatWaitedWhileTheNodeWasStoppedDoesNotHideTheGap) {
   EXPECT_GE(node.skipped, 1490) << "of 1500 periods";
 }
 
+/// Sends itself a message, then is stopped before it can hear it.
+class LateHearer : public StoppedNode {
+ public:
+  Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override {
+    skipped_before_message = skipped;
+    return {};
+  }
+  void tick(Outbox& out) override {
+    if (ticks_ == last_ / 2) {
+      out.push_back({channel::kTarget, {1, 2, 3}});
+      be_busy(30000);
+    }
+    TickingNode::tick(out);
+  }
+  int64_t skipped_before_message = -1;
+};
+
+// What a driver hears after a stop must not be taken for what it heard in time.
+TEST(LiveLoop, TheTimeThatHasPassedComesBeforeAMessageThatWaited) {
+  LateHearer node;
+  node.run();
+  EXPECT_GE(node.skipped_before_message, 25) << "of 30 periods";
+}
+
+/// Ends some ticks after it was asked to.
+class EndingNode : public TickingNode {
+ public:
+  EndingNode() : TickingNode(1000, 1 << 30) {}
+  std::optional<OutMessage> shutdown_request() const override { return OutMessage{channel::kTarget, {1, 2, 3}}; }
+  Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override {
+    ++requests;
+    last_ = ticks_ + 50;
+    return {};
+  }
+  int requests = 0;
+};
+
+// LCM gives it back as well, where it has a network.
+TEST(LiveLoop, ANodeThatMustEndByItselfIsAskedOnce) {
+  EndingNode node;
+  LiveOptions options;
+  options.control_url = options.image_url = "memq://";
+  options.seconds = 0.1;
+  EXPECT_EQ(run_live(node, options), 0);
+  EXPECT_TRUE(node.finished());
+  EXPECT_EQ(node.requests, 1);
+}
+
 }  // namespace
 }  // namespace multireach

@@ -15,7 +15,9 @@
 #include "robot_bridge/node/bridge_node.hpp"
 #include "robot_bridge/sim/robot_sim_node.hpp"
 #include "runtime/channels.hpp"
+#include "runtime/input_journal.hpp"
 #include "runtime/joint_fields.hpp"
+#include "tests/allocation_count.hpp"
 #include "tests/runtime/node_messages.hpp"
 #include "tests/temporary_folder.hpp"
 #include "vision/node/vision_node.hpp"
@@ -53,6 +55,48 @@ TEST(BridgeNode, RecordsTheStatesOfAnotherRobotUntilItIsFollowed) {
   for (int k = 0; k < 10; ++k)
     EXPECT_EQ(node.receive(channel::kRobotState, *encode(other), out).effect, Effect::kConsumed) << k;
   EXPECT_EQ(node.receive(channel::kRobotState, *encode(other), out).effect, Effect::kReplaces);
+}
+
+// At its priority, a bridge that waits for memory waits for everyone who has some.
+TEST(BridgeNode, OnceItRunsATickAllocatesNothing) {
+  BridgeNode node(robot());
+  InputJournal journal("bridge", 1, 1, 1, 72);
+  Outbox out;
+  std::vector<uint8_t> inputs;
+  joint_setpoint_t setpoint{};
+  setpoint.run = 5;
+  setpoint.num_joints = 4;
+  const auto state = *decode<robot_state_t>(robot_state(0));
+  for (const size_t joint : {2u, 3u, 4u, 0u}) {
+    setpoint.joint_name.push_back(state.joint_name[joint]);
+    setpoint.joint_position.push_back(state.joint_position[joint]);
+    setpoint.joint_velocity.push_back(0);
+  }
+  int64_t allocated = 0, sent = 0;
+  const auto receive = [&](std::string_view channel, const std::vector<uint8_t>& bytes) {
+    const int64_t before = testing::allocations().number;
+    const Receipt receipt = node.receive(channel, bytes, out);
+    allocated += testing::allocations().number - before;
+    journal.record(receipt, channel, bytes);
+  };
+  for (int64_t ms = 0; ms < 2000; ++ms) {
+    if (ms == 1000) allocated = 0;
+    if (ms % 5 == 0) receive(channel::kRobotState, robot_state(ms / 5));
+    if (ms % 50 == 0) {
+      setpoint.utime = ms * 1000;
+      setpoint.sequence = ms / 50;
+      receive(channel::kJointSetpoint, *encode(setpoint));
+    }
+    if (!node.next_tick()) continue;
+    const int64_t before = testing::allocations().number;
+    node.tick(out);
+    (void)journal.next_message(inputs);
+    sent += static_cast<int64_t>(out.size());
+    node.reuse(out);
+    allocated += testing::allocations().number - before;
+  }
+  EXPECT_GE(sent, 2000);
+  EXPECT_EQ(allocated, 0);
 }
 
 TEST(BridgeNode, ObeysOnlyRequestsThatNameIt) {

@@ -201,7 +201,41 @@ TEST_F(Page, AsksASilentBridgeForItsStateOnceASecond) {
   EXPECT_EQ(requests, 3);
 }
 
+TEST_F(Page, AsksVisionToDrawOnlyForABrowserThatWantsItAndWhileVisionKeepsUp) {
+  const auto asked_to_draw = [&] {
+    out_.clear();
+    tick(50);  // a second
+    return std::ranges::count(out_, channel::kVisionDebugRequest, &OutMessage::channel);
+  };
+  tick(1);
+  EXPECT_EQ(asked_to_draw(), 0) << "a browser that says nothing, and perhaps reads nothing";
+  browsers_.requests = {R"({"contours": true})"};
+  EXPECT_EQ(asked_to_draw(), 1);
+  const auto draws = [&](int64_t late_us) {
+    images_t seen = images({images_t::LEFT, images_t::RIGHT}), drawn = images({images_t::LEFT});
+    seen.utime = 1000000 + late_us;
+    drawn.utime = 1000000;
+    receive(channel::kStereoImages, seen);
+    receive(channel::kVisionDebug, drawn);
+  };
+  draws(PageNode::kVisionLate);
+  EXPECT_EQ(asked_to_draw(), 1);
+  draws(PageNode::kVisionLate + 1);
+  for (int second = 0; second < 4; ++second) EXPECT_EQ(asked_to_draw(), 0) << second;
+  EXPECT_EQ(sent(Kind::kFrame).back()["vision_late"], true);
+  tick(50);
+  EXPECT_EQ(asked_to_draw(), 1) << "it may keep up again";
+  EXPECT_FALSE(sent(Kind::kFrame).back().contains("vision_late"));
+  browsers_.number = 0;
+  EXPECT_EQ(asked_to_draw(), 0);
+  browsers_.number = 1;
+  EXPECT_EQ(asked_to_draw(), 0) << "another browser, which said nothing";
+}
+
 TEST_F(Page, ShowsVisionsPicturesOrThoseOfTheCameras) {
+  browsers_.requests = {R"({"contours": true})"};
+  tick(1);
+  browsers_.sent.clear();
   receive(channel::kStereoImages, images({images_t::RIGHT, images_t::LEFT}));
   ASSERT_EQ(browsers_.sent.size(), 2U);
   EXPECT_EQ(browsers_.sent[0].first, Kind::kRightPicture);

@@ -27,6 +27,18 @@ std::string as_string(const std::vector<uint8_t>& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
+/// Time of an images_t, without its images; nothing where the message is none.
+std::optional<int64_t> time_of_images(std::span<const uint8_t> bytes) {
+  if (bytes.size() < 2 * sizeof(uint64_t)) return std::nullopt;
+  const auto number = [&](size_t at) {
+    uint64_t value = 0;
+    for (size_t i = 0; i < sizeof value; ++i) value = value << 8 | bytes[at + i];
+    return static_cast<int64_t>(value);
+  };
+  if (number(0) != images_t::getHash()) return std::nullopt;
+  return number(sizeof(uint64_t));
+}
+
 }  // namespace
 
 PageNode::PageNode(Browsers& browsers, const Start& start)
@@ -103,6 +115,7 @@ void PageNode::keep(std::string_view channel, const std::string& name, std::span
 }
 
 void PageNode::receive_stereo(std::span<const uint8_t> bytes) {
+  images_utime_ = time_of_images(bytes);
   const bool drawn = contours_ && debug_picture_us_ && next_tick_us_ - *debug_picture_us_ < kSecond;
   const bool recent = picture_us_ && next_tick_us_ - *picture_us_ < kPicturePeriodUs;
   if (!watched() || drawn || recent) return;
@@ -123,6 +136,8 @@ void PageNode::receive_debug_picture(std::span<const uint8_t> bytes) {
   const auto images = decode_and_count<images_t>(bytes);
   if (!images || images->images.size() != 1 || !is_jpeg(images->images[0])) return;
   debug_picture_us_ = next_tick_us_;
+  // Drawing must not be what makes vision late.
+  if (images_utime_ && *images_utime_ - images->utime > kVisionLate) contours_from_us_ = next_tick_us_ + kVisionPause;
   browsers_.send(Outgoing::Kind::kPairPicture, as_string(images->images[0].data));
 }
 
@@ -212,6 +227,7 @@ void PageNode::send_frame() {
   json rates = json::object();
   for (const auto& [channel, count] : last_count_) rates[std::string(channel)] = count;
   json frame{{"utime", next_tick_us_}, {"messages", messages}, {"rates", rates}};
+  if (contours_ && next_tick_us_ < contours_from_us_) frame["vision_late"] = true;
   if (course_ && ticks_ % kTicksPerCourse == 0) {
     json course = course_->status();
     if (const std::string text = json_text(course); text != course_sent_) {
@@ -234,7 +250,8 @@ void PageNode::tick(Outbox& out) {
   if (each_second) {
     second_us_ = next_tick_us_;
     last_count_ = std::exchange(count_, {});
-    if (watched() && contours_) {
+    if (!watched()) contours_ = false;  // the next browser says what it wants
+    if (contours_ && next_tick_us_ >= contours_from_us_) {
       debug_request_t request;
       request.utime = next_tick_us_;
       send(out, channel::kVisionDebugRequest, request);

@@ -47,6 +47,8 @@ class PageNode : public Node {
   static constexpr int64_t kPicturePeriodUs = 100000;
   static constexpr int kTicksPerCourse = 6;  ///< at most so often the course's state is sent
   static constexpr int64_t kSecond = 1000000;
+  static constexpr int64_t kVisionLate = 100000;    ///< us behind the images: three pairs at 30 Hz
+  static constexpr int64_t kVisionPause = 5000000;  ///< us in which a vision that is late is not asked to draw
 
  private:
   struct Newest {
@@ -79,7 +81,9 @@ class PageNode : public Node {
   std::optional<Course> course_;
   std::string course_sent_;
   std::optional<int64_t> bridge_heard_us_, debug_picture_us_, picture_us_;
-  bool contours_ = true;  // whether vision is asked to draw what it sees
+  bool contours_ = false;                 // whether a browser wants vision to draw what it sees
+  std::optional<int64_t> images_utime_;   // of the newest images
+  int64_t contours_from_us_ = INT64_MIN;  // vision is not asked before
   ImageCodec codec_;
   std::optional<FoxgloveFeed> foxglove_;
   std::optional<DrakeFeed> drake_;

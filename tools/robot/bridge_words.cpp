@@ -16,7 +16,7 @@ constexpr std::array kWords{
     BridgeWord{"pause", bridge_request_t::PAUSE, "decelerate and wait"},
     BridgeWord{"resume", bridge_request_t::RESUME, "continue at the speed of before"},
     BridgeWord{"reset", bridge_request_t::RESET, "leave a fault, once the robot stands still"},
-    BridgeWord{"status", bridge_request_t::STATUS, "only print the state"},
+    BridgeWord{"status", bridge_request_t::STATUS, "print the state, and how far the hand is from its target"},
 };
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <iostream>
 #include <multireach/bridge_request_t.hpp>
 #include <multireach/bridge_state_t.hpp>
+#include <multireach/controller_state_t.hpp>
+#include <multireach/node_status_t.hpp>
 #include <random>
 #include <tuple>
 
@@ -14,11 +16,13 @@
 #include "runtime/program.hpp"
 #include "tools/robot/bridge_asker.hpp"
 #include "tools/robot/bridge_words.hpp"
+#include "tools/robot/hand_status.hpp"
 
 namespace multireach {
 namespace {
 
-/// Asks, and prints the answer. Returns the program's exit code.
+/// Asks, and prints the answer; for `status`, what the controller says in a second line. Returns the program's exit
+/// code.
 int ask(const std::string& word, int8_t kind, double speed, const BusOptions& options) {
   Bus bus(options);
   std::random_device random;
@@ -28,6 +32,15 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
   });
   bus.subscribe(channel::kRobotState, "robot",
                 [&](std::string_view, std::span<const uint8_t>) { asker.receive_robot_state(); });
+  HandStatus hand(monotonic_us());
+  if (kind == bridge_request_t::STATUS) {
+    bus.subscribe(channel::kControllerState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
+      if (const auto state = decode<controller_state_t>(bytes)) hand.receive(*state);
+    });
+    bus.subscribe(channel::kNodeStatus, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
+      if (const auto status = decode<node_status_t>(bytes)) hand.receive(*status);
+    });
+  }
   asker.ask(word, kind, speed);
   std::optional<BridgeAnswer> answer;
   while (!answer && !interrupted()) {
@@ -39,8 +52,14 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
     answer = asker.take_answer();
   }
   if (!answer) return 1;
-  if (!answer->state.empty()) std::cout << answer->state << "\n";
+  if (!answer->state.empty()) std::cout << answer->state << std::endl;  // at once, for who reads this line only
   if (!answer->problem.empty()) std::cerr << "multireach-robot: " << answer->problem << "\n";
+  if (kind == bridge_request_t::STATUS && !answer->state.empty()) {
+    std::optional<std::string> line;
+    while (!(line = hand.line(monotonic_us())) && !interrupted())
+      bus.handle_messages(BridgeAsker::kTickUs, [] { return interrupted(); });
+    if (line) std::cout << *line << "\n";
+  }
   return answer->accepted ? 0 : 1;
 }
 

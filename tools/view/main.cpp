@@ -24,7 +24,9 @@ constexpr int64_t kDrainPeriod = 100000;  // us; a line for people needs no mess
 
 int watch(const RobotConfig& robot, const std::vector<std::string>& wait_for, LiveOptions live) {
   live.drain_period_us = kDrainPeriod;
-  ViewNode node(robot, {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0});
+  ViewNode node(
+      robot,
+      {.wait_for = {wait_for.begin(), wait_for.end()}, .terminal = isatty(STDERR_FILENO) != 0, .speed = live.speed});
   const int result = run_live(node, live);
   for (const std::string& missing : node.missing())
     std::cerr << "multireach-view: " << missing << " sent no NODE_STATUS\n";

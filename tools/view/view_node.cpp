@@ -30,8 +30,9 @@ Receipt ViewNode::receive(std::string_view channel, std::span<const uint8_t> byt
     if (theta) hand_ = chain_.position(*theta);
   } else if (channel == channel::kNodeStatus) {
     if (const auto status = decode_and_count<node_status_t>(bytes)) {
-      nodes_.insert(status->node);
-      if (status->node == "controller") controller_state_ = status->state;
+      // Of the bridge, counts of refused messages follow.
+      const size_t end = status->node == "bridge" ? status->state.find(';') : std::string::npos;
+      nodes_[status->node] = {status->state.substr(0, end), next_tick_us_};
     }
   }
   return {};
@@ -45,6 +46,14 @@ std::set<std::string> ViewNode::missing() const {
   return missing;
 }
 
+std::string ViewNode::state_of(const std::string& node) const {
+  const auto found = nodes_.find(node);
+  const int64_t since_us = found == nodes_.end() ? 0 : found->second.at_us;
+  const double age_s = static_cast<double>(next_tick_us_ - since_us) * 1e-6 / options_.speed;
+  if (found != nodes_.end() && age_s < kOldS) return found->second.state;
+  return fmt::format("not heard in {:.0f} s", age_s);
+}
+
 std::string ViewNode::line() const {
   const auto place = [](const std::optional<Eigen::Vector3d>& p) {
     return p ? fmt::format("{:6.3f} {:6.3f} {:6.3f}", p->x(), p->y(), p->z()) : std::string("        -           ");
@@ -56,9 +65,11 @@ std::string ViewNode::line() const {
   const std::string distance =
       target_ && hand_ ? fmt::format("{:6.1f} mm", 1e3 * (*target_ - *hand_).norm()) : std::string("    -    ");
   return fmt::format(
-      "target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | {}",
+      "target {}{} | hand {} | {} | Hz: target {:4.0f} set-point {:3.0f} command {:5.0f} state {:4.0f} | "
+      "controller {} | bridge {}",
       place(target_), target_seen_ ? " " : "?", place(hand_), distance, rate(channel::kTarget),
-      rate(channel::kJointSetpoint), rate(channel::kJointCommand), rate(channel::kRobotState), controller_state_);
+      rate(channel::kJointSetpoint), rate(channel::kJointCommand), rate(channel::kRobotState), state_of("controller"),
+      state_of("bridge"));
 }
 
 void ViewNode::tick(Outbox&) {

@@ -17,6 +17,8 @@ using Status = vision::TargetTrack::Status;
 
 constexpr std::array kSides{Side::kLeft, Side::kRight};
 constexpr int64_t kPicturesFor = 2000000;  // us, how long one request sends debug pictures
+/// At most about ten debug pictures a second, microseconds: people look at them, and each delays the next pair.
+constexpr int64_t kPicturePeriod = 95000;
 
 /// `calibrated`: whether the camera pose is known. Without it, nothing may be done with a position that is only
 /// expected.
@@ -298,6 +300,8 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   }
   // The time may also jump back, when a log is played again.
   if (frames.utime() > pictures_until_ || frames.utime() < pictures_until_ - kPicturesFor) return;
+  if (frames.utime() >= pictured_ && frames.utime() < pictured_ + kPicturePeriod) return;
+  pictured_ = frames.utime();
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
     const auto at = index(side);

@@ -56,6 +56,7 @@ class VisionNode : public Node {
   std::optional<std::string> picture_of_;  // target of a pending debug request; "" for all targets
   std::string shown_;
   int64_t pictures_until_ = -1;
+  int64_t pictured_ = INT64_MIN / 2;  // time of the last debug picture
 };
 
 }  // namespace multireach

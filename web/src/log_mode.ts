@@ -92,6 +92,8 @@ export class LogMode {
     const channels = Object.entries(this.overview.channels).sort(([a], [b]) => a.localeCompare(b));
     element<HTMLSelectElement>('step-channel').append(...channels.map(([channel, count]) => new Option(`${channel.toLowerCase().replaceAll('_', ' ')} (${count.toLocaleString('en')})`, channel)));
     this.line.show(this.overview);
+    this.views.contours.parentElement!.hidden = !('VISION_DEBUG' in this.overview.channels);
+    element('nodes').closest('section')!.dataset.empty = String(!('NODE_STATUS' in this.overview.channels));
     const event = Number(addressedView.get('event') ?? NaN), pose = addressedView.get('camera'), plots = addressedView.get('plots');
     if (pose) this.views.scene.pose = pose.split(',').map(Number);
     if (plots) this.views.plots.choose(plots.split(','));

@@ -24,7 +24,7 @@ const touch = new Touch(scene, request => connection.send(request));
 const course = new Course(scene, request => connection.send(request));
 const candidates = new Candidates(scene);
 const ghost = element<HTMLSelectElement>('ghost');
-const contours = element<HTMLInputElement>('contours');
+const contours = element<HTMLInputElement>('contours'), contoursWait = element('contours-wait');
 const limits = element<HTMLInputElement>('limits');
 
 const plots = new PlotPanel(element('plots'), element('plot-choice'));
@@ -151,7 +151,7 @@ function showPerformance() {
   const perFrame = spent.frames ? (spent.script + connection.takeDecoding()) / spent.frames : 0;
   const rate = spent.frames / seconds;
   Object.assign(document.documentElement.dataset, {framesPerS: rate.toFixed(1), scriptMs: perFrame.toFixed(2)});
-  element('performance').textContent = `${rate.toFixed(0)} frames/s, ${perFrame.toFixed(1)} ms of script each`;
+  element('performance').textContent = spent.frames ? `${rate.toFixed(0)} frames/s, ${perFrame.toFixed(1)} ms of script each` : '';
   Object.assign(spent, {frames: 0, script: 0, since: performance.now()});
 }
 
@@ -167,12 +167,14 @@ const connection = new Connection({
   frame: frame => {
     showRates(frame.rates ?? {});
     if (frame.course) course.show(frame.course as CourseStatus);
+    contoursWait.hidden = !frame.vision_late;
     waiting.push(frame);
     if (waiting.length > kMostWaiting) waiting.shift();
   },
   answer: answer => {
     if (answer.client && answer.client !== touch.client) return;
-    controls.answer(answer);
+    // An accepted step shows itself in the set-up's own lines.
+    if (answer.answer !== 'course') controls.answer(answer);
     log?.answer(answer);
     touch.answer(answer);
     course.answer(answer);

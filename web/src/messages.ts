@@ -38,6 +38,7 @@ export interface Frame {
   history?: 'only' | 'none';  // whether plots and trails get the messages; live they do
   begins?: boolean;  // plots and trails begin anew
   course?: unknown;  // the state of the set-up
+  vision_late?: boolean;  // vision is behind the images, and not asked for contours
 }
 
 /** A run of a log: itself, another log, or what a replay computes from it. */

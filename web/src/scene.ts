@@ -13,6 +13,7 @@ const kDirections: Record<PointOfView, [number, number, number]> = {
   perspective: [0.75, -1, 0.7], front: [1, 0, 0.001], side: [0, -1, 0.001], top: [0.001, 0, 1],
 };
 const kTrailPoints = 250;  // ten seconds
+const kLow = 300;  // pixels: a view that is lower shows the arm without the cameras
 
 /** Whether the browser has no GPU to draw with; then it draws without antialiasing. */
 function rendersInSoftware(): boolean {
@@ -52,7 +53,9 @@ export class Scene {
   private contents = new THREE.Group();
   private centre = new THREE.Vector3();
   private dirty = true;
-  private shown = [new THREE.Vector3()];  // corners of what a point of view shows
+  private view: PointOfView = 'perspective';
+  private turned = false;  // by the user, since a point of view was chosen
+  private framed = false;  // after the first measured posture
   private readonly software = rendersInSoftware();
 
   constructor(readonly canvas: HTMLCanvasElement) {
@@ -60,6 +63,7 @@ export class Scene {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => { this.dirty = true; });
+    this.controls.addEventListener('start', () => { this.turned = true; });
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777777, 2.2), this.contents, this.obstacles, this.cameras, this.overlay, this.clearanceLine.root);
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);
     sun.position.set(1, -1.5, 3);
@@ -82,15 +86,14 @@ export class Scene {
     this.cameras.clear();
     for (const camera of setup.cameras) this.cameras.add(frustum(camera, 0.3 * this.reach));
     const bounds = this.measured.bounds();
-    const arm = bounds.clone().expandByPoint(this.measured.handPosition());
-    this.shown = [...corners(arm), ...(setup.cameras.length ? corners(new THREE.Box3().setFromObject(this.cameras)) : [])];
-    arm.getCenter(this.centre);
+    bounds.clone().expandByPoint(this.measured.handPosition()).getCenter(this.centre);
     this.joints = setup.joints.map(({name}) => name);
     this.linkRadius = setup.link_radius_m;
     this.limits = this.measured.addLimits(setup);
     this.limits.show(this.showsLimits);
     this.addGrid(bounds.min.z - 0.02 * this.reach);
-    this.look('perspective');
+    this.framed = false;
+    if (!this.turned) this.look(this.view);
   }
 
   private addGrid(height: number) {
@@ -103,19 +106,30 @@ export class Scene {
     this.contents.add(this.grid);
   }
 
+  /** Corners of what a point of view shows. */
+  private shown(): THREE.Vector3[] {
+    const arm = this.measured?.bounds().expandByPoint(this.measured.handPosition()) ?? new THREE.Box3(new THREE.Vector3(), new THREE.Vector3());
+    const cameras = this.cameras.children.length > 0 && this.canvas.clientHeight >= kLow;
+    return [...corners(arm), ...(cameras ? corners(new THREE.Box3().setFromObject(this.cameras)) : [])];
+  }
+
   look(from: PointOfView) {
+    this.view = from;
+    this.turned = false;
+    const shown = this.shown();
     const direction = new THREE.Vector3(...kDirections[from]).normalize();
     const right = this.camera.up.clone().cross(direction).normalize(), up = direction.clone().cross(right);
     // The middle of what is to be seen, and the distance from which it fits.
     const centre = new THREE.Vector3();
     const half = [right, up, direction].map(axis => {
-      const along = this.shown.map(point => point.dot(axis));
+      const along = shown.map(point => point.dot(axis));
       const low = Math.min(...along), high = Math.max(...along);
       centre.addScaledVector(axis, (low + high) / 2);
       return (high - low) / 2;
     });
     const slope = Math.tan(THREE.MathUtils.degToRad(0.5 * this.camera.fov));
-    const distance = 0.88 * (0.5 * half[2] + Math.max(half[1], half[0] / this.camera.aspect) / slope);  // its corners are mostly empty
+    const tightness = shown.length > 8 ? 0.95 : 0.75;  // the corners of the arm alone are mostly empty
+    const distance = tightness * (0.5 * half[2] + Math.max(half[1], half[0] / this.camera.aspect) / slope);
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(direction, distance);
     this.camera.near = 0.02 * this.reach;
@@ -135,6 +149,8 @@ export class Scene {
     if (!this.measured) return undefined;
     this.measured.set(positions);
     this.limits?.set(positions);
+    if (!this.framed && !this.turned) this.look(this.view);
+    this.framed = true;
     const hand = this.measured.handPosition();
     if (trailed) this.trail?.add(hand);
     this.dirty = true;
@@ -169,6 +185,7 @@ export class Scene {
     if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
     this.camera.position.fromArray(numbers);
     this.controls.target.fromArray(numbers, 3);
+    this.turned = true;
     this.controls.update();
     this.dirty = true;
   }
@@ -278,6 +295,7 @@ export class Scene {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (!this.turned && this.measured) this.look(this.view);
     this.dirty = true;
   }
 
@@ -288,6 +306,7 @@ export class Scene {
     const turn = turns[event.key], zoom = zooms[event.key];
     if (!turn && !zoom) return;
     event.preventDefault();
+    this.turned = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const turnable = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));  // its y is up
     turnable.theta += turn?.[0] ?? 0;

@@ -9,6 +9,7 @@
 #include "kinematics/default_limits.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
+#include "runtime/stop_request.hpp"
 
 namespace multireach::drivers {
 namespace {
@@ -18,6 +19,7 @@ constexpr double kLimitTolerance = 1e-6;  // rad or m
 constexpr int64_t kMaxAge = 1000000;      // us, from images whose time is the wall clock's to their commands
 constexpr int64_t kGone = 1000000;        // us: a bridge or robot that was not heard for so long
 constexpr size_t kMostHeard = 16;
+constexpr double kStandstill = 0.01;  // of the speed limit, as in RobotMonitor
 
 bool is_valid(const std::optional<JointVector>& values) {
   return values && values->allFinite() && values->cwiseAbs().maxCoeff() < kImpossible;
@@ -86,13 +88,16 @@ const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& 
   if (chain_.limit_excess(position) > kLimitTolerance) return "refused a command beyond the joints' limits";
   if (driver_->status().phase != DriverStatus::Phase::kReady || !reading_)
     return "refused commands while the robot is not ready";
-  if (follower_.stopping()) return "refused commands while the arm decelerates";
+  if (follower_.stopping() || ending_) return "refused commands while the arm decelerates";
   if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
   // Also false where a reading is not a number.
   const bool near = ((position - reading_->position).array().abs() <= options_.max_start_distance).all();
   if (!follower_.following() && !near) return "refused commands that begin far from the arm";
+  const bool at_standstill = !follower_.following() || position == commanded_;
+  if (pace_.is_ahead(command.utime, utime_, at_standstill))
+    return "refused commands that come faster than real time (was the bridge started with --speed?)";
   return nullptr;
 }
 
@@ -109,6 +114,7 @@ void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
   }
   commands_.obey(*command, utime_);
   const auto& state = follower_.command(position, velocity, command->utime, reading_->position, utime_);
+  commanded_ = position;
   commanded_utime_ = command->utime;
   commanded_us_ = utime_;
   pass_on(state, command->utime, out);
@@ -153,6 +159,10 @@ const char* DriverNode::refusal_of(const bridge_request_t& request) const {
 void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto request = decode_and_count<bridge_request_t>(bytes);
   if (!request || (request->request != 0 && request->request == request_)) return;
+  if (request->kind == bridge_request_t::DISABLE && request->run == run()) {  // this program is asked to end
+    ending_ = true;
+    return follower_.stop();
+  }
   if (request->kind != bridge_request_t::ENABLE && request->kind != bridge_request_t::RESET) return;
   for (auto* heard : {&bridges_, &robots_})
     std::erase_if(*heard, [&](const auto& each) { return utime_ - each.second.us > kGone; });
@@ -169,6 +179,17 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
     driver_->reset(now(), wire);
   }
   port_.send(wire, now(), out);
+}
+
+std::optional<OutMessage> DriverNode::shutdown_request() const {
+  return stop_request(run());
+}
+
+/// Once asked to end, when the arm is at standstill, or out of reach.
+bool DriverNode::finished() const {
+  if (!ending_ || follower_.following()) return false;
+  if (!reading_ || driver_->status().phase != DriverStatus::Phase::kReady) return true;
+  return (reading_->velocity.array().abs() <= kStandstill * limits_.velocity.array()).all();
 }
 
 /// Sends on where commands are missing.

@@ -11,6 +11,7 @@
 #include "robot_bridge/drivers/command_follower.hpp"
 #include "robot_bridge/drivers/driver.hpp"
 #include "robot_bridge/drivers/node/wire_port.hpp"
+#include "robot_bridge/drivers/pace_check.hpp"
 #include "runtime/command_filter.hpp"
 #include "runtime/robot_config.hpp"
 
@@ -26,7 +27,8 @@ struct DriverNodeOptions {
 
 /// A robot's driver with its messages: receives JOINT_COMMAND, BRIDGE_REQUEST and BRIDGE_STATE, sends ROBOT_STATE while
 /// the robot obeys commands. It passes the commands of one bridge on, and adds what
-/// CommandFollower does where commands are missing or begin elsewhere: extrapolation, deceleration, transition.
+/// CommandFollower does where commands are missing or begin elsewhere: extrapolation, deceleration, transition. When it
+/// ends, it decelerates the arm before.
 class DriverNode : public Node {
  public:
   /// `wall_clock`: microseconds since 1970.
@@ -41,6 +43,8 @@ class DriverNode : public Node {
   void tick(Outbox& out) override;
   LateTicks late_ticks() const override { return LateTicks::kSkip; }
   void skip_ticks(int64_t ticks) override { utime_ += ticks * kTickUs; }
+  std::optional<OutMessage> shutdown_request() const override;
+  bool finished() const override;
   std::string state() const override;
 
   static constexpr int64_t kTickUs = 1000;
@@ -82,6 +86,9 @@ class DriverNode : public Node {
   int64_t request_ = 0;
   std::map<int64_t, Heard> bridges_, robots_;  // by run; other robots than this one
   CommandFollower follower_;
+  PaceCheck pace_;
+  JointVector commanded_;  // last
+  bool ending_ = false;
   int64_t commanded_us_ = 0, commanded_utime_ = 0;  // of the last command
   std::optional<Reading> reading_;
   int64_t sequence_ = 0, published_us_ = INT64_MIN / 2;

@@ -135,6 +135,47 @@ TEST_F(Following, ALongGapEndsInARampToStandstill) {
   EXPECT_GT(ticks, 20) << "of the time-out";
 }
 
+// The driver itself is stopped: the robot rests at what it got last, so that nothing else may come next.
+TEST_F(Following, AfterAStopOfTheDriverTheMotionBeginsAgainFromRest) {
+  for (const bool command_first : {false, true}) {
+    for (const int64_t stopped_ms : {4, 25, 100, 600}) {
+      SCOPED_TRACE(std::to_string(stopped_ms) + (command_first ? " ms, a command first" : " ms, a tick first"));
+      follower.forget();
+      sent_.reset();
+      positions.clear();
+      int64_t ms = 0;
+      arm[0] = q(0);
+      for (; ms < 1000; ++ms) {
+        give(ms);
+        tick();
+      }
+      const double last = sent_->position[0];
+      now_us += 1000 * stopped_ms;
+      arm[0] = last;
+      fastest = hardest = 0;
+      positions.assign(3, last);
+      if (command_first) {
+        give(ms++);  // those that waited
+        EXPECT_NEAR(sent_->position[0], last, 1e-12);
+        give(ms++);
+        EXPECT_NEAR(sent_->position[0], last, 1e-12);
+      } else {
+        int64_t utime = 0;
+        EXPECT_EQ(follower.missing(now_us, utime), nullptr);
+        EXPECT_FALSE(follower.following());
+      }
+      ms += stopped_ms;
+      for (int k = 0; k < 2000; ++k) {
+        give(ms++);
+        tick();
+      }
+      EXPECT_NEAR(positions.back(), q(static_cast<double>(ms - 1) * 1e-3), 1e-9);
+      EXPECT_LT(fastest, 2 * 1.5);
+      EXPECT_LT(hardest, 20 * 1.5 * 1.02);
+    }
+  }
+}
+
 // After a pause of all processes, the bridge begins again from rest while the arm still moves; then commands and
 // milliseconds come in a random order, as where both clocks tick at the same time. Each missing command once began the
 // transition anew, so the arm kept its speed beside that of the commands: twice the limit.

@@ -1,6 +1,7 @@
 // Each driver against its emulator, in virtual time: long motions, and seeded faults of the connection and the robot.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "tests/robot_bridge/drivers/driver_loop.hpp"
@@ -44,7 +45,7 @@ constexpr double kLargestShare = 1.55;
 /// One seeded fault, for a random time, in the middle of a motion. Returns its name.
 std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts_ms) {
   lasts_ms = static_cast<int64_t>(random.uniform(1, 5, 3000));
-  switch (static_cast<int>(random.uniform(2, 0, 9))) {
+  switch (static_cast<int>(random.uniform(2, 0, 10))) {
     case 0:
       loop.faults.cut = true;
       return "the wire is cut";
@@ -70,6 +71,9 @@ std::string inject(DriverLoop& loop, const CounterRandom& random, int64_t& lasts
     case 7:
       loop.commands_held_until_ms = loop.now_ms() + static_cast<int64_t>(random.uniform(3, 1, 60));
       return "a gap in the commands";
+    case 8:
+      loop.driver_stalled_until_ms = loop.now_ms() + static_cast<int64_t>(std::pow(10.0, random.uniform(3, 0.7, 3.3)));
+      return "the driver is stopped for " + std::to_string(loop.driver_stalled_until_ms - loop.now_ms()) + " ms";
     default:
       loop.emulator().restart();
       return "the robot's controller is restarted";
@@ -111,6 +115,47 @@ TEST_P(Drivers, WithoutCommandsTheArmStandsStillSoonAfterTheTimeOut) {
   loop.run(500);
   EXPECT_LT((loop.emulator().position() - there).cwiseAbs().maxCoeff(), 1e-3);
   EXPECT_LT(loop.fastest_share, 1.1) << "no faster while it stops";
+  EXPECT_LT(loop.commands.fastest, 1.001);
+  EXPECT_LT(loop.commands.hardest, 1.02);
+}
+
+// The driver once sent the end of what it would have commanded meanwhile as one step.
+TEST_P(Drivers, ADriverThatWasStoppedBeginsAgainFromRest) {
+  for (const int64_t ms : {2, 4, 8, 25, 100, 700}) {
+    SCOPED_TRACE(std::to_string(ms) + " ms");
+    DriverLoop loop(robot_or_test_robot(GetParam()));
+    loop.run(15000);
+    ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
+    loop.run(900);  // in motion
+    loop.driver_stalled_until_ms = loop.now_ms() + ms;
+    loop.run(ms + 1500);
+    const double periods = ms <= 3 ? static_cast<double>(ms + 1) : 1;  // a short gap is bridged at its velocity
+    EXPECT_LT(loop.commands.fastest, periods * kLargestShare) << "on the wire";
+    if (ms > 3) {
+      EXPECT_LT(loop.commands.hardest, kLargestShare) << "on the wire";
+    }
+    EXPECT_TRUE(loop.bridge_state.state == bridge_state_t::RUNNING || loop.recover())
+        << "driver: " << loop.driver().state() << "; bridge: " << loop.bridge().state();
+  }
+}
+
+// The user ends the driver in the middle of a motion, and the bridge goes on.
+TEST_P(Drivers, ADriverThatIsEndedDeceleratesTheArmFirst) {
+  DriverLoop loop(robot_or_test_robot(GetParam()));
+  loop.run(15000);
+  ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
+  loop.run(900);
+  EXPECT_FALSE(loop.driver().finished());
+  const auto request = loop.driver().shutdown_request();
+  ASSERT_TRUE(request);
+  loop.inject(request->channel, request->bytes);
+  EXPECT_FALSE(loop.driver().finished()) << "in motion";
+  int64_t ms = 0;
+  for (; !loop.driver().finished() && ms < 2000; ++ms) loop.run(1);
+  EXPECT_LT(ms, 1000);
+  const JointVector there = loop.emulator().position();
+  loop.run(500);
+  EXPECT_LT((loop.emulator().position() - there).cwiseAbs().maxCoeff(), 0.02) << "the robot's own lag";
   EXPECT_LT(loop.commands.fastest, 1.001);
   EXPECT_LT(loop.commands.hardest, 1.02);
 }

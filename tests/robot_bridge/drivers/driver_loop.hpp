@@ -109,6 +109,12 @@ class CommandCheck {
     hardest = std::max(hardest, acceleration.cwiseAbs().cwiseQuotient(limits_.acceleration).maxCoeff());
   }
 
+  /// The robot has got no position for some milliseconds, and rests at the last.
+  void rest() {
+    if (samples_.empty()) return;
+    samples_.assign(3, samples_.back());
+  }
+
   double fastest = 0, hardest = 0;
 
  private:
@@ -201,10 +207,15 @@ class DriverLoop {
         route(out);
       }
       Outbox out;
-      driver_->tick(out);
+      if (now_ms_ < driver_stalled_until_ms) {
+        ++driver_missed_;
+      } else {
+        resume_driver(out);
+        driver_->tick(out);
+      }
       emulator_->tick(out);
       route(out);
-      commands.end_millisecond();
+      if (driver_missed_ == 0) commands.end_millisecond();
       const JointVector& q = emulator().position();
       const JointVector speed = (q - previous_) * 1e3;
       fastest_share = std::max(fastest_share, (speed.array().abs() / robot_.chain.velocity().array()).maxCoeff());
@@ -232,6 +243,7 @@ class DriverLoop {
   /// What a person does after a fault, as docs/robots.md says: the robot is restarted at its pendant where it must be,
   /// `multireach-robot reset` until the bridge accepts, and the controller is restarted.
   bool recover() {
+    run(std::max<int64_t>(0, driver_stalled_until_ms - now_ms_));
     faults = WireFaults{};
     command_loss = 0;
     sends_setpoints = bridge_stalls = false;
@@ -266,9 +278,10 @@ class DriverLoop {
   bool sends_setpoints = true, bridge_stalls = false;
   int64_t driver_clock_error_us = 0, robot_clock_error_us = 0;  ///< of the wall clocks of their computers
   CommandCheck commands;                                        ///< of the driver to its robot
-  double command_loss = 0;             ///< share of the bridge's commands that the network loses
-  int64_t commands_held_until_ms = 0;  ///< the network delivers none of the bridge's commands
-  double fastest_share = 0;            ///< largest measured joint speed, as a share of the robot.yaml's limits
+  double command_loss = 0;              ///< share of the bridge's commands that the network loses
+  int64_t commands_held_until_ms = 0;   ///< the network delivers none of the bridge's commands
+  int64_t driver_stalled_until_ms = 0;  ///< its process is stopped; messages to it wait
+  double fastest_share = 0;             ///< largest measured joint speed, as a share of the robot.yaml's limits
   bridge_state_t bridge_state{};
   std::vector<robot_state_t> robot_states;  ///< all
   std::vector<std::pair<int64_t, std::vector<uint8_t>>>
@@ -330,6 +343,14 @@ class DriverLoop {
     }
   }
 
+  /// As the live loop: the time that has passed, then what has waited.
+  void resume_driver(Outbox& out) {
+    if (driver_missed_ == 0) return;
+    driver_->skip_ticks(std::exchange(driver_missed_, 0));
+    commands.rest();
+    for (const OutMessage& message : std::exchange(waiting_, {})) driver_->receive(message.channel, message.bytes, out);
+  }
+
   void pass(const OutMessage& message) {
     if (message.channel == channel::kBridgeState) bridge_state = *decode<bridge_state_t>(message.bytes);
     if (message.channel == channel::kRobotState) {
@@ -343,6 +364,10 @@ class DriverLoop {
     for (Node* node : std::initializer_list<Node*>{&bridge_, driver_.get(), emulator_.get()}) {
       const auto inputs = node->inputs();
       if (std::ranges::find(inputs, message.channel) == inputs.end()) continue;
+      if (node == driver_.get() && (driver_missed_ > 0 || now_ms_ < driver_stalled_until_ms)) {
+        waiting_.push_back(message);
+        continue;
+      }
       Outbox answers;
       node->receive(message.channel, message.bytes, answers);
       route(answers);
@@ -355,6 +380,8 @@ class DriverLoop {
   std::unique_ptr<drivers::EmulatorNode> emulator_;
   std::vector<std::string> lcm_;
   std::deque<std::pair<int64_t, OutMessage>> delayed_;
+  Outbox waiting_;  // for a driver that is stopped
+  int64_t driver_missed_ = 0;
   int64_t now_ms_ = 1;
   int64_t requests_ = 0;
   int64_t setpoint_run_ = 100, setpoint_sequence_ = 0, setpoint_start_ms_ = 0;

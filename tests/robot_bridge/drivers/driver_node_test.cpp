@@ -110,6 +110,52 @@ TEST_F(TemplateDriverTest, MeasuresAndCommands) {
   EXPECT_EQ(node->state(), "ready, following");
 }
 
+// A bridge that was started with --speed 2, or --speed 1.05, keeps the limits in its own time only.
+TEST_F(TemplateDriverTest, RefusesCommandsThatComeFasterThanRealTime) {
+  for (const double speed : {0.5, 1.0, 1.001, 1.05, 2.0}) {
+    SCOPED_TRACE(speed);
+    run(1000);  // the last motion is over
+    const int64_t refused = node->counters().refused, begin_ms = echo.now_ms;
+    sequence += 1000;
+    double sent = 0;
+    const JointVector from = JointVector::Map(echo.q.data(), 4);
+    int64_t refused_after_ms = -1;
+    for (int64_t ms = 0; ms < 2000; ++ms) {
+      for (; sent < speed * static_cast<double>(ms); ++sent) {
+        auto message = command(from + 2e-5 * sent * JointVector::Unit(4, 3), 0.02 * JointVector::Unit(4, 3));
+        message.utime = begin_ms * 1000 + static_cast<int64_t>(sent) * 1000;
+        send(message);
+      }
+      run(1);
+      if (node->counters().refused == refused || refused_after_ms >= 0) continue;
+      refused_after_ms = ms;
+      EXPECT_NE(node->state().find("faster than real time"), std::string::npos) << node->state();
+    }
+    if (speed <= 1.001) {
+      EXPECT_EQ(node->counters().refused, refused) << node->state();
+      continue;
+    }
+    EXPECT_GT(refused_after_ms, 0);
+    EXPECT_LT(static_cast<double>(refused_after_ms) * (speed - 1.002), 25) << "20 ms ahead";
+  }
+}
+
+TEST_F(TemplateDriverTest, ADelayOfTheNetworkIsNotFasterThanRealTime) {
+  run(20);
+  JointVector q = start;
+  std::vector<joint_command_t> held;
+  for (int k = 0; k < 400; ++k) {
+    q[3] += 1e-4;
+    held.push_back(command(q, 0.1 * JointVector::Unit(4, 3)));
+    const int delay = (k / 100) * 5;  // 0, 5, 10 and 15 ms, then all at once
+    if (delay == 0 || k % delay == 0) {
+      for (const auto& message : std::exchange(held, {})) send(message);
+    }
+    run(1);
+  }
+  EXPECT_EQ(node->counters().refused, 0) << node->state();
+}
+
 TEST_F(TemplateDriverTest, RefusesByName) {
   const auto refused = [&](const joint_command_t& message, const std::string& why, bool following = false) {
     const auto before = node->counters().refused;
