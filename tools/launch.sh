@@ -319,9 +319,8 @@ await() {
   local sentence=$2
   patience=$1 awaited=$(IFS=,; echo "${*:3}")
   start wait
-  until ended wait; do
+  until [ $interrupted = yes ] || ended wait; do  # Ctrl-C ends the processes, too
     keep "${supervised[@]}" || { stop wait; give_up_at_start; }
-    [ $interrupted = no ] || exit 130
     pause
   done
   [ $interrupted = no ] || exit 130

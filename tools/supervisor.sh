@@ -43,8 +43,10 @@ stop() {
   for name in "$@"; do
     [ -n "${pids[$name]:-}" ] || continue
     for _ in $(seq 125); do kill -0 "${pids[$name]}" 2>/dev/null || break; sleep 0.02; done
+    # Without `wait`: after Ctrl-C, when this script and many processes get a signal at once, bash 5.2 may wait for one that is gone.
+    disown "${pids[$name]}" 2>/dev/null
     kill -KILL "${pids[$name]}" 2>/dev/null
-    wait "${pids[$name]}" 2>/dev/null
+    while kill -0 "${pids[$name]}" 2>/dev/null; do sleep 0.02; done
     unset "pids[$name]"
   done
 }

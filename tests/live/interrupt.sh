@@ -21,4 +21,17 @@ for signal in INT TERM KILL; do
   [ "$(left_over)" -eq 0 ] || failed "after $signal still running: $(pgrep -af "$work/")"
   wait $script 2>/dev/null
 done
+
+# In a terminal, Ctrl-C goes to the processes of the run, too, which then end at the same time. Also while they start.
+for seconds in 0.3 0.6 1 1.5 2 2.5 3 4; do
+  env --default-signal=INT setsid "$work/tree/tools/launch.sh" --no-setup 2>"$work/launch.err" >/dev/null & script=$!
+  sleep "$seconds"
+  kill -INT -- "-$script"
+  for _ in $(seq 80); do kill -0 $script 2>/dev/null || break; sleep 0.1; done
+  if kill -0 $script 2>/dev/null; then failed "runs on 8 s after Ctrl-C, $seconds s after the start: $(cat "$work/launch.err")"; kill -KILL -- "-$script"; fi
+  wait $script
+  code=$?
+  [ $code -eq 130 ] || failed "exit code $code after Ctrl-C, $seconds s after the start: $(cat "$work/launch.err")"
+  grep -q 'started again' "$work/launch.err" && failed "after Ctrl-C, $seconds s after the start: $(cat "$work/launch.err")"
+done
 finish

@@ -54,6 +54,16 @@ straight --threads 1 --json "$work/straight1.json" >"$work/straight.txt" || fail
 straight --threads 3 --json "$work/straight3.json" >/dev/null
 cmp "$work/straight1.json" "$work/straight3.json" || fail "straightness: one thread and three give other numbers"
 [ "$(grep -c '^| all | ' "$work/straight.txt")" -eq 4 ] || fail "the table of straightness has not four ways"
+# Moving targets and throws: a table, and the same numbers again.
+panda=(--urdf "$root/robots/panda/panda.urdf" --base panda_link0 --tip panda_hand)
+for run in 1 2; do
+  "$bin/multireach-study" tracking "${panda[@]}" --samples 1 --seed 7 >"$work/tracking$run.txt" || fail "tracking"
+  "$bin/multireach-study" throws "${panda[@]}" --samples 3 --seed 9 >"$work/throws$run.txt" || fail "throws"
+done
+for motion in tracking throws; do
+  cmp "$work/${motion}1.txt" "$work/${motion}2.txt" || fail "$motion: two runs give other numbers"
+  grep -q '^| .*[0-9]' "$work/${motion}1.txt" || fail "the table of $motion has no row: $(cat "$work/${motion}1.txt")"
+done
 refuses "--urdf is missing" "$bin/multireach-study" straightness --base a --tip b
 
 refuses "outside 0 to 1e12" "$bin/multireach-study" "${arm[@]}" --gamma=100,-5

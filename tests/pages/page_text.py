@@ -13,6 +13,7 @@ sys.path += [str(ROOT / "tools"), str(ROOT / "tests/python")]  # the modules tha
 from doc_site import project_files  # noqa: E402
 
 NAMESPACE = "{http://commonmark.org/xml/1.0}"
+SCRIPTS = {"multireach-launch": "tools/launch.sh", "multireach-doctor": "tools/doctor.sh", "multireach-spy": "tools/spy.sh"}  # installed, and here
 GENERATED = re.compile(r"docs/(programs/.*|messages|configuration)\.md")
 
 
@@ -101,3 +102,8 @@ def commands_of(code):
             found.append(Command(code.page, number, " ".join((begun + line).split())))
             begun = ""
     return found
+
+
+def all_commands():
+    return [command for page in page_names() if not GENERATED.fullmatch(page) for code in code_of(page) if code.language in ("", "sh")
+            for command in commands_of(code)]

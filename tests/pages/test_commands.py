@@ -1,100 +1,24 @@
-"""Every command of the pages is run, or has its options checked against --help, or is named here with the reason why neither can be done.
+"""Every command of the pages has the options, subcommands and files that its program has; tests/pages/test_scenes.py runs them.
 
 A block of code without a language, or in `sh`, holds commands: what is not one has a language (`text`: output).
 """
-import os
 import re
-import shlex
-import shutil
 import subprocess
 from functools import lru_cache
 
 import pytest
 
 import program_pages
-from namespace import run_isolated
-from page_text import GENERATED, ROOT, code_of, commands_of, page_names
+from page_text import GENERATED, ROOT, SCRIPTS, all_commands, code_of, commands_of, page_names
 
-# Run as they stand, in this order, in a folder that `inputs` fills.
-RUN = [
-    "tools/multireach log info run.lcm",
-    "tools/multireach log latency run.lcm",
-    "tools/multireach log export mcap run.lcm -o run.mcap",
-    "multireach-log info run.lcm",
-    "multireach-log check run.lcm",
-    "multireach-log cut run.lcm -o part.lcm --from 4 --until 5",
-    "multireach-log filter run.lcm -o joints.lcm --channel 'JOINT_*' ROBOT_STATE",
-    "multireach-log merge part.lcm joints.lcm -o merged.lcm",
-    "multireach-log export csv run.lcm -o tables",
-    "multireach-log export mcap run.lcm -o run.mcap",
-    "multireach-log images part.lcm -o images",
-    "tools/multireach log export csv run.lcm -o tables",
-    "multireach-log import MH_01_easy -o session.lcm",
-    "multireach-log import pictures -o session.lcm",
-    "multireach-log export pairs session.lcm -o pictures",
-    "multireach-log export euroc session.lcm -o recording",
-    "multireach-log export bag session.lcm -o session.bag",
-    "multireach-log check logs/damaged.lcm",
-    "tools/multireach replay verify run.lcm",
-    "multireach-replay verify logs/load.lcm",
-    "tools/multireach replay run logs/reach.lcm -o out.lcm",
-    "tools/multireach log report out.lcm --robot robots/hoap2",
-    "multireach-replay bisect old.lcm new.lcm",
-    "multireach-replay run session.lcm --vision vision.yaml -o out.lcm",
-    "multireach-replay sweep session.lcm --set controller.gamma_rad2_m2=100,350 --set tracker.max_process_noise_m2_s3=5,10 -o table.csv",
-    "tools/multireach vision --config robots/hoap2/vision.yaml --pair left.png right.png",
-    "multireach-vision --config vision.yaml --pair left.png right.png",
-    "tools/multireach trace --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand --law guarded --start=0.2,-0.3,-0.2,-0.9 "
-    "--target=0.1,-0.12,0.1 --gamma 350 --steps 300",
-    "tools/multireach key new my.key && tools/launch.sh --key my.key",
-    "build/release/bin/multireach-figures fig13 --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand -o curves.csv --measures -",
-    "multireach-replay run logs/reach.lcm -o out.lcm",
-    "tools/multireach log report run.lcm --robot robots/hoap2",
-    "tools/multireach replay sweep logs/reach.lcm --set controller.gamma_rad2_m2=100,180,350 -o table.csv",
-    "tools/multireach study --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand --samples 20000 --csv -",
-    "multireach-study --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand --law guarded --gamma 100,350 --samples "
-    "20000 --json study.json",
-    "build/release/bin/multireach-figures protocol-reaches --urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand -o "
-    "curves.csv --measures -",
-]
-# Exit codes other than 0, and a part that is left out.
-EXPECTED = {"multireach-log check run.lcm": 1, "multireach-log check logs/damaged.lcm": 1}
-ONLY_THE_FIRST = {"tools/multireach key new my.key && tools/launch.sh --key my.key"}
-
-# Commands of others: why they are not run here.
-OTHERS = {
-    "apt": "installs on this computer; tests/full/debian_package.sh does it in a clean system",
-    "podman": "no container engine here; tests/full/debian_package.sh runs the steps of the Containerfile",
-    "cmake": "tests/package/run.sh installs into a folder of its own",
-    "g++": "tests/package/run.sh compiles with the same flags",
-    "ctest": "runs these tests",
-    "ninja": "builds",
-    "lcm-gen": "the build runs it",
-    "lcm-logger": "runs until it is ended; every test that records runs it",
-    "lcm-logplayer": "plays for as long as the recording; tests/live/sessions.sh runs it",
-    "ssh": "needs a second computer; what it runs there is checked",
-    "parallel": "needs many processors; tests/full/many_machines.sh runs it",
-    "scontrol": "Slurm; tests/full/many_machines.sh runs it",
-    "[": "of a script for Slurm",
-    "systemctl": "needs a computer that systemd has started; tests/live/systemd_units.sh checks the units",
-    "journalctl": "as systemctl",
-    "export": "the shell's",
-    "kill": "the shell's",
-    "cp": "tests/live/new_arm.sh does these steps",
-    "rm": "tests/live/new_arm.sh does these steps",
-    "mkdir": "the shell's", "cd": "the shell's", "git": "no network here",
-}
+# Programs of others, which have no --help of the project.
+OTHERS = {"apt", "podman", "cmake", "g++", "ctest", "ninja", "lcm-gen", "lcm-logger", "lcm-logplayer", "ssh", "parallel", "scontrol", "[", "systemctl",
+          "journalctl", "export", "kill", "cp", "rm", "mkdir", "cd", "git"}
 # Files with these folders at their start exist; names in capitals stand for the reader's own.
 FOLDERS = ("robots/", "logs/", "examples/", "docs/", "lcmtypes/", "tests/", "bench/", "studies/")
 
 
-def all_commands():
-    return [command for page in page_names() if not GENERATED.fullmatch(page) for code in code_of(page) if code.language in ("", "sh")
-            for command in commands_of(code)]
-
-
 COMMANDS = all_commands()
-SCRIPTS = {"multireach-launch": "tools/launch.sh", "multireach-doctor": "tools/doctor.sh", "multireach-spy": "tools/spy.sh"}
 
 
 def own_program(words, bin_folder):
@@ -233,43 +157,3 @@ def test_commands_in_sentences_fit_their_programs(bin_folder):
 def test_a_wrong_command_is_found(bin_folder, command, fault):
     assert fault in list(faults_of(command.split(), bin_folder))
 
-
-@pytest.fixture
-def inputs(bin_folder, tmp_path):
-    """A folder with what the commands of RUN read."""
-    for name in ("robots", "logs", "examples"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "tools").mkdir()
-    for name in ("multireach", "location.sh", "setup.sh"):  # copies: they run the programs of this folder's build/
-        shutil.copy(ROOT / "tools" / name, tmp_path / "tools")
-    (tmp_path / "build/release").mkdir(parents=True)
-    (tmp_path / "build/release/bin").symlink_to(bin_folder)
-    shutil.copy(ROOT / "logs/load.lcm", tmp_path / "run.lcm")
-    shutil.copy(ROOT / "robots/hoap2/vision.yaml", tmp_path)
-
-    def call(*words):
-        subprocess.run([bin_folder / words[0], *words[1:]], cwd=tmp_path, check=True, capture_output=True)
-
-    call("multireach-log", "cut", "logs/reach.lcm", "-o", "second.lcm", "--until", "1")
-    call("multireach-log", "images", "second.lcm", "-o", "pictures", "--channel", "STEREO_IMAGES")
-    call("multireach-log", "export", "euroc", "second.lcm", "-o", "MH_01_easy")
-    pairs = sorted(path.name for path in (tmp_path / "pictures").glob("*_left.png"))
-    (tmp_path / "pictures/pairs.csv").write_text("time_s,left,right\n" + "".join(
-        f"{1000 + k / 30:.6f},{name},{name.replace('left', 'right')}\n" for k, name in enumerate(pairs)))
-    for side in ("left", "right"):
-        shutil.copy(tmp_path / f"pictures/000000_{side}.png", tmp_path / f"{side}.png")
-    for name in ("old.lcm", "new.lcm"):
-        call("multireach-replay", "run", "second.lcm", "--robot", "robots/hoap2", "-o", name)
-    return tmp_path
-
-
-def test_commands_run_as_written(bin_folder, inputs):
-    texts = {command.text for command in COMMANDS}
-    assert not set(RUN) - texts, "no page has these commands: RUN in tests/pages/test_commands.py is not current"
-    lines = []
-    for command in RUN:
-        text = command.split(" && ")[0] if command in ONLY_THE_FIRST else command
-        lines.append(f"{{ {text}; }} </dev/null >said 2>&1; [ $? -eq {EXPECTED.get(command, 0)} ] || {{ echo FAILED: {shlex.quote(text)}; cat said; }}")
-    path = f"{bin_folder}{os.pathsep}{os.environ['PATH']}"
-    done = run_isolated(f'cd "$1"; PATH="$2"; export PATH\n' + "\n".join(lines), inputs, path, timeout=500)
-    assert done.returncode == 0 and "FAILED" not in done.stdout, done.stdout + done.stderr
