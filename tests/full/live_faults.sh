@@ -81,7 +81,10 @@ recovers() {
     said=$(status)
     case "$said" in
       *running*) return 0 ;;
-      *"fault: "?*) resets=$((resets + 1)); "$bin/multireach-robot" reset >/dev/null 2>&1 ;;
+      *"fault: "?*)  # a UR that was switched off waits for `enable`
+        resets=$((resets + 1))
+        "$bin/multireach-robot" enable >/dev/null 2>&1
+        "$bin/multireach-robot" reset >/dev/null 2>&1 ;;
       *fault*) return 1 ;;
     esac
     sleep 0.2

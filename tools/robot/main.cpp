@@ -30,9 +30,13 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
   bus.subscribe(channel::kBridgeState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
     if (const auto state = decode<bridge_state_t>(bytes)) asker.receive(*state);
   });
-  bus.subscribe(channel::kRobotState, "robot",
-                [&](std::string_view, std::span<const uint8_t>) { asker.receive_robot_state(); });
-  HandStatus hand(monotonic_us());
+  bool robot_heard = false;
+  bus.subscribe(channel::kRobotState, "robot", [&](std::string_view, std::span<const uint8_t>) {
+    asker.receive_robot_state();
+    robot_heard = true;
+  });
+  const int64_t begun_us = monotonic_us();
+  HandStatus hand(begun_us);
   if (kind == bridge_request_t::STATUS) {
     bus.subscribe(channel::kControllerState, "robot", [&](std::string_view, std::span<const uint8_t> bytes) {
       if (const auto state = decode<controller_state_t>(bytes)) hand.receive(*state);
@@ -56,9 +60,11 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
   if (!answer->problem.empty()) std::cerr << "multireach-robot: " << answer->problem << "\n";
   if (kind == bridge_request_t::STATUS && !answer->state.empty()) {
     std::optional<std::string> line;
-    while (!(line = hand.line(monotonic_us())) && !interrupted())
+    const auto robot_known = [&] { return robot_heard || monotonic_us() - begun_us > BridgeAsker::kRobotTime; };
+    while ((!(line = hand.line(monotonic_us())) || !robot_known()) && !interrupted())
       bus.handle_messages(BridgeAsker::kTickUs, [] { return interrupted(); });
     if (line) std::cout << *line << "\n";
+    if (!robot_heard && !interrupted()) std::cerr << "multireach-robot: no ROBOT_STATE arrives: the robot is silent\n";
   }
   return answer->accepted ? 0 : 1;
 }
