@@ -92,9 +92,13 @@ std::vector<uint8_t> encode_png(const cv::Mat& image) {
   cv::Mat pixels = image;
   if (!grey) cv::cvtColor(image, pixels, cv::COLOR_BGR2RGB);
   if (!pixels.isContinuous()) pixels = pixels.clone();
+  lodepng::State state;
+  state.info_raw.colortype = state.info_png.color.colortype = grey ? LCT_GREY : LCT_RGB;
+  // Noise does not repeat: a longer window takes twice the time, and makes the files of a camera 7 % smaller.
+  state.encoder.zlibsettings.windowsize = 64;
   std::vector<uint8_t> png;
-  const unsigned fault = lodepng::encode(png, pixels.data, static_cast<unsigned>(pixels.cols),
-                                         static_cast<unsigned>(pixels.rows), grey ? LCT_GREY : LCT_RGB, 8);
+  const unsigned fault =
+      lodepng::encode(png, pixels.data, static_cast<unsigned>(pixels.cols), static_cast<unsigned>(pixels.rows), state);
   if (fault != 0) throw InputError(std::string("a PNG cannot be made: ") + lodepng_error_text(fault));
   return png;
 }

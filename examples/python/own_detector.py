@@ -72,6 +72,9 @@ def on_truth(channel, message):
 
 bus.subscribe("TARGET_TRUTH", on_truth)  # sent before its images, where they are rendered
 bus.subscribe("STEREO_IMAGES", on_images)
-while not arguments.pairs or pairs < arguments.pairs:
-    bus.handle(timeout_s=1)
+try:
+    while not arguments.pairs or pairs < arguments.pairs:
+        bus.handle(timeout_s=1)
+except KeyboardInterrupt:  # Ctrl-C
+    pass
 print(f"{seen} of {pairs} pairs" + (f", median error {statistics.median(errors):.2f} mm" if errors else ""))

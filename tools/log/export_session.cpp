@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <multireach/images_t.hpp>
 
 #include "imaging/image_codec.hpp"
@@ -218,13 +219,16 @@ int64_t export_euroc(const std::string& log, const std::string& folder, std::vec
     make_folder(cameras[side] + "/data");
     tables[side] = "#timestamp [ns],filename\n";
   }
-  ImageCodec codec;
+  std::array<ImageCodec, 2> codecs;
   const int64_t pairs = for_each_pair(log, warnings, [&](int64_t, const std::array<const image_t*, 2>& images) {
-    for (size_t side = 0; side < 2; ++side) {
+    const auto write = [&](size_t side) {
       const int64_t ns = images[side]->utime * 1000;
-      write_file(fmt::format("{}/data/{}.png", cameras[side], ns), png_of(codec, *images[side], log));
+      write_file(fmt::format("{}/data/{}.png", cameras[side], ns), png_of(codecs[side], *images[side], log));
       tables[side] += fmt::format("{},{}.png\n", ns, ns);
-    }
+    };
+    auto right = std::async(std::launch::async, write, 1);  // PNG takes long
+    write(0);
+    right.get();
   });
   for (size_t side = 0; side < 2; ++side) write_text_file(cameras[side] + "/data.csv", tables[side]);
   return pairs;
