@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 namespace multireach::robot_bridge {
@@ -165,8 +166,8 @@ bool QuinticSegment::keeps_jerk_and_acceleration(const MotionLimits& limits, int
 
 /// Whether position and velocity, also of a stop, are so far from their limits that no time must be sampled. The
 /// segment lies between the smallest and the largest of its Bernstein coefficients. A stop, see StopProfile::at, takes
-/// at most `longest`: with 1.5 v / T <= A its acceleration keeps A, for any at its start. It moves by at most
-/// T v / 2 + T^2 a / 12, and its velocity grows by at most 4/27 T a.
+/// at most `longest`: where it takes 3 / sqrt(2) v / A its acceleration keeps A, for any at its start. It moves by at
+/// most T v / 2 + T^2 a / 12, and its velocity grows by at most 4/27 T a.
 bool QuinticSegment::is_far_from_limits(const MotionLimits& limits, int joint, int samples) const {
   const auto c = coefficients_.row(joint);
   const double T = duration_s_, A = limits.acceleration[joint], J = limits.jerk[joint], step = T / samples;
@@ -174,7 +175,7 @@ bool QuinticSegment::is_far_from_limits(const MotionLimits& limits, int joint, i
   const std::array velocity = bernstein<4>({c[1], 2 * c[2], 3 * c[3], 4 * c[4], 5 * c[5]});
   const std::array acceleration = bernstein<3>({2 * c[2], 6 * c[3], 12 * c[4], 20 * c[5]});
   const double v = largest(velocity) / T, a = largest(acceleration) / (T * T);
-  const double longest = 1.000001 * std::max(shortest_stop(v, a, J), 1.1 * 1.5 * v / A);
+  const double longest = 1.000001 * std::max(shortest_stop(v, a, J), 1.1 * 3 / std::numbers::sqrt2 * v / A);
   const double way = longest * (v / 2 + longest * a / 12);
   return v + 4.0 / 27 * longest * a < limits.velocity[joint] - J * step * step / 8 &&
          *std::ranges::min_element(position) - way > limits.lower[joint] &&

@@ -45,6 +45,7 @@ usage() {
   --practice        the same with rendered cameras and the simulated robot, in a network namespace and a folder of their own
   --host ADDRESS    where the page is served (default: 127.0.0.1); 0.0.0.0 lets other computers in
   --port N          the page's port (default: one that is free)
+  --reserve N       keep processor N for the bridge: it runs there, and nothing else of this run does (docs/safety.md#measured)
   --no-setup        do not install or build anything (an installed multireach never does)
   --help            print this help and end
 Exit code: 0 if every reachable position was reached and no limit exceeded, 1 if not or if a process failed, 2 for wrong usage.
@@ -56,13 +57,13 @@ session="" driver="" robot_kind=simulated
 camera="" robot="$root/robots/hoap2" vision="" speed=1 seconds="" record="" json="" role=all group=""
 key=${MULTIREACH_KEY:-} key_policy=${MULTIREACH_KEY_POLICY:-}
 course="" practice=no
-isolated=no setup=yes view=auto drake=no host=127.0.0.1 port=0
+isolated=no setup=yes view=auto drake=no host=127.0.0.1 port=0 reserve=""
 
 read_options() {
   local option
   while [ $# -gt 0 ]; do
     case "$1" in
-      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--key|--key-policy|--course|--host|--port)
+      --session|--camera|--robot|--driver|--vision|--speed|--seconds|--record|--json|--role|--group|--key|--key-policy|--course|--host|--port|--reserve)
         [ $# -ge 2 ] || fail "$1 needs a value; see --help"
         option=${1#--}
         printf -v "${option//-/_}" '%s' "$2"; shift 2 ;;
@@ -86,6 +87,7 @@ check_options() {
   [[ -z $seconds || $seconds =~ $number ]] || fail "--seconds: '$seconds' is not a positive number"
   [[ "$role" =~ ^(all|eyes|robot)$ ]] || fail "--role: '$role' is not one of all, eyes, robot"
   [[ -z $group || $group =~ ^(0|[1-9][0-9]{0,2})$ && $group -le 255 ]] || fail "--group: '$group' is not a number from 0 to 255"
+  check_reserve
   [ $isolated = no ] || [ "$role" = all ] || fail "--role $role needs the network that --isolated takes away"
   [ "$(basename "$robot")" != robot.yaml ] || robot=$(dirname "$robot")
   [ -r "$robot/robot.yaml" ] || [ ! -r "$root/$robot/robot.yaml" ] || robot=$root/$robot
@@ -113,6 +115,17 @@ check_options() {
   [ -z "$record" ] || ! [ "$record" -ef "$session" ] || fail "--record: '$record' is the session itself"
   choose_groups
   check_key
+}
+
+# --reserve N: sets `shared`, the list of the other processors.
+check_reserve() {
+  [ -n "$reserve" ] || return 0
+  local list range all
+  list=$(taskset -cp $$ | sed 's/.*: //')
+  all=$(for range in ${list//,/ }; do seq "${range%-*}" "${range#*-}"; done)
+  grep -qxF -- "$reserve" <<<"$all" || fail "--reserve: '$reserve' is not a processor that this may use: $list"
+  shared=$(grep -vxF -- "$reserve" <<<"$all" | paste -sd,)
+  [ -n "$shared" ] || fail "--reserve: processor $reserve is the only one"
 }
 
 on_desktop() { [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] && [ -t 1 ] && [ -t 2 ] && command -v xdg-open >/dev/null; }
@@ -274,6 +287,7 @@ command_of() {
         command=(lcm-logplayer --lcm-url="$images" --speed="$speed" --regexp='STEREO_IMAGES|TARGET_TRUTH' "$session")
       fi ;;
   esac
+  [ -z "$reserve" ] || if [ "$1" = bridge ]; then command=(taskset -c "$reserve" "${command[@]}"); else command=(taskset -c "$shared" "${command[@]}"); fi
 }
 with_buffer() { [[ $1 == *\?* ]] && echo "$1&recv_buf_size=4194304" || echo "$1?recv_buf_size=4194304"; }
 

@@ -10,11 +10,16 @@ namespace multireach {
 class CaptureClock {
  public:
   CaptureClock() : offset_us_(wall_us() - monotonic_us()) {}
+  /// For images of another time, e.g. from a video file, that begin at `start_us` of the monotonic clock: their time
+  /// begins at 0. A real robot's driver refuses to follow what is not of now.
+  static CaptureClock of_recording(int64_t start_us) { return CaptureClock(-start_us); }
 
   int64_t utime_at(int64_t monotonic) const { return monotonic + offset_us_; }
   int64_t now() const { return utime_at(monotonic_us()); }
 
  private:
+  explicit CaptureClock(int64_t offset_us) : offset_us_(offset_us) {}
+
   int64_t offset_us_;
 };
 

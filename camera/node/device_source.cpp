@@ -1,6 +1,9 @@
 #include "camera/node/device_source.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "camera/devices/capture_thread.hpp"
 
@@ -9,6 +12,14 @@ namespace {
 
 constexpr int64_t kMaxWait = 50000;      // us; the node must also handle messages while no images arrive
 constexpr int64_t kFilesBegin = 100000;  // us after the start; both are open by then
+
+/// Whether images come from a video file.
+bool is_recording(const DeviceOptions& options) {
+  std::error_code error;
+  const std::array names{options.left, options.right, options.side_by_side};
+  return std::ranges::any_of(names,
+                             [&](const std::string& name) { return std::filesystem::is_regular_file(name, error); });
+}
 
 FramePairing pairing_for(const DeviceOptions& options) {
   const int64_t period = 1000000 / options.rate_hz;
@@ -23,6 +34,7 @@ class DeviceSource : public CameraSource {
     using Turn = DeviceOptions::Turn;
     const bool both = !options.side_by_side.empty();
     const int64_t start_us = monotonic_us() + kFilesBegin;
+    if (is_recording(options)) clock_ = CaptureClock::of_recording(start_us);
     const auto add = [&](const std::string& name, Side side, Turn turn) {
       CaptureThread::Camera camera{.name = name, .side = side, .both = both};
       camera.request = {.width = options.width * (both ? 2 : 1),

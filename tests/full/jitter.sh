@@ -2,16 +2,18 @@
 # How late the bridge's ticks begin, in turn with cyclictest (package rt-tests) on the same processor at the same priority, without other work
 # and beside a load. Prints, for each, a table of docs/safety.md: the share of ticks by lateness, and percentiles (interpolated in bins of a factor of
 # 2, for both alike). Needs the right to SCHED_FIFO.
-#   tests/full/jitter.sh BIN [--ticks N] [--segments K] [--load COMMAND]
+#   tests/full/jitter.sh BIN [--ticks N] [--segments K] [--load COMMAND] [--reserve]
 # N ticks of each (default 200000, some 14 minutes in all), in K segments (10); COMMAND: 'stress-ng --cpu 2 --vm 1 --quiet', or none.
+# --reserve: the other nodes and the logger on the other processors, as `launch.sh --reserve` has them.
 arguments=("$@")
-bin=$1 ticks=200000 segments=10 load='stress-ng --cpu 2 --vm 1 --quiet'
+bin=$1 ticks=200000 segments=10 shared=() load='stress-ng --cpu 2 --vm 1 --quiet'
 shift
 while [ $# -gt 0 ]; do
   case "$1" in
     --ticks) ticks=$2 ;;
     --segments) segments=$2 ;;
     --load) load=$2 ;;
+    --reserve) shared=(taskset -c "0-$(($(nproc) - 2))"); shift; continue ;;
     *) echo "jitter.sh: unknown option '$1'" >&2; exit 2 ;;
   esac
   shift 2
@@ -35,11 +37,11 @@ measure() {
     taskset -c "$core" cyclictest --quiet --mlockall --priority=40 --threads=1 --interval=1000 --loops="$per" --histogram=100000 |
       awk '/^[0-9]/ && $2 > 0 { print $1 + 0, $2 }' >>"$1/cyclictest" || failed "cyclictest did not run"
     taskset -c "$core" "$bin/multireach-bridge" --config "$robot" 2>"$work/bridge.err" & pids+=($!)
-    "$bin/multireach-controller" --config "$robot" 2>/dev/null & pids+=($!)
-    "$bin/multireach-robot-sim" --config "$robot" 2>/dev/null & pids+=($!)
-    "$bin/multireach-view" --robot "$robot" --wait-for controller,bridge,robot_sim --seconds 10 2>/dev/null || failed "the nodes did not start"
-    lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0' --force --quiet --channel='NODE_STATUS' "$work/$k.lcm" & logger=$!
-    lcm-logplayer --lcm-url='udpm://239.255.76.67:7667?ttl=0' --regexp='TARGET' "$root/logs/load.lcm" >/dev/null 2>&1
+    "${shared[@]}" "$bin/multireach-controller" --config "$robot" 2>/dev/null & pids+=($!)
+    "${shared[@]}" "$bin/multireach-robot-sim" --config "$robot" 2>/dev/null & pids+=($!)
+    "${shared[@]}" "$bin/multireach-view" --robot "$robot" --wait-for controller,bridge,robot_sim --seconds 10 2>/dev/null || failed "the nodes did not start"
+    "${shared[@]}" lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0' --force --quiet --channel='NODE_STATUS' "$work/$k.lcm" & logger=$!
+    "${shared[@]}" lcm-logplayer --lcm-url='udpm://239.255.76.67:7667?ttl=0' --regexp='TARGET' "$root/logs/load.lcm" >/dev/null 2>&1
     sleep $((per / 1000 > 15 ? per / 1000 - 15 : 1))
     kill -INT $logger; wait $logger 2>/dev/null
     stop

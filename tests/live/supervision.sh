@@ -18,9 +18,19 @@ says '^restarts: controller 1, vision 1$'
 slow_enough
 
 # The bridge, while the arm stays near the set-points: resumes by itself. The simulated robot: a fault, until it is reset.
-launch robot --seconds 15
+# A processor that is kept for the bridge stays so.
+readarray -t processors < <(for range in $(taskset -cp $$ | sed 's/.*: //; s/,/ /g'); do seq "${range%-*}" "${range#*-}"; done)
+reserve=()
+[ ${#processors[@]} -eq 1 ] || reserve=(--reserve "${processors[-1]}")
+launch robot --seconds 15 "${reserve[@]}"
 sleep 2.3; killed multireach-bridge
 sleep 1; await_state 15 running
+for node in vision controller bridge robot-sim; do
+  [ ${#reserve[@]} -gt 0 ] || break
+  list=$(taskset -cp "$(pgrep -P "$launched" -f "multireach-$node" | head -n 1)" | sed 's/.*: //')
+  [ "$list" != "${reserve[1]}" ] || [ $node = bridge ] || failed "$node runs on the bridge's processor"
+  [ "$list" = "${reserve[1]}" ] || [ $node != bridge ] || failed "the bridge runs on processors $list"
+done
 killed multireach-robot-sim
 await_state 4 'fault: the robot was restarted'
 "$bin/multireach-robot" reset >"$work/out" 2>&1 || failed "reset: $(cat "$work/out")"

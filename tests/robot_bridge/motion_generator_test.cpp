@@ -136,6 +136,38 @@ TEST(MotionGenerator, ChecksTheAccelerationWhereTheJerkIsLinear) {
   EXPECT_FALSE(QuinticSegment(start, end, 0.05).keeps(limits, kPeriod));
 }
 
+// What QuinticSegment::keeps says of joints far from their limits without looking at any time follows from these.
+TEST(MotionGenerator, AStopTakesAndMovesNoMoreThanItsBounds) {
+  constexpr uint64_t kSeed = 7;
+  std::cout << "seed " << kSeed << "\n";
+  const CounterRandom random(kSeed);
+  double longest = 0, furthest = 0, fastest = 0;  // shares of the bounds
+  for (uint64_t k = 0; k < 100000; ++k) {
+    const auto draw = [&](uint64_t what) { return random.uniform(8 * k + what); };
+    const double A = std::pow(10.0, 3 * draw(0) - 1), J = A * std::pow(10.0, 4 * draw(1) - 1);
+    const double v = std::pow(10.0, 3 * draw(2) - 2), a = A * (draw(3) < 0.2 ? 1 : 2 * draw(4) - 1);
+    const JointVector one = JointVector::Ones(1);
+    const MotionLimits limits{-1e6 * one, 1e6 * one, 1e6 * one, A * one, J * one};
+    bool feasible = false;
+    const StopProfile stop = stop_profile(limits, 0, 0, v, a, feasible);
+    const double T = stop.duration_s, change = std::abs(a);
+    const double jerk_bound = (4 * change + std::sqrt(16 * change * change + 24 * J * v)) / (2 * J);
+    longest = std::max(longest, T / std::max(jerk_bound, 1.1 * 3 / std::sqrt(2.0) * v / A));
+    for (int i = 1; i <= 100; ++i) {
+      double q = 0, speed = 0, acceleration = 0;
+      stop.at(0.01 * i * T, q, speed, acceleration);
+      furthest = std::max(furthest, std::abs(q) / (T * (v / 2 + T * change / 12)));
+      fastest = std::max(fastest, std::abs(speed) / (v + 4.0 / 27 * T * change));
+    }
+  }
+  std::cout << "of the bounds: " << longest << " of the time, " << furthest << " of the way, " << fastest
+            << " of the speed\n";
+  EXPECT_LE(longest, 1 + 1e-6);
+  EXPECT_GT(longest, 0.95) << "the bound is close";
+  EXPECT_LE(furthest, 1 + 1e-9);
+  EXPECT_LE(fastest, 1 + 1e-9);
+}
+
 TEST(MotionGenerator, AllocatesNothing) {
   const MotionLimits limits = motion_limits(testing::hoap2(), 3, {}, {});
   MotionGenerator generator(limits, kPeriod);

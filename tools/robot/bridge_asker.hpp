@@ -31,6 +31,8 @@ class BridgeAsker {
   static constexpr int64_t kOthersAnswer = 250000;
   /// How often tick() must be called at least, microseconds.
   static constexpr int64_t kTickUs = 20000;
+  /// A robot that sends nothing for so long is not there, microseconds.
+  static constexpr int64_t kRobotTime = 500000;
 
   /// `first_request`: number of the first request; random, so that several askers differ.
   explicit BridgeAsker(int64_t first_request) : next_request_(first_request) {}
@@ -48,7 +50,6 @@ class BridgeAsker {
  private:
   static constexpr int64_t kTimeout = 2000000;      // us
   static constexpr int64_t kRepeatPeriod = 200000;  // us
-  static constexpr int64_t kRobotTime = 500000;     // us: a robot that sends nothing for so long is not there
   static constexpr size_t kMaxWaiting = 16;
 
   /// What is awaited.
