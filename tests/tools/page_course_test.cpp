@@ -177,6 +177,37 @@ TEST_F(CourseTest, UntilItIsCompleteTheControllerFollowsNothing) {
   EXPECT_EQ(decode<target_choice_t>(choice->bytes)->kind, target_choice_t::NONE);
 }
 
+TEST_F(CourseTest, SaysFromItsFirstStepWhichRobotAnswersAndThatNoRealOneWasTried) {
+  Course course(hoap2(), folder_, false, 3, touch_);
+  const auto says = [&](const char* words) {
+    const json status = course.status();
+    EXPECT_EQ(status["current"], "cameras");
+    const std::string text = status["robot"];
+    EXPECT_NE(text.find("never on a real robot"), std::string::npos) << text;
+    return text.find(words) != std::string::npos;
+  };
+  const auto hear = [&](bool simulated, int64_t now_us) {
+    const RobotConfig robot = hoap2();
+    robot_state_t state{};
+    state.simulated = simulated;
+    state.num_joints = static_cast<int32_t>(robot.chain.size());
+    state.joint_name = joint_names(robot.chain);
+    state.joint_position.assign(state.joint_name.size(), 0.0);
+    state.joint_velocity = state.joint_effort = state.joint_position;
+    course.receive(channel::kRobotState, *encode(state), now_us, out_);
+  };
+  course.tick(1000000, true, out_);
+  EXPECT_TRUE(says("No robot is heard"));
+  hear(true, 1100000);
+  EXPECT_TRUE(says("The robot is simulated"));
+  hear(false, 1200000);
+  EXPECT_TRUE(says("This is a real robot"));
+  course.tick(3200001, true, out_);
+  EXPECT_TRUE(says("No robot is heard"));
+  EXPECT_NE(Course(hoap2(), folder_, true, 3, touch_).status()["robot"].dump().find("Practice: simulated robot"),
+            std::string::npos);
+}
+
 TEST_F(CourseTest, PracticeScenesAreShownOnlyInAPractice) {
   for (const bool practice : {false, true}) {
     out_.clear();

@@ -32,6 +32,7 @@ async function next(step) {
   await until(step, 'open');
 }
 
+await contains('#course-robot', 'never on a real robot');  // from the first step on
 await done('cameras');
 await next('board');
 await page.fill('#course-square', '25');

@@ -63,7 +63,8 @@ json cylinder(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double rad
           {"color", colour}};
 }
 
-/// `lifetime_ns`: how long it is drawn without a newer one; 0 for ever.
+/// With all fields that Foxglove's schema requires. `lifetime_ns`: how long it is drawn without a newer one; 0 for
+/// ever.
 json entity(int64_t utime, const std::string& frame, const std::string& id, int64_t lifetime_ns = 0) {
   json empty = json::array();
   return {{"timestamp", foxglove_time(utime)},
@@ -71,10 +72,15 @@ json entity(int64_t utime, const std::string& frame, const std::string& id, int6
           {"id", id},
           {"lifetime", {{"sec", 0}, {"nsec", lifetime_ns}}},
           {"frame_locked", true},
+          {"metadata", empty},
+          {"arrows", empty},
           {"cubes", empty},
           {"spheres", empty},
           {"cylinders", empty},
-          {"texts", empty}};
+          {"lines", empty},
+          {"triangles", empty},
+          {"texts", empty},
+          {"models", empty}};
 }
 FoxgloveMessage update(const json& deletions, const json& entities) {
   return {"/scene", "foxglove.SceneUpdate", {{"deletions", deletions}, {"entities", entities}}};

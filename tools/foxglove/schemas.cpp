@@ -43,6 +43,11 @@ json primitive(const char* title, json properties) {
   return object(title, properties);
 }
 
+/// A list that is always empty here.
+json none_of(const char* title) {
+  return list(object(title, json::object()));
+}
+
 json entity() {
   const json size = vector("foxglove.Vector3");
   return object(
@@ -52,10 +57,15 @@ json entity() {
        {"id", kText},
        {"lifetime", time_of("duration")},
        {"frame_locked", kFlag},
+       {"metadata", none_of("foxglove.KeyValuePair")},
+       {"arrows", none_of("foxglove.ArrowPrimitive")},
        {"cubes", list(primitive("foxglove.CubePrimitive", {{"size", size}}))},
        {"spheres", list(primitive("foxglove.SpherePrimitive", {{"size", size}}))},
        {"cylinders", list(primitive("foxglove.CylinderPrimitive",
                                     {{"size", size}, {"bottom_scale", kNumber}, {"top_scale", kNumber}}))},
+       {"lines", none_of("foxglove.LinePrimitive")},
+       {"triangles", none_of("foxglove.TriangleListPrimitive")},
+       {"models", none_of("foxglove.ModelPrimitive")},
        {"texts",
         list(primitive("foxglove.TextPrimitive",
                        {{"billboard", kFlag}, {"font_size", kNumber}, {"scale_invariant", kFlag}, {"text", kText}}))}});

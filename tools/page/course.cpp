@@ -115,6 +115,8 @@ void Course::receive(std::string_view channel, std::span<const uint8_t> bytes, i
     const auto theta = state ? from_fields(robot_.chain, state->joint_name, state->joint_position) : std::nullopt;
     const auto velocity = state ? from_fields(robot_.chain, state->joint_name, state->joint_velocity) : std::nullopt;
     if (!theta || !velocity || !theta->allFinite() || !velocity->allFinite()) return;
+    robot_heard_us_ = now_us;
+    simulated_ = state->simulated;
     arm_.robot(*theta, *velocity, state->simulated);
     current().robot(*theta, state->utime, shared);
   }
@@ -123,6 +125,7 @@ void Course::receive(std::string_view channel, std::span<const uint8_t> bytes, i
 void Course::tick(int64_t now_us, bool watched, Outbox& out) {
   constexpr int64_t kUnwatched = 10000000;  // us; a page that lags reconnects
   CourseContext shared = context(now_us, out);
+  now_us_ = now_us;
   if (watched) watched_us_ = now_us;
   if (begun_ && now_us - watched_us_ > kUnwatched) {
     current().leave(shared);
@@ -142,6 +145,20 @@ void Course::tick(int64_t now_us, bool watched, Outbox& out) {
   arm_.tick(now_us, out);
 }
 
+std::string Course::robot_text() const {
+  constexpr int64_t kSilent = 2000000;  // us
+  constexpr const char* kDrivers =
+      "The drivers that come with multireach were tested against emulators only, never on a real robot";
+  if (practice_)
+    return std::string(
+               "Practice: simulated robot, rendered cameras. With real ones, nobody has done this course yet. ") +
+           kDrivers + ".";
+  if (!robot_heard_us_ || now_us_ - *robot_heard_us_ > kSilent)
+    return std::string("No robot is heard; the steps from 'Camera pose' on need one. ") + kDrivers + ".";
+  if (simulated_) return std::string("The robot is simulated. ") + kDrivers + ".";
+  return std::string("This is a real robot. ") + kDrivers + ": keep its emergency stop within reach.";
+}
+
 json Course::status() const {
   json steps = json::array();
   for (const auto& step : steps_) {
@@ -151,6 +168,7 @@ json Course::status() const {
   }
   return {{"practice", practice_},
           {"folder", folder_.path()},
+          {"robot", robot_text()},
           {"current", steps_[current_]->name()},
           {"begun", begun_},
           {"open", steps_[first_open()]->name()},

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,8 @@ class Course {
 
  private:
   CourseContext context(int64_t now_us, Outbox& out);
+  /// Which robot answers, and on what the course was tried: from the first step on, so that nobody trusts it more.
+  std::string robot_text() const;
   /// The first step that is not done.
   size_t first_open() const;
   CourseStep& current() { return *steps_[current_]; }
@@ -44,6 +47,9 @@ class Course {
   bool begun_ = false;  // the current step is being done
   bool chosen_ = false;
   int64_t watched_us_ = 0;
+  int64_t now_us_ = 0;                     // of the last tick
+  std::optional<int64_t> robot_heard_us_;  // when the last ROBOT_STATE came
+  bool simulated_ = false;                 // whether it was of a simulated robot
 };
 
 }  // namespace multireach

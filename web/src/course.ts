@@ -6,7 +6,7 @@ import type {Scene} from './scene';
 
 interface Step { name: string; done: boolean; text: string }
 export interface CourseStatus {
-  practice: boolean; folder: string; current: string; begun: boolean; open: string; steps: Step[]; square_m: number; radius_m: number;
+  practice: boolean; folder: string; robot: string; current: string; begun: boolean; open: string; steps: Step[]; square_m: number; radius_m: number;
   details: {
     rate?: number; skew_ms?: number; picture?: string; learned?: boolean[]; pictures?: number; needed?: number; columns?: number; rows?: number; pattern?: string;
     result?: string; positions?: number[][]; points?: {held_m: number[]; seen_m: number[]; mm: number}[]; errors_mm?: number[]; seen_mm?: number[];
@@ -74,6 +74,8 @@ export class Course {
     const current = status.steps.find(step => step.name === status.current)!;
     Object.assign(this.panel.dataset, {step: status.current, begun: String(status.begun), done: String(current.done), complete: String(status.steps.every(step => step.done))});
     this.steps(status);
+    const robot = element('course-robot');
+    if (robot.textContent !== status.robot) robot.textContent = status.robot;
     const text = element('course-text');
     if (text.textContent !== current.text) text.textContent = current.text;
     text.dataset.done = String(current.done);
