@@ -40,6 +40,7 @@ table calibration short "Calibration from photographs" multireach-calibrate "too
 table stops long "Stops and restarts" "$loop multireach-camera multireach-replay multireach-publish multireach-test-garbage multireach-test-forger" "tests/live/stalls.sh $build/bin --all"
 table lateness long "Lateness of ticks" "$loop" "tests/full/jitter.sh $build/bin"
 table drivers long "Drivers and emulators" "" "bench/robots.sh"
+table page long "What the page costs" "" "bench/page.sh"
 table first-command long "The first command" "" "tools/launch.sh --isolated"
 
 wrong() { echo "numbers.sh: $*" >&2; exit 2; }
