@@ -22,6 +22,7 @@ const seconds = async () => Number((await text('#log-position')).split(' ')[0]);
 
 // The views of the log, and the time line with pictures of the session.
 await contains('#log-position', 'of 6.');
+await contains('#bridge', 'no BRIDGE_STATE yet');
 await holds(() => Number(document.querySelector('#time-line').dataset.pictures) > 5, null, 'the time line has no pictures');
 await page.focus('#time-line');
 await page.keyboard.press('End');

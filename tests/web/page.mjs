@@ -81,6 +81,12 @@ await page.focus('#speed');
 await page.keyboard.press('End');
 await contains('#bridge', 'running');
 
+// The menu of plots closes by Escape, and gives the focus back.
+await page.click('.menu summary');
+await page.focus('#plot-choice input');
+await page.keyboard.press('Escape');
+check(await page.evaluate(() => !document.querySelector('.menu').open && document.activeElement.tagName === 'SUMMARY'), 'Escape does not close the menu of plots');
+
 // Accessible, in light and dark.
 await page.addScriptTag({path: axeSource}).catch(() => {});
 if (!await page.evaluate(() => 'axe' in window)) await page.evaluate(fs.readFileSync(axeSource, 'utf8'));

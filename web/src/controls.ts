@@ -19,6 +19,7 @@ export function isTyping({target}: KeyboardEvent): boolean {
 export class Controls {
   private readonly slider = element<HTMLInputElement>('speed');
   private touched = -kUntouched;
+  private state = '';
 
   constructor(private readonly send: (request: object) => boolean) {
     for (const id of kButtons) element(id).addEventListener('click', () => this.ask({request: id}));
@@ -64,6 +65,13 @@ export class Controls {
     const name = word('bridge', state.state);
     // A paused bridge keeps its state.
     const paused = state.cause !== '' && (name === 'running' || name === 'armed');
+    // What was answered before a fault would contradict it.
+    if (name === 'fault' && this.state !== 'fault' && !showsLog()) {
+      const line = element('answer');
+      line.dataset.accepted = 'true';
+      line.textContent = 'Nothing moves in a fault. Reset leaves it, once the robot stands still.';
+    }
+    this.state = name;
     const slow = state.speed < 0.995 ? `, at ${Math.round(100 * state.speed)} %` : '';
     this.badge(paused ? 'paused' : name, name + (paused ? '' : slow) + (state.cause ? `: ${state.cause}` : ''));
     this.showSpeed(state.speed, false);

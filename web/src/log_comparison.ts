@@ -5,11 +5,11 @@ import type {Run} from './messages';
 const kPanel = `
   <form id="what-if-form">
     <div class="fields">
-      <label>law <select name="controller.law"><option value="">as it is</option><option>guarded</option><option>paper</option></select></label>
-      <label>motion <select name="controller.motion"><option value="">as it is</option><option>reach</option><option>track</option></select></label>
-      <label>γ (rad²/m²) <input name="controller.gamma_rad2_m2" size="6" inputmode="decimal" placeholder="as it is"></label>
-      <label>α a step <input name="controller.alpha_per_step" size="5" inputmode="decimal" placeholder="as it is"></label>
-      <label>β a step <input name="controller.beta_per_step" size="5" inputmode="decimal" placeholder="as it is"></label>
+      <label>law <select name="controller.law"><option value="">recorded</option><option>guarded</option><option>paper</option></select></label>
+      <label>motion <select name="controller.motion"><option value="">recorded</option><option>reach</option><option>track</option></select></label>
+      <label>γ (rad²/m²) <input name="controller.gamma_rad2_m2" size="6" inputmode="decimal" placeholder="recorded"></label>
+      <label>α a step <input name="controller.alpha_per_step" size="5" inputmode="decimal" placeholder="recorded"></label>
+      <label>β a step <input name="controller.beta_per_step" size="5" inputmode="decimal" placeholder="recorded"></label>
       <label>robot <select name="robot_model"><option value="ideal">ideal</option><option value="sim">physics</option><option value="recorded">recorded</option></select></label>
       <label class="wide">others <textarea id="what-if-keys" rows="1" spellcheck="false" placeholder="KEY = VALUE, one a line" title="as robot.joint_velocity_limits = [2, 2, 2, 2]"></textarea></label>
       <button type="submit" id="recompute">Compute again</button>
@@ -69,7 +69,7 @@ export class Comparison {
   }
 
   show(runs: Run[]) {
-    // What the user has asked for is shown as soon as it is there.
+    // What the user has asked for is shown as soon recorded there.
     const ready = runs.filter(run => run.id !== 0 && run.state === 'ready' && this.run(run.id)?.state !== 'ready');
     this.runs = runs;
     this.showList();
@@ -130,8 +130,8 @@ export class Comparison {
     } else {
       const figures = run.figures;
       cell(`${figures.reached} of ${figures.reaches}`);
-      cell(`${number(figures.hand_error_mm_p50, 2)} ≤ ${number(figures.hand_error_mm_max, 2)}`).title = 'median and largest of all reaches';
-      cell(`${number(figures.settle_s_p50, 2)} ≤ ${number(figures.settle_s_max, 2)}`).title = 'median and largest of all reaches';
+      cell(`${number(figures.hand_error_mm_p50, 2)}, at most ${number(figures.hand_error_mm_max, 2)}`).title = 'median and largest of all reaches';
+      cell(`${number(figures.settle_s_p50, 2)}, at most ${number(figures.settle_s_max, 2)}`).title = 'median and largest of all reaches';
       cell(run.comparison ? (1e3 * run.comparison.hand_distance_m).toFixed(1) : '').title = 'the hands, at most';
     }
     const actions = cell('');
@@ -161,7 +161,7 @@ export class Comparison {
     }
     const {channel, name, field, at_us} = comparison.first;
     const values = shortened(comparison.first.values);
-    line.append(`First difference at ${(1e-6 * at_us).toFixed(3)} s: ${channel}${name ? ` of ${name}` : ''}, ${field}: ${values[0]}, over it ${values[1]}. `,
+    line.append(`First difference at ${(1e-6 * at_us).toFixed(3)} s: ${channel}${name ? ` of ${name}` : ''}, ${field}: ${values[0]}, in the compared run ${values[1]}. `,
       this.button('go there', 'First difference:', () => this.seek(at_us)), ' ',
       this.button('hands furthest apart', '', () => this.seek(comparison.hand_at_us)));
   }

@@ -32,7 +32,7 @@ const kPanel = `
     <label>of <select id="step-channel"><option value="">all messages</option></select></label>
     <output id="log-position">reading the log</output>
     <span class="rest"></span>
-    <label>over it <select id="compared"><option value="">no other run</option></select></label>
+    <label>compare with <select id="compared"><option value="">no other run</option></select></label>
     <button id="what-if" type="button" aria-expanded="false" aria-controls="comparison">What if … <kbd>W</kbd></button>
     <button id="copy-link" type="button" aria-keyshortcuts="L">Copy link <kbd>L</kbd></button>
   </div>

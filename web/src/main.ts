@@ -31,6 +31,8 @@ const plots = new PlotPanel(element('plots'), element('plot-choice'));
 
 let log: LogMode | undefined;  // when the page shows a log
 let hand: Vector3 | undefined;
+let robotHeard: number | undefined;  // ms, when the last ROBOT_STATE of a running system came
+const kRobotSilent = 1000;  // ms
 let newestTarget: Target | undefined, controller: ControllerState | undefined;
 
 function setup(description: Setup) {
@@ -47,13 +49,15 @@ function setup(description: Setup) {
 
 function showReach() {
   const parts: string[] = [];
+  const silence = !log && robotHeard !== undefined ? performance.now() - robotHeard : 0, silent = silence > kRobotSilent;
+  if (silent) parts.push(`no ROBOT_STATE for ${(silence / 1000).toFixed(0)} s: the arm is drawn where it was last`);
   if (newestTarget) {
     const {name, status, reason, position_m, covariance_m2} = newestTarget;
     const frame = status === 3 ? ' in the left camera\'s frame' : '';
     const where = status === 0 || status === 4 ? '' : ` at ${position_m.map(value => value.toFixed(3)).join(', ')} m${frame}`;
     const sigma = kSigmas.map((_, i) => (1e3 * Math.sqrt(Math.max(covariance_m2[i][i], 0))).toFixed(1)).join(', ');
-    parts.push(`target ${name}: ${word('target', status)}${where}${status === 1 ? `, σ ${sigma} mm` : ` – ${reason}`}`);
-    if (hand && (status === 1 || status === 2)) {
+    parts.push(`${name === 'target' ? name : `target ${name}`}: ${word('target', status)}${where}${status === 1 ? `, σ ${sigma} mm` : ` – ${reason}`}`);
+    if (hand && !silent && (status === 1 || status === 2)) {
       const distance = Math.hypot(position_m[0] - hand.x, position_m[1] - hand.y, position_m[2] - hand.z);
       parts.push(`hand ${(1e3 * distance).toFixed(1)} mm away`);
     }
@@ -67,7 +71,7 @@ function showReach() {
     const millimetres = 1e3 * clearance.distance;
     parts.push(millimetres > 0 ? `clearance ${millimetres.toFixed(1)} mm to obstacle ${clearance.obstacle + 1}` : `touches obstacle ${clearance.obstacle + 1}`);
   }
-  parts.push(...scene.nearLimits());
+  if (!silent) parts.push(...scene.nearLimits());
   const text = parts.join(' · ') || 'no target';
   const line = element('reach');
   if (line.textContent !== text) line.textContent = text;
@@ -90,7 +94,10 @@ const handlers: Record<string, (message: never, at?: number) => void> = {
   },
   TARGET_CANDIDATES: (several: TargetCandidates) => { if (touch.follows(several.name)) candidates.show(several); },
   CONTROLLER_STATE: (state: ControllerState) => { controller = state; },
-  ROBOT_STATE: (state: RobotState) => touch.robot(state.simulated),
+  ROBOT_STATE: (state: RobotState) => {
+    robotHeard = performance.now();
+    touch.robot(state.simulated);
+  },
   TARGET_CHOICE: (choice: TargetChoice) => touch.choose(choice),
   OBSTACLES: ({obstacles}: {obstacles: Obstacle[]}) => {
     scene.setObstacles(obstacles);
@@ -105,6 +112,10 @@ function showFrame({messages, compared, history, begins}: Frame) {
     plots.clear();
     scene.clearTrails();
     candidates.clear();
+    if (log && !compared) {  // what comes later in the log is not known yet
+      newestTarget = controller = undefined;
+      controls.badge('', 'no BRIDGE_STATE yet');
+    }
   }
   for (const each of messages) {
     const time = 1e-6 * (each.at ?? (each.message as {utime: number}).utime);
@@ -213,6 +224,13 @@ element('theme').addEventListener('click', changeTheme);
 ghost.addEventListener('change', () => { if (!ghost.value) scene.setGhost(); });
 limits.addEventListener('change', () => { scene.limitsShown = limits.checked; });
 contours.addEventListener('change', () => connection.send({contours: contours.checked}));
+const menu = document.querySelector<HTMLDetailsElement>('.menu')!;
+menu.addEventListener('keydown', event => {
+  if (event.key !== 'Escape' || !menu.open) return;
+  menu.open = false;
+  menu.querySelector('summary')!.focus();
+});
+addEventListener('pointerdown', event => { if (!menu.contains(event.target as Node)) menu.open = false; });
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || isTyping(event)) return;
   if (event.key.toLowerCase() === 't') changeTheme();

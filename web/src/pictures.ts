@@ -5,7 +5,10 @@ export class Pictures {
   private readonly context: CanvasRenderingContext2D;
   received = 0;
 
-  constructor(private readonly canvas: HTMLCanvasElement) { this.context = canvas.getContext('2d')!; }
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.context = canvas.getContext('2d')!;
+    canvas.parentElement!.dataset.empty = 'true';
+  }
 
   async show({side, jpeg}: Picture) {
     let image: ImageBitmap;
@@ -18,6 +21,7 @@ export class Pictures {
     if (this.canvas.width !== width || this.canvas.height !== image.height) [this.canvas.width, this.canvas.height] = [width, image.height];
     this.context.drawImage(image, side === 'right' ? image.width : 0, 0);
     image.close();
+    delete this.canvas.parentElement!.dataset.empty;
     ++this.received;
   }
 }

@@ -128,7 +128,7 @@ export class Scene {
       return (high - low) / 2;
     });
     const slope = Math.tan(THREE.MathUtils.degToRad(0.5 * this.camera.fov));
-    const tightness = shown.length > 8 ? 0.95 : 0.75;  // the corners of the arm alone are mostly empty
+    const tightness = 0.95;  // the corners of what is shown are mostly empty
     const distance = tightness * (0.5 * half[2] + Math.max(half[1], half[0] / this.camera.aspect) / slope);
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(direction, distance);
