@@ -1,6 +1,10 @@
 // multireach-robot: asks the bridge to enable, disable, pause, resume, slow down or reset, and prints its answer.
+#include <poll.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <csignal>
 #include <iostream>
 #include <multireach/bridge_request_t.hpp>
 #include <multireach/bridge_state_t.hpp>
@@ -20,6 +24,12 @@
 
 namespace multireach {
 namespace {
+
+/// Whether nobody reads standard output any more: after its first line, `grep -q` has ended.
+bool nobody_reads() {
+  pollfd output{STDOUT_FILENO, 0, 0};
+  return poll(&output, 1, 0) > 0 && (output.revents & POLLERR) != 0;
+}
 
 /// Asks, and prints the answer; for `status`, what the controller says in a second line. Returns the program's exit
 /// code.
@@ -59,12 +69,17 @@ int ask(const std::string& word, int8_t kind, double speed, const BusOptions& op
   if (!answer->state.empty()) std::cout << answer->state << std::endl;  // at once, for who reads this line only
   if (!answer->problem.empty()) std::cerr << "multireach-robot: " << answer->problem << "\n";
   if (kind == bridge_request_t::STATUS && !answer->state.empty()) {
+    // Who reads the first line only must not be told that the program failed.
+    std::signal(SIGPIPE, SIG_IGN);
     std::optional<std::string> line;
     const auto robot_known = [&] { return robot_heard || monotonic_us() - begun_us > BridgeAsker::kRobotTime; };
-    while ((!(line = hand.line(monotonic_us())) || !robot_known()) && !interrupted())
+    while ((!(line = hand.line(monotonic_us())) || !robot_known()) && !interrupted() && !nobody_reads())
       bus.handle_messages(BridgeAsker::kTickUs, [] { return interrupted(); });
-    if (line) std::cout << *line << "\n";
-    if (!robot_heard && !interrupted()) std::cerr << "multireach-robot: no ROBOT_STATE arrives: the robot is silent\n";
+    if (line) {
+      *line += '\n';
+      if (write(STDOUT_FILENO, line->data(), line->size()) < 0 && errno != EPIPE) std::cout.setstate(std::ios::badbit);
+    }
+    if (!robot_heard && robot_known()) std::cerr << "multireach-robot: no ROBOT_STATE arrives: the robot is silent\n";
   }
   return answer->accepted ? 0 : 1;
 }
