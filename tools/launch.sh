@@ -321,7 +321,7 @@ await_emulator() {
   [ $robot_kind = emulated ] && [ "$role" = all ] || return 0
   read_clock
   end=$((now + 2000))
-  while [ $interrupted = no ] && ! "$bin/multireach-robot" --lcm-url "$control" status 2>/dev/null | grep -q '^armed'; do
+  while [ $interrupted = no ] && [[ $("$bin/multireach-robot" --lcm-url "$control" status 2>/dev/null) != armed* ]]; do
     keep "${supervised[@]}" || give_up_at_start
     [ "$now" -lt $end ] || { cat "$work/robot_driver.err" >&2; fail "the emulated robot is not ready" 1; }
     pause
