@@ -13,9 +13,11 @@ std::optional<ConsumedInput> InputJournal::record(const Receipt& receipt, std::s
   if (receipt.effect == Receipt::Effect::kNone) return std::nullopt;
   if (receipt.effect == Receipt::Effect::kReplaces) {
     const auto unpublished_end = newest_.rbegin() + static_cast<std::ptrdiff_t>(recorded_ - published_);
-    const auto replaced = std::find_if(newest_.rbegin(), unpublished_end,
-                                       [&](const ConsumedInput& input) { return input.channel == channel; });
-    if (replaced != unpublished_end && replaced->ticks == ticks_) {
+    // Ticks that were skipped may have depended on what came before them.
+    const auto replaced = std::find_if(newest_.rbegin(), unpublished_end, [&](const ConsumedInput& input) {
+      return input.channel == channel || input.channel == kClockInput;
+    });
+    if (replaced != unpublished_end && replaced->ticks == ticks_ && replaced->channel == channel) {
       newest_.erase(std::next(replaced).base());
       --recorded_;
     }
