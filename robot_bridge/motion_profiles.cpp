@@ -70,7 +70,7 @@ StopProfile stop_profile(const MotionLimits& limits, int joint, double position,
     return std::max(change, inside);
   };
   // In general a longer stop needs less acceleration; that of the start itself stays. The acceleration in the middle
-  // costs less, and tells of most durations that they are too short.
+  // is cheaper to compute, and rules out most durations that are too short.
   const double most = std::max(A, change) * (1 + kRounding);
   const auto too_short = [&] {
     return std::abs(1.5 * velocity + 0.25 * acceleration * T) > most * T * (1 + kRounding) ||
@@ -176,10 +176,10 @@ bool QuinticSegment::is_far_from_limits(const MotionLimits& limits, int joint, i
   const std::array acceleration = bernstein<3>({2 * c[2], 6 * c[3], 12 * c[4], 20 * c[5]});
   const double v = largest(velocity) / T, a = largest(acceleration) / (T * T);
   const double longest = 1.000001 * std::max(shortest_stop(v, a, J), 1.1 * 3 / std::numbers::sqrt2 * v / A);
-  const double way = longest * (v / 2 + longest * a / 12);
+  const double distance = longest * (v / 2 + longest * a / 12);
   return v + 4.0 / 27 * longest * a < limits.velocity[joint] - J * step * step / 8 &&
-         *std::ranges::min_element(position) - way > limits.lower[joint] &&
-         *std::ranges::max_element(position) + way < limits.upper[joint];
+         *std::ranges::min_element(position) - distance > limits.lower[joint] &&
+         *std::ranges::max_element(position) + distance < limits.upper[joint];
 }
 
 /// Position and velocity, also of a stop, at every `stride`-th of the sampled times.

@@ -124,15 +124,19 @@ class LiveLoop {
     if (lockstep_ || !node_->next_tick()) return true;
     if (!shutdown_us_) {
       const auto request = node_->shutdown_request();
-      if (!request) return true;
-      // Published for the record. The node gets it here: it must end well without a network, too.
-      bus_.publish(request->channel, request->bytes);
-      receive(request->channel, request->bytes);
-      publish();
+      if (!request && !node_->begin_end()) return true;
       shutdown_us_ = now;
-      shutdown_request_ = request;
+      if (request) {
+        // Published for the record. The node gets it here: it must end well without a network, too.
+        bus_.publish(request->channel, request->bytes);
+        receive(request->channel, request->bytes);
+        publish();
+        shutdown_request_ = request;
+      }
     }
-    return now - *shutdown_us_ > kMaxShutdown;
+    if (now - *shutdown_us_ <= kMaxShutdown) return false;
+    spdlog::warn("ends in motion: it was not at rest {} s after it was asked to end", kMaxShutdown / 1000000);
+    return true;
   }
 
   /// When the next tick is due, once ticks have begun.
@@ -196,8 +200,8 @@ class LiveLoop {
     if (lockstep_) return lockstep_->receive(channel, bytes);
     if (shutdown_request_ && channel == shutdown_request_->channel &&
         std::ranges::equal(bytes, shutdown_request_->bytes))
-      return;  // its own, which LCM gives back
-    // The time that has passed comes before what the node hears now.
+      return;  // LCM also delivers a program's own messages
+    // Ticks that were missed come before a message that waited meanwhile.
     const auto due = tick_time();
     const bool skips = node_->late_ticks() == LateTicks::kSkip;
     if (skips && due) skip_missed(monotonic_us() - *due);

@@ -11,7 +11,8 @@ namespace multireach {
 /// Decodes `bytes` into `message`, whose memory is used again. Returns false, with any content left in `message`, when
 /// they are not exactly one well-formed message of this type: wrong fingerprint, truncated, trailing bytes, or a count
 /// that exceeds the bytes. Never throws and never allocates more than the bytes could fill (see lcmtypes/harden.cmake).
-/// Bit errors inside a field go undetected: LCM has no checksum.
+/// Bit errors inside a field go undetected: LCM has no checksum. An array whose count is 0 keeps its old elements: go
+/// by the count.
 template <class Message>
 [[nodiscard]] bool decode_into(std::span<const uint8_t> bytes, Message& message) noexcept {
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max())) return false;

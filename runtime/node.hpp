@@ -84,8 +84,10 @@ class Node {
   virtual LateTicks late_ticks() const { return LateTicks::kCompute; }
   /// LateTicks::kSkip: this many ticks are never computed. Part of the record from which outputs are computed again.
   virtual void skip_ticks(int64_t) {}
-  /// A message that the node gets, and that is published, when the program is asked to end, where the node must end by
-  /// itself before: it then ends its ticks, or has finished().
+  /// The program is asked to end. Where the node must come to an end by itself before, it returns true, and has
+  /// finished() later; a node whose outputs can be computed again instead gives a message that it gets, and that is
+  /// published, and then ends its ticks.
+  virtual bool begin_end() { return false; }
   virtual std::optional<OutMessage> shutdown_request() const { return std::nullopt; }
   /// Whether the node has finished; a live loop then ends.
   virtual bool finished() const { return false; }

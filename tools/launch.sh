@@ -117,15 +117,16 @@ check_options() {
   check_key
 }
 
-# --reserve N: sets `shared`, the list of the other processors.
+# --reserve N: this runs on the other processors.
 check_reserve() {
   [ -n "$reserve" ] || return 0
-  local list range all
+  local list range all shared
   list=$(taskset -cp $$ | sed 's/.*: //')
   all=$(for range in ${list//,/ }; do seq "${range%-*}" "${range#*-}"; done)
   grep -qxF -- "$reserve" <<<"$all" || fail "--reserve: '$reserve' is not a processor that this may use: $list"
   shared=$(grep -vxF -- "$reserve" <<<"$all" | paste -sd,)
   [ -n "$shared" ] || fail "--reserve: processor $reserve is the only one"
+  taskset -cp "$shared" $$ >/dev/null  # and with it all that this starts
 }
 
 on_desktop() { [ -n "${DISPLAY:-}${WAYLAND_DISPLAY:-}" ] && [ -t 1 ] && [ -t 2 ] && command -v xdg-open >/dev/null; }
@@ -287,7 +288,7 @@ command_of() {
         command=(lcm-logplayer --lcm-url="$images" --speed="$speed" --regexp='STEREO_IMAGES|TARGET_TRUTH' "$session")
       fi ;;
   esac
-  [ -z "$reserve" ] || if [ "$1" = bridge ]; then command=(taskset -c "$reserve" "${command[@]}"); else command=(taskset -c "$shared" "${command[@]}"); fi
+  [ -z "$reserve" ] || [ "$1" != bridge ] || command=(taskset -c "$reserve" "${command[@]}")
 }
 with_buffer() { [[ $1 == *\?* ]] && echo "$1&recv_buf_size=4194304" || echo "$1?recv_buf_size=4194304"; }
 

@@ -10,8 +10,8 @@ namespace multireach {
 class CaptureClock {
  public:
   CaptureClock() : offset_us_(wall_us() - monotonic_us()) {}
-  /// For images of another time, e.g. from a video file, that begin at `start_us` of the monotonic clock: their time
-  /// begins at 0. A real robot's driver refuses to follow what is not of now.
+  /// For a recording, e.g. a video file, which is played from `start_us` of the monotonic clock on: its time begins at
+  /// 0, so that a real robot's driver, which compares the time of commands with its own, does not follow it.
   static CaptureClock of_recording(int64_t start_us) { return CaptureClock(-start_us); }
 
   int64_t utime_at(int64_t monotonic) const { return monotonic + offset_us_; }

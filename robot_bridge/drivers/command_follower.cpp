@@ -10,7 +10,7 @@ using robot_bridge::MotionState;
 constexpr int64_t kSettles = 500000;     // us
 constexpr int64_t kNext = 10000;         // us: a longer step in the commands' time tells nothing of their acceleration
 constexpr int64_t kExtrapolated = 3000;  // us without a command
-constexpr int64_t kLongestGap = 4000;    // us from one position sent to the next: three are missing
+constexpr int64_t kMostLeap = 2000;      // us, in a millisecond: more than where a command is late by one or two
 
 }  // namespace
 
@@ -31,9 +31,15 @@ void CommandFollower::rest_at(const JointVector& position, int64_t now_us) {
   now_us_ = now_us;
 }
 
-/// Where the driver was stopped, the robot has got nothing meanwhile.
-void CommandFollower::notice_gap(int64_t now_us) {
-  if (sent_ && now_us - sent_us_ > kLongestGap) rest_at(sent_->position, now_us);
+/// Whether the commands' time has leapt forward since the last millisecond, as where many come that have waited, or
+/// most of these were lost.
+bool CommandFollower::leaps(int64_t utime, int64_t now_us) {
+  if (now_us != lead_at_us_) {
+    lead_before_us_ = lead_us_;
+    lead_at_us_ = now_us;
+  }
+  lead_us_ = utime - now_us;
+  return sent_ && lead_us_ - lead_before_us_ > kMostLeap;
 }
 
 void CommandFollower::add_transitions(double ahead_s, MotionState& state) const {
@@ -88,7 +94,7 @@ void CommandFollower::begin_transition(MotionState& state) {
 
 const MotionState& CommandFollower::command(const JointVector& position, const JointVector& velocity, int64_t utime,
                                             const JointVector& arm, int64_t now_us) {
-  notice_gap(now_us);
+  const bool leap = leaps(utime, now_us);
   const int64_t step_us = sent_ ? std::clamp<int64_t>(utime - utime_, 0, kNext) : 0;
   const double step_s = static_cast<double>(step_us) * 1e-6;
   MotionState state{position, velocity, JointVector::Zero(position.size())};
@@ -104,7 +110,7 @@ const MotionState& CommandFollower::command(const JointVector& position, const J
     // Shortly after a stop the arm still approaches the position that was sent last.
     const bool holds = last_.position.size() > 0 && now_us - now_us_ < kSettles;
     joined_ = MotionState::at_rest(holds ? last_.position : arm);
-  } else if (missed_) {
+  } else if (missed_ || leap) {
     joined_ = between_commands(now_us - now_us_);
   }
   joined_us_ = now_us;
@@ -117,17 +123,15 @@ const MotionState& CommandFollower::command(const JointVector& position, const J
   ramp_.reset();
   missed_ = false;
   utime_ = utime;
-  now_us_ = sent_us_ = now_us;
+  now_us_ = now_us;
   sent_ = state;
   return *sent_;
 }
 
 const MotionState* CommandFollower::missing(int64_t now_us, int64_t& utime) {
-  notice_gap(now_us);
   const int64_t elapsed = now_us - now_us_;
   if (!sent_ || elapsed <= 0) return nullptr;
   missed_ = true;
-  sent_us_ = now_us;
   stopping_ = stopping_ || elapsed > timeout_us_;
   utime = utime_ + elapsed;
   sent_ = between_commands(elapsed);

@@ -12,9 +12,9 @@ namespace multireach::drivers {
 /// What a driver sends: the bridge's commands as they are; where one to three in a row are missing, their
 /// extrapolation, then a deceleration; and from these, or from an arm that is elsewhere, a smooth transition to the
 /// commands. Position and velocity are continuous, but where a position limit ends the motion. After `timeout_us`
-/// without a command, the arm decelerates to standstill before it follows again. It is told the time: where nothing was
-/// sent for more than three milliseconds, as the driver itself was stopped, the robot waits at the last position that
-/// it got, and the motion begins again there, from rest.
+/// without a command, the arm decelerates to standstill before it follows again. It is told the time, and when the
+/// driver was stopped, so that the robot got nothing: the motion then begins again from rest, at the last position that
+/// it got.
 ///
 /// Every discontinuity gets a transition of its own, which ends at its time whatever comes after it: commands that
 /// often miss their millisecond by a little still lead the arm to where they are.
@@ -39,7 +39,11 @@ class CommandFollower {
   const robot_bridge::MotionState* missing(int64_t now_us, int64_t& utime);
   /// Decelerates to standstill, whatever commands come.
   void stop() { stopping_ = following(); }
-  /// The robot does not obey any more.
+  /// The robot has got nothing for some milliseconds: it is at rest at the last position that it got, or soon will be.
+  void hold(int64_t now_us) {
+    if (sent_) rest_at(JointVector(sent_->position), now_us);
+  }
+  /// Begins anew: nothing is known of the arm.
   void forget();
 
  private:
@@ -56,15 +60,16 @@ class CommandFollower {
   robot_bridge::MotionState between_commands(int64_t elapsed_us);
   void begin_transition(robot_bridge::MotionState& state);
   void rest_at(const JointVector& position, int64_t now_us);
-  void notice_gap(int64_t now_us);
+  bool leaps(int64_t utime, int64_t now_us);
 
   robot_bridge::MotionLimits limits_;
   int64_t timeout_us_;
   std::optional<robot_bridge::MotionState> sent_;  // last, while commands are followed
-  int64_t sent_us_ = 0;                            // when it was sent
   robot_bridge::MotionState last_;                 // sent last, where the arm is at rest
   robot_bridge::MotionState command_;              // the last, without transitions
   int64_t utime_ = 0, now_us_ = 0;                 // of the last command
+  int64_t lead_us_ = 0;                            // of its time before the clock, ...
+  int64_t lead_before_us_ = 0, lead_at_us_ = 0;    // ... and that of the last one of an earlier millisecond
   bool missed_ = false;                            // a command, since the last one
   std::optional<StopRamp> ramp_;
   bool stopping_ = false;

@@ -6,7 +6,6 @@
 #include "runtime/channels.hpp"
 #include "runtime/config_keys.hpp"
 #include "runtime/joint_fields.hpp"
-#include "runtime/stop_request.hpp"
 
 namespace multireach {
 
@@ -213,7 +212,12 @@ Receipt BridgeNode::receive_request(std::span<const uint8_t> bytes, Outbox& out)
 }
 
 std::optional<OutMessage> BridgeNode::shutdown_request() const {
-  return stop_request(run());
+  bridge_request_t request{};
+  request.kind = bridge_request_t::DISABLE;
+  request.run = run();
+  auto bytes = encode(request);
+  if (!bytes) return std::nullopt;
+  return OutMessage{channel::kBridgeRequest, std::move(*bytes)};
 }
 
 /// States of the robot that the recorder lost had arrived at the bridge. Most inputs are such states, so an unknown one

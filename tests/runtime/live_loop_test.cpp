@@ -24,6 +24,7 @@ class TickingNode : public Node {
   std::optional<int64_t> next_tick() const override { return next_us_; }
   int64_t tick_period_us() const override { return period_us_; }
   bool finished() const override { return ticks_ == last_; }
+  Receipt receive(std::string_view, std::span<const uint8_t>, Outbox&) override { return {}; }
   void tick(Outbox&) override {
     next_us_ += period_us_;
     ++ticks_;
@@ -142,6 +143,28 @@ class EndingNode : public TickingNode {
 // LCM gives it back as well, where it has a network.
 TEST(LiveLoop, ANodeThatMustEndByItselfIsAskedOnce) {
   EndingNode node;
+  LiveOptions options;
+  options.control_url = options.image_url = "memq://";
+  options.seconds = 0.1;
+  EXPECT_EQ(run_live(node, options), 0);
+  EXPECT_TRUE(node.finished());
+  EXPECT_EQ(node.requests, 1);
+}
+
+/// As a driver: ends some ticks after it was told to, without a message.
+class DeceleratingNode : public TickingNode {
+ public:
+  DeceleratingNode() : TickingNode(1000, 1 << 30) {}
+  bool begin_end() override {
+    ++requests;
+    last_ = ticks_ + 50;
+    return true;
+  }
+  int requests = 0;
+};
+
+TEST(LiveLoop, ANodeThatMustDecelerateIsToldOnceAndAwaited) {
+  DeceleratingNode node;
   LiveOptions options;
   options.control_url = options.image_url = "memq://";
   options.seconds = 0.1;

@@ -9,7 +9,6 @@
 #include "kinematics/default_limits.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
-#include "runtime/stop_request.hpp"
 
 namespace multireach::drivers {
 namespace {
@@ -19,6 +18,11 @@ constexpr double kLimitTolerance = 1e-6;  // rad or m
 constexpr int64_t kMaxAge = 1000000;      // us, from images whose time is the wall clock's to their commands
 constexpr int64_t kGone = 1000000;        // us: a bridge or robot that was not heard for so long
 constexpr size_t kMostHeard = 16;
+constexpr int64_t kBridgedTicks = 3;
+constexpr int64_t kWaiting =
+    1000000;                       // us, in which the messages are handled that waited while the program was stopped
+constexpr int64_t kWaited = 3000;  // us: a command that is later than those before the stop by so much
+constexpr const char* kFast = "refused commands that come faster than real time (was the bridge started with --speed?)";
 constexpr double kStandstill = 0.01;  // of the speed limit, as in RobotMonitor
 
 bool is_valid(const std::optional<JointVector>& values) {
@@ -38,10 +42,24 @@ DriverNode::DriverNode(const RobotConfig& robot, std::unique_ptr<Driver> driver,
       wall_clock_(std::move(wall_clock)),
       state_period_us_(robot.state_period_us),
       joint_names_(joint_names(robot.chain)),
-      follower_(limits_, options.command_timeout_us) {
+      follower_(limits_, options.command_timeout_us),
+      pace_(options.command_timeout_us) {
   if (!options.simulated) return;
   WireOutbox wire;  // a driver that is enabled before it is connected has nothing to send yet
   driver_->enable(now(), wire);
+}
+
+void DriverNode::skip_ticks(int64_t ticks) {
+  utime_ += ticks * kTickUs;
+  if (ticks <= kBridgedTicks) return;
+  follower_.hold(utime_);
+  waiting_until_us_ = utime_ + kWaiting;
+}
+
+bool DriverNode::begin_end() {
+  ending_ = true;
+  follower_.stop();
+  return true;
 }
 
 std::vector<std::string_view> DriverNode::inputs() const {
@@ -76,6 +94,12 @@ bool DriverNode::is_of_now(const joint_command_t& command) const {
   return command.utime > expected - kMaxAge && command.utime < expected + kMaxAge;
 }
 
+/// Whether a command was sent while this program was stopped.
+bool DriverNode::has_waited(const joint_command_t& command) const {
+  if (utime_ >= waiting_until_us_ || commands_.sequence() < 0) return false;
+  return command.utime - utime_ < commanded_utime_ - commanded_us_ - kWaited;
+}
+
 /// Why a command is refused; null when it is not.
 const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& position, JointVector& velocity) {
   if (const char* refusal = commands_.refusal_of(command, run(), utime_)) return refusal;
@@ -88,17 +112,19 @@ const char* DriverNode::refusal_of(const joint_command_t& command, JointVector& 
   if (chain_.limit_excess(position) > kLimitTolerance) return "refused a command beyond the joints' limits";
   if (driver_->status().phase != DriverStatus::Phase::kReady || !reading_)
     return "refused commands while the robot is not ready";
+  if (command.run == fast_run_) return kFast;
   if (follower_.stopping() || ending_) return "refused commands while the arm decelerates";
+  if (has_waited(command)) return "refused commands that waited while the driver was stopped";
   if (!is_of_now(command))
     return "refused commands whose time is not now, as they follow from recorded images (see --accept-recorded) or "
            "from a computer whose clock is wrong";
   // Also false where a reading is not a number.
   const bool near = ((position - reading_->position).array().abs() <= options_.max_start_distance).all();
   if (!follower_.following() && !near) return "refused commands that begin far from the arm";
-  const bool at_standstill = !follower_.following() || position == commanded_;
-  if (pace_.is_ahead(command.utime, utime_, at_standstill))
-    return "refused commands that come faster than real time (was the bridge started with --speed?)";
-  return nullptr;
+  const bool at_standstill = !follower_.following() || (position == commanded_ && velocity.isZero(0));
+  if (!pace_.is_ahead(command.utime, utime_, at_standstill)) return nullptr;
+  if (pace_.often_ahead()) fast_run_ = command.run;
+  return kFast;
 }
 
 void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
@@ -113,6 +139,7 @@ void DriverNode::receive_command(std::span<const uint8_t> bytes, Outbox& out) {
     return;
   }
   commands_.obey(*command, utime_);
+  waiting_until_us_ = 0;  // the next ones come after it
   const auto& state = follower_.command(position, velocity, command->utime, reading_->position, utime_);
   commanded_ = position;
   commanded_utime_ = command->utime;
@@ -159,10 +186,6 @@ const char* DriverNode::refusal_of(const bridge_request_t& request) const {
 void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
   const auto request = decode_and_count<bridge_request_t>(bytes);
   if (!request || (request->request != 0 && request->request == request_)) return;
-  if (request->kind == bridge_request_t::DISABLE && request->run == run()) {  // this program is asked to end
-    ending_ = true;
-    return follower_.stop();
-  }
   if (request->kind != bridge_request_t::ENABLE && request->kind != bridge_request_t::RESET) return;
   for (auto* heard : {&bridges_, &robots_})
     std::erase_if(*heard, [&](const auto& each) { return utime_ - each.second.us > kGone; });
@@ -172,6 +195,7 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
     return;
   }
   request_ = request->request;
+  fast_run_.reset();
   WireOutbox wire;
   if (request->kind == bridge_request_t::ENABLE) {
     driver_->enable(now(), wire);
@@ -179,10 +203,6 @@ void DriverNode::receive_request(std::span<const uint8_t> bytes, Outbox& out) {
     driver_->reset(now(), wire);
   }
   port_.send(wire, now(), out);
-}
-
-std::optional<OutMessage> DriverNode::shutdown_request() const {
-  return stop_request(run());
 }
 
 /// Once asked to end, when the arm is at standstill, or out of reach.
@@ -194,7 +214,7 @@ bool DriverNode::finished() const {
 
 /// Sends on where commands are missing.
 void DriverNode::watch_commands(Outbox& out) {
-  if (driver_->status().phase != DriverStatus::Phase::kReady) return follower_.forget();
+  if (driver_->status().phase != DriverStatus::Phase::kReady) return follower_.hold(utime_);
   int64_t utime = 0;
   if (const auto* state = follower_.missing(utime_, utime)) pass_on(*state, utime, out);
 }

@@ -42,8 +42,8 @@ class DriverNode : public Node {
   int64_t tick_period_us() const override { return kTickUs; }
   void tick(Outbox& out) override;
   LateTicks late_ticks() const override { return LateTicks::kSkip; }
-  void skip_ticks(int64_t ticks) override { utime_ += ticks * kTickUs; }
-  std::optional<OutMessage> shutdown_request() const override;
+  void skip_ticks(int64_t ticks) override;
+  bool begin_end() override;
   bool finished() const override;
   std::string state() const override;
 
@@ -64,6 +64,7 @@ class DriverNode : public Node {
   bool means_this_robot(const Heard& bridge) const;
   const char* refusal_of(const joint_command_t& command, JointVector& position, JointVector& velocity);
   bool is_of_now(const joint_command_t& command) const;
+  bool has_waited(const joint_command_t& command) const;
   const char* refusal_of(const bridge_request_t& request) const;
   void watch_commands(Outbox& out);
   void pass_on(const robot_bridge::MotionState& state, int64_t utime, Outbox& out);
@@ -87,7 +88,9 @@ class DriverNode : public Node {
   std::map<int64_t, Heard> bridges_, robots_;  // by run; other robots than this one
   CommandFollower follower_;
   PaceCheck pace_;
-  JointVector commanded_;  // last
+  std::optional<int64_t> fast_run_;  // of a bridge that is faster than real time: refused until a user asks again
+  int64_t waiting_until_us_ = 0;     // after this program was stopped: what comes before may have waited
+  JointVector commanded_;            // last
   bool ending_ = false;
   int64_t commanded_us_ = 0, commanded_utime_ = 0;  // of the last command
   std::optional<Reading> reading_;

@@ -44,6 +44,20 @@ class Following : public ::testing::Test {
     sent_.reset();
   }
 
+  /// Follows from standstill for a second. Returns the time of the next command, ms.
+  int64_t begin() {
+    follower.forget();
+    sent_.reset();
+    positions.clear();
+    arm[0] = q(0);
+    for (int64_t ms = 0; ms < 1000; ++ms) {
+      give(ms);
+      tick();
+    }
+    fastest = hardest = 0;
+    return 1000;
+  }
+
   CommandFollower follower{limits(), 20000};
   JointVector arm = JointVector::Zero(1);
   int64_t now_us = 1000;
@@ -69,17 +83,7 @@ TEST_F(Following, PassesCommandsOnUnchanged) {
 TEST_F(Following, AGapWithinTheTimeOutIsASmoothDetour) {
   for (int gap = 1; gap <= 18; ++gap) {
     SCOPED_TRACE(gap);
-    follower.forget();
-    sent_.reset();
-    positions.clear();
-    fastest = hardest = 0;
-    int64_t ms = 0;
-    arm[0] = q(0);
-    for (; ms < 1000; ++ms) {
-      give(ms);
-      tick();
-    }
-    fastest = hardest = 0;
+    int64_t ms = begin();
     for (int k = 0; k < gap; ++k, ++ms) tick();
     for (int k = 0; k < 1000; ++k, ++ms) {
       ASSERT_FALSE(follower.stopping());
@@ -96,16 +100,7 @@ TEST_F(Following, CommandsThatComeTogetherAfterAGapAreNoStep) {
   for (const int gap : {3, 8, 15}) {
     for (const bool all_at_once : {true, false}) {
       SCOPED_TRACE(gap);
-      follower.forget();
-      sent_.reset();
-      positions.clear();
-      int64_t ms = 0;
-      arm[0] = q(0);
-      for (; ms < 1000; ++ms) {
-        give(ms);
-        tick();
-      }
-      fastest = hardest = 0;
+      int64_t ms = begin();
       for (int k = 0; k < gap; ++k) tick();
       // Those of the gap, in one burst or all later by the gap from now on.
       for (int k = 0; all_at_once && k < gap; ++k) give(ms++);
@@ -135,22 +130,39 @@ TEST_F(Following, ALongGapEndsInARampToStandstill) {
   EXPECT_GT(ticks, 20) << "of the time-out";
 }
 
+// Commands that have waited come many in a millisecond, or most of them are lost.
+TEST_F(Following, CommandsThatLeapInTimeAreJoinedSmoothly) {
+  for (const int64_t together : {4, 5, 15, 40}) {
+    for (const int64_t lost : {0, 3, 30}) {
+      SCOPED_TRACE(std::to_string(together) + " in a millisecond, then " + std::to_string(lost) + " lost");
+      int64_t ms = begin();
+      for (int k = 0; k < 2; ++k) tick();  // as late as without a transition
+      fastest = hardest = 0;
+      for (int64_t behind = 60; behind > 1;) {
+        for (int64_t k = 0; k < together && behind > 0; ++k, --behind) give(ms++);
+        tick();
+        ++behind;
+      }
+      ms += lost;
+      for (int k = 0; k < 1000; ++k) {
+        give(ms++);
+        tick();
+      }
+      EXPECT_NEAR(positions.back(), q(static_cast<double>(ms - 1) * 1e-3), 1e-9);
+      EXPECT_LT(fastest, 4) << "two commands in a millisecond are passed on: twice the speed, and half of the limit";
+    }
+  }
+}
+
 // The driver itself is stopped: the robot rests at what it got last, so that nothing else may come next.
 TEST_F(Following, AfterAStopOfTheDriverTheMotionBeginsAgainFromRest) {
   for (const bool command_first : {false, true}) {
     for (const int64_t stopped_ms : {4, 25, 100, 600}) {
       SCOPED_TRACE(std::to_string(stopped_ms) + (command_first ? " ms, a command first" : " ms, a tick first"));
-      follower.forget();
-      sent_.reset();
-      positions.clear();
-      int64_t ms = 0;
-      arm[0] = q(0);
-      for (; ms < 1000; ++ms) {
-        give(ms);
-        tick();
-      }
+      int64_t ms = begin();
       const double last = sent_->position[0];
       now_us += 1000 * stopped_ms;
+      follower.hold(now_us);
       arm[0] = last;
       fastest = hardest = 0;
       positions.assign(3, last);

@@ -101,6 +101,7 @@ TEST_P(Drivers, StopOnARampOrByTheRobotItselfAndRecover) {
     EXPECT_LT(loop.fastest_share, 3.05) << "also while it recovers";
     EXPECT_LT(loop.commands.fastest, kLargestShare) << "on the wire";
     EXPECT_LT(loop.commands.hardest, kLargestShare) << "on the wire";
+    EXPECT_LT(loop.commands.largest_step, kLargestShare) << "on the wire";
   }
 }
 
@@ -134,6 +135,7 @@ TEST_P(Drivers, ADriverThatWasStoppedBeginsAgainFromRest) {
     if (ms > 3) {
       EXPECT_LT(loop.commands.hardest, kLargestShare) << "on the wire";
     }
+    EXPECT_LT(loop.commands.largest_step, kLargestShare) << "on the wire";
     EXPECT_TRUE(loop.bridge_state.state == bridge_state_t::RUNNING || loop.recover())
         << "driver: " << loop.driver().state() << "; bridge: " << loop.bridge().state();
   }
@@ -146,9 +148,7 @@ TEST_P(Drivers, ADriverThatIsEndedDeceleratesTheArmFirst) {
   ASSERT_EQ(loop.bridge_state.state, bridge_state_t::RUNNING);
   loop.run(900);
   EXPECT_FALSE(loop.driver().finished());
-  const auto request = loop.driver().shutdown_request();
-  ASSERT_TRUE(request);
-  loop.inject(request->channel, request->bytes);
+  EXPECT_TRUE(loop.driver().begin_end());
   EXPECT_FALSE(loop.driver().finished()) << "in motion";
   int64_t ms = 0;
   for (; !loop.driver().finished() && ms < 2000; ++ms) loop.run(1);

@@ -94,6 +94,7 @@ class CommandCheck {
 
   void commanded(const JointVector& position) { newest_ = position; }
   void end_millisecond() {
+    check_step();
     if (!newest_) {
       samples_.clear();
       return;
@@ -109,6 +110,8 @@ class CommandCheck {
     hardest = std::max(hardest, acceleration.cwiseAbs().cwiseQuotient(limits_.acceleration).maxCoeff());
   }
 
+  /// A millisecond in which the driver is stopped.
+  void pass_millisecond() { ++since_sent_ms_; }
   /// The robot has got no position for some milliseconds, and rests at the last.
   void rest() {
     if (samples_.empty()) return;
@@ -116,8 +119,25 @@ class CommandCheck {
   }
 
   double fastest = 0, hardest = 0;
+  double largest_step = 0;  ///< as `fastest`, also across gaps, in which the robot rests at the last position
 
  private:
+  static constexpr int64_t kBridged = 3, kForgotten = 500;  // ms without a command
+
+  void check_step() {
+    ++since_sent_ms_;
+    if (!newest_) return;
+    if (sent_.size() > 0 && since_sent_ms_ < kForgotten) {
+      const double periods = since_sent_ms_ <= kBridged + 1 ? static_cast<double>(since_sent_ms_) : 1;
+      const JointVector speed = (*newest_ - sent_) * 1e3 / periods;
+      largest_step = std::max(largest_step, speed.cwiseAbs().cwiseQuotient(limits_.velocity).maxCoeff());
+    }
+    sent_ = *newest_;
+    since_sent_ms_ = 0;
+  }
+
+  JointVector sent_;
+  int64_t since_sent_ms_ = 0;
   robot_bridge::MotionLimits limits_;
   std::deque<JointVector> samples_;
   std::optional<JointVector> newest_;
@@ -215,7 +235,11 @@ class DriverLoop {
       }
       emulator_->tick(out);
       route(out);
-      if (driver_missed_ == 0) commands.end_millisecond();
+      if (driver_missed_ == 0) {
+        commands.end_millisecond();
+      } else {
+        commands.pass_millisecond();
+      }
       const JointVector& q = emulator().position();
       const JointVector speed = (q - previous_) * 1e3;
       fastest_share = std::max(fastest_share, (speed.array().abs() / robot_.chain.velocity().array()).maxCoeff());
@@ -244,6 +268,7 @@ class DriverLoop {
   /// `multireach-robot reset` until the bridge accepts, and the controller is restarted.
   bool recover() {
     run(std::max<int64_t>(0, driver_stalled_until_ms - now_ms_));
+    while (!waiting_.empty()) run(1);
     faults = WireFaults{};
     command_loss = 0;
     sends_setpoints = bridge_stalls = false;
@@ -343,12 +368,16 @@ class DriverLoop {
     }
   }
 
-  /// As the live loop: the time that has passed, then what has waited.
+  /// As the live loop: the time that has passed, then what has waited, as much as it handles before its next tick.
   void resume_driver(Outbox& out) {
-    if (driver_missed_ == 0) return;
-    driver_->skip_ticks(std::exchange(driver_missed_, 0));
-    commands.rest();
-    for (const OutMessage& message : std::exchange(waiting_, {})) driver_->receive(message.channel, message.bytes, out);
+    if (driver_missed_ > 0) {
+      driver_->skip_ticks(std::exchange(driver_missed_, 0));
+      commands.rest();
+    }
+    for (size_t k = 0; k < kHandled && !waiting_.empty(); ++k) {
+      driver_->receive(waiting_.front().channel, waiting_.front().bytes, out);
+      waiting_.pop_front();
+    }
   }
 
   void pass(const OutMessage& message) {
@@ -364,7 +393,7 @@ class DriverLoop {
     for (Node* node : std::initializer_list<Node*>{&bridge_, driver_.get(), emulator_.get()}) {
       const auto inputs = node->inputs();
       if (std::ranges::find(inputs, message.channel) == inputs.end()) continue;
-      if (node == driver_.get() && (driver_missed_ > 0 || now_ms_ < driver_stalled_until_ms)) {
+      if (node == driver_.get() && (driver_missed_ > 0 || now_ms_ < driver_stalled_until_ms || !waiting_.empty())) {
         waiting_.push_back(message);
         continue;
       }
@@ -380,7 +409,8 @@ class DriverLoop {
   std::unique_ptr<drivers::EmulatorNode> emulator_;
   std::vector<std::string> lcm_;
   std::deque<std::pair<int64_t, OutMessage>> delayed_;
-  Outbox waiting_;  // for a driver that is stopped
+  static constexpr size_t kHandled = 12;  // messages in a millisecond, after a stop
+  std::deque<OutMessage> waiting_;        // for a driver that is stopped
   int64_t driver_missed_ = 0;
   int64_t now_ms_ = 1;
   int64_t requests_ = 0;

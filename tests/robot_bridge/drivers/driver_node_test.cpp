@@ -140,6 +140,84 @@ TEST_F(TemplateDriverTest, RefusesCommandsThatComeFasterThanRealTime) {
   }
 }
 
+// Where it may be a delay of the network, the arm is followed again; a bridge that is faster each time is not.
+TEST_F(TemplateDriverTest, ABridgeThatIsFasterThanRealTimeStaysRefusedUntilTheUserAsks) {
+  run(20);
+  double sent = 0;
+  const auto run_fast = [&](int64_t ms) {
+    for (const int64_t end = echo.now_ms + ms; echo.now_ms < end;) {
+      for (const double until = sent + 1.5; sent + 1 <= until; ++sent) {
+        auto message = command(start + 2e-5 * sent * JointVector::Unit(4, 3), 0.02 * JointVector::Unit(4, 3));
+        message.utime = 20000 + static_cast<int64_t>(sent) * 1000;
+        send(message);
+      }
+      sent += 0.5;
+      run(1);
+    }
+  };
+  run_fast(600);
+  EXPECT_NE(node->state().find("ready, refused commands that come faster than real time"), std::string::npos)
+      << node->state();
+  const auto before = echo.q;
+  run_fast(300);
+  EXPECT_EQ(echo.q, before) << "it is not followed any more";
+  bridge_state_t bridge{};
+  bridge.run = 5;
+  bridge.robot_run = 77;
+  node->receive(channel::kBridgeState, *encode(bridge), out);
+  bridge_request_t reset{};
+  reset.run = 5;
+  reset.kind = bridge_request_t::RESET;
+  reset.request = 1;
+  node->receive(channel::kBridgeRequest, *encode(reset), out);
+  auto message = command(start, zero);
+  message.utime = echo.now_ms * 1000;
+  const auto refused = node->counters().refused;
+  JointVector here = JointVector::Map(echo.q.data(), 4);
+  message.joint_position = to_field(here);
+  send(message);
+  EXPECT_EQ(node->counters().refused, refused) << node->state();
+}
+
+// Commands that waited while the driver was stopped belong to a motion of before.
+TEST_F(TemplateDriverTest, AfterAStopItFollowsOnlyWhatIsNearAndOfNow) {
+  for (const bool far : {false, true}) {
+    SCOPED_TRACE(far);
+    run(1000);
+    const JointVector from = JointVector::Map(echo.q.data(), 4);
+    for (int k = 0; k < 100; ++k) {
+      send(command(from, zero));
+      run(1);
+    }
+    EXPECT_NE(node->state().find("following"), std::string::npos) << node->state();
+    auto waited = command(from, zero);
+    node->skip_ticks(200);
+    echo.now_ms += 200;
+    const auto refused = node->counters().refused;
+    send(waited);
+    EXPECT_EQ(node->counters().refused, refused + 1);
+    EXPECT_NE(node->state().find("waited while the driver was stopped"), std::string::npos) << node->state();
+    run(60);
+    send(command(from + (far ? 0.4 : 0.001) * JointVector::Unit(4, 3), zero));
+    EXPECT_EQ(node->counters().refused, refused + (far ? 2 : 1)) << node->state();
+    run(1);
+    EXPECT_LT(std::abs(echo.q[3] - from[3]), 0.01) << "no step";
+  }
+}
+
+// Anyone can read its run in ROBOT_STATE.
+TEST_F(TemplateDriverTest, NoMessageEndsIt) {
+  run(20);
+  bridge_request_t request{};
+  request.run = 77;
+  request.kind = bridge_request_t::DISABLE;
+  node->receive(channel::kBridgeRequest, *encode(request), out);
+  run(20);
+  EXPECT_FALSE(node->finished());
+  EXPECT_TRUE(node->begin_end());
+  EXPECT_TRUE(node->finished()) << "at standstill";
+}
+
 TEST_F(TemplateDriverTest, ADelayOfTheNetworkIsNotFasterThanRealTime) {
   run(20);
   JointVector q = start;
