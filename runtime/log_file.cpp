@@ -1,8 +1,5 @@
 #include "runtime/log_file.hpp"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -40,30 +37,18 @@ bool follows(const LogEvent& event, const LogEvent& before) {
 
 }  // namespace
 
-LogReader::LogReader(const std::string& path) {
-  size_t size = 0;
-  const int file = open_regular_file(path, size);
-  if (size > 0) {
-    void* map = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
-    if (map != MAP_FAILED) bytes_ = {static_cast<const uint8_t*>(map), size};
-  }
-  ::close(file);
+LogReader::LogReader(const std::string& path) : file_(path) {
   // A file that is no log must not be searched for an event for minutes.
-  const std::span<const uint8_t> whole = bytes_;
+  const std::span<const uint8_t> whole = file_.bytes();
   bytes_ = whole.first(std::min(whole.size(), kSearchedBegin));
   bool any = next_mark(0) < bytes_.size();
   bytes_ = whole;
   any = any && next().has_value();
   rewind();
   if (!any) {
-    if (!bytes_.empty()) munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
     throw InputError(path + ": holds no event of an LCM log" +
-                     (size > kSearchedBegin ? " in its first 256 MB" : std::string()));
+                     (whole.size() > kSearchedBegin ? " in its first 256 MB" : std::string()));
   }
-}
-
-LogReader::~LogReader() {
-  munmap(const_cast<uint8_t*>(bytes_.data()), bytes_.size());
 }
 
 void LogReader::rewind() {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/files.hpp"
+#include "runtime/mapped_file.hpp"
 
 namespace multireach {
 
@@ -27,9 +28,6 @@ class LogReader {
  public:
   /// Throws InputError when the file cannot be read or holds no event (in its first 256 MB).
   explicit LogReader(const std::string& path);
-  ~LogReader();
-  LogReader(const LogReader&) = delete;
-  LogReader& operator=(const LogReader&) = delete;
 
   std::optional<LogEvent> next();
   void rewind();
@@ -50,6 +48,7 @@ class LogReader {
   /// the length says.
   bool has_wrong_length(size_t position, const LogEvent& event) const;
 
+  MappedFile file_;
   std::span<const uint8_t> bytes_;
   size_t position_ = 0;
   size_t damaged_bytes_ = 0, damaged_places_ = 0;
