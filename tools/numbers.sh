@@ -39,6 +39,7 @@ table moebius short "Objects of the pair Moebius" multireach-table-tests "tools/
 table calibration short "Calibration from photographs" multireach-calibrate "tools/bench_tables.py calibration"
 table stops long "Stops and restarts" "$loop multireach-camera multireach-replay multireach-publish multireach-test-garbage multireach-test-forger" "tests/live/stalls.sh $build/bin --all"
 table lateness long "Lateness of ticks" "$loop" "tests/full/jitter.sh $build/bin"
+table lateness-reserved long "Lateness of ticks on a reserved processor" "$loop" "tests/full/jitter.sh $build/bin --ticks 1000000 --reserve"
 table drivers long "Drivers and emulators" "" "bench/robots.sh"
 table page long "What the page costs" "" "bench/page.sh"
 table first-command long "The first command" "" "tools/launch.sh --isolated"

@@ -4,16 +4,16 @@
 # 2, for both alike). Needs the right to SCHED_FIFO.
 #   tests/full/jitter.sh BIN [--ticks N] [--segments K] [--load COMMAND] [--reserve]
 # N ticks of each (default 200000, some 14 minutes in all), in K segments (10); COMMAND: 'stress-ng --cpu 2 --vm 1 --quiet', or none.
-# --reserve: the other nodes and the logger on the other processors, as `launch.sh --reserve` has them.
+# --reserve: the other nodes, the logger and the load on the other processors, as `launch.sh --reserve` has them.
 arguments=("$@")
-bin=$1 ticks=200000 segments=10 shared=() load='stress-ng --cpu 2 --vm 1 --quiet'
+bin=$1 ticks=200000 segments=10 shared=() reserved="" load='stress-ng --cpu 2 --vm 1 --quiet'
 shift
 while [ $# -gt 0 ]; do
   case "$1" in
     --ticks) ticks=$2 ;;
     --segments) segments=$2 ;;
     --load) load=$2 ;;
-    --reserve) shared=(taskset -c "0-$(($(nproc) - 2))"); shift; continue ;;
+    --reserve) shared=(taskset -c "0-$(($(nproc) - 2))") reserved=", with a processor reserved"; shift; continue ;;
     *) echo "jitter.sh: unknown option '$1'" >&2; exit 2 ;;
   esac
   shift 2
@@ -80,12 +80,12 @@ print() {
     }' "$1/cyclictest" "$1/bridge"
 }
 
-printf '## Without other work\n\n'
+printf '## Without other work%s\n\n' "$reserved"
 measure "$work/idle"
 print "$work/idle" || failed "no table"
 if [ -n "$load" ]; then
-  setsid sh -c "exec $load" >/dev/null 2>&1 & loading=$!
-  printf '\n## Beside a load\n\n`%s`\n\n' "$load"
+  setsid "${shared[@]}" sh -c "exec $load" >/dev/null 2>&1 & loading=$!
+  printf '\n## Beside a load%s\n\n`%s`\n\n' "$reserved" "$load"
   measure "$work/loaded"
   end_load
   print "$work/loaded" || failed "no table"
