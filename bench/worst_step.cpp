@@ -1,5 +1,5 @@
 // multireach-bench-worst: the longest integration steps of the guarded law while it must search other joint
-// configurations, as a Markdown table.
+// configurations or plan around obstacles, as a Markdown table.
 #include <fmt/format.h>
 #include <time.h>
 
@@ -50,25 +50,48 @@ TaskTarget random_target(const Chain& chain, TaskKind task, uint64_t k) {
   return target;
 }
 
-struct Seen {
-  std::vector<double> us;    // the time of each step, the least of all passes
-  int64_t searches = 0;      // for theta_T, by steps
-  int64_t search_steps = 0;  // steps during which one was under way
-  int64_t longest = 0;       // steps of one search
+/// What takes several steps.
+struct Spread {
+  int64_t count = 0, steps = 0, longest = 0, running = 0;
+
+  void add(bool is_running, int64_t begun) {
+    count += begun;
+    running = is_running ? running + 1 : 0;
+    steps += is_running ? 1 : 0;
+    longest = std::max(longest, running);
+  }
+  std::string text() const {
+    const double mean = count > 0 ? static_cast<double>(steps) / static_cast<double>(count) : 0;
+    return fmt::format("{} | {:.0f} | {}", count, mean, longest);
+  }
 };
+
+struct Seen {
+  std::vector<double> us;  // the time of each step, the least of all passes
+  Spread searches, plans;  // for theta_T; around obstructions
+};
+
+enum class Around { kNothing, kObstacles, kObstaclesInTheWay };
 
 /// The same reaches, once more: every pass takes the same steps, so what the machine adds differs and the rest does
 /// not.
-void pass(GuardedLaw& law, TaskKind task, uint64_t reaches, Seen& seen) {
+void pass(GuardedLaw& law, TaskKind task, Around around, uint64_t reaches, Seen& seen) {
   const Chain& chain = law.chain();
   const bool first = seen.us.empty();
   if (first) seen.us.assign(reaches * kSteps, INFINITY);
-  int64_t running = 0;
   size_t at = 0;
   for (uint64_t k = 0; k < reaches; ++k) {
     law.start(random_posture(chain, 1000 * k + 1));
-    law.set_target(random_target(chain, task, 1000 * k + 2), random_posture(chain, 1000 * k + 3));
-    const int64_t before = law.ik_searches();
+    const TaskTarget target = random_target(chain, task, 1000 * k + 2);
+    if (around == Around::kObstaclesInTheWay) {
+      std::vector<controller::Obstacle> obstacles = twenty_obstacles(chain);
+      controller::Obstacle& sphere = obstacles.emplace_back();
+      sphere.X_WO.translation() = 0.5 * (law.x() + target.position);
+      sphere.size.setConstant(0.4 * (law.x() - target.position).norm());
+      law.set_obstacles(obstacles);
+    }
+    law.set_target(target, random_posture(chain, 1000 * k + 3));
+    int64_t searches = law.ik_searches();
     for (int step = 0; step < kSteps; ++step, ++at) {
       if (step > 0 && step % kStepsPerTarget == 0) {
         law.update_target(random_target(chain, task, 1000 * k + 3 + static_cast<uint64_t>(step / kStepsPerTarget)));
@@ -77,30 +100,29 @@ void pass(GuardedLaw& law, TaskKind task, uint64_t reaches, Seen& seen) {
       law.step();
       seen.us[at] = std::min(seen.us[at], processor_microseconds() - begin);
       if (!first) continue;
-      running = law.searching() ? running + 1 : 0;
-      seen.search_steps += law.searching() ? 1 : 0;
-      seen.longest = std::max(seen.longest, running);
+      seen.searches.add(law.searching(), law.ik_searches() - searches);
+      seen.plans.add(law.planning(), law.planning() && seen.plans.running == 0 ? 1 : 0);
+      searches = law.ik_searches();
     }
-    if (first) seen.searches += law.ik_searches() - before;
   }
 }
 
-void measure(const std::string& name, const Chain& chain, TaskKind task, double link_radius_m, uint64_t reaches,
-             int passes) {
+void measure(const std::string& name, const Chain& chain, TaskKind task, Around around, uint64_t reaches, int passes) {
   controller::GuardedParameters parameters;
-  parameters.body.link_radius_m = link_radius_m;
+  if (around != Around::kNothing) parameters.body.link_radius_m = 0.06 * chain.reach();
   GuardedLaw law(chain, parameters);
-  if (link_radius_m > 0) law.set_obstacles(twenty_obstacles(chain));
+  if (around == Around::kObstacles) law.set_obstacles(twenty_obstacles(chain));
   Seen seen;
-  for (int k = 0; k < passes; ++k) pass(law, task, reaches, seen);
+  for (int k = 0; k < passes; ++k) pass(law, task, around, reaches, seen);
   std::sort(seen.us.begin(), seen.us.end());
   const auto quantile = [&](double q) {
     return seen.us[static_cast<size_t>(q * static_cast<double>(seen.us.size() - 1))];
   };
-  fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {} | {:.0f} | {} |\n", name, task == TaskKind::kPose ? 6 : 3,
-             link_radius_m > 0 ? 20 : 0, seen.us.back(), quantile(0.999), quantile(0.5), seen.searches,
-             seen.searches > 0 ? static_cast<double>(seen.search_steps) / static_cast<double>(seen.searches) : 0.0,
-             seen.longest);
+  const char* obstacles = around == Around::kNothing     ? "0"
+                          : around == Around::kObstacles ? "20"
+                                                         : "20 and 1 in the way";
+  fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {} | {} |\n", name, task == TaskKind::kPose ? 6 : 3,
+             obstacles, seen.us.back(), quantile(0.999), quantile(0.5), seen.searches.text(), seen.plans.text());
   std::fflush(stdout);
 }
 
@@ -110,7 +132,7 @@ void measure(const std::string& name, const Chain& chain, TaskKind task, double 
 int main(int argc, char** argv) {
   using namespace multireach;
   using namespace multireach::bench;
-  CLI::App app("The longest integration steps while the guarded law searches theta_T, as a Markdown table.",
+  CLI::App app("The longest integration steps while the guarded law searches theta_T or plans, as a Markdown table.",
                "multireach-bench-worst");
   uint64_t reaches = 30;
   int passes = 7;
@@ -119,17 +141,19 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   fmt::print(
       "| arm | m | obstacles | longest step, µs | 99.9th percentile | median | searches | steps of a search, mean | "
-      "longest |\n"
-      "|---|---|---|---|---|---|---|---|---|\n");
+      "longest | plans | steps of a plan, mean | longest |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const ArmName& arm : default_arms()) {
     if (!std::filesystem::exists(arm.urdf)) {
       fmt::print(stderr, "multireach-bench-worst: {} is not here; its arm is left out\n", arm.urdf);
       continue;
     }
     const Chain chain = load(arm);
-    measure(arm.name, chain, controller::TaskKind::kPosition, 0, reaches, passes);
-    if (chain.size() >= 6) measure(arm.name, chain, controller::TaskKind::kPose, 0, reaches, passes);
-    measure(arm.name, chain, controller::TaskKind::kPosition, 0.06 * chain.reach(), reaches, passes);
+    measure(arm.name, chain, TaskKind::kPosition, Around::kNothing, reaches, passes);
+    if (chain.size() >= 6) measure(arm.name, chain, TaskKind::kPose, Around::kNothing, reaches, passes);
+    for (const Around around : {Around::kObstacles, Around::kObstaclesInTheWay}) {
+      measure(arm.name, chain, TaskKind::kPosition, around, reaches, passes);
+    }
   }
   return 0;
 }

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
 #include "controller/collision/proximity.hpp"
+#include "numeric/random.hpp"
 
 namespace multireach::controller {
 
@@ -27,20 +29,27 @@ class Path {
 };
 
 /// Plans a collision-free path in joint space: RRT-Connect (Kuffner & LaValle, ICRA 2000) with seeded samples, then
-/// shortened. Allocates all memory at construction.
+/// shortened. The work may be divided into parts of any size; the path is the same. Allocates all memory at
+/// construction.
 class RrtPlanner {
  public:
+  static constexpr int kAllWork = std::numeric_limits<int>::max();
+
   /// `fixed`: joints that stay where they start.
   explicit RrtPlanner(const Chain& chain, const std::array<bool, kMaxJoints>& fixed = {});
-  /// A copy has its own memory and no path.
-  RrtPlanner(const RrtPlanner& other) : RrtPlanner(other.chain_, other.fixed_) {}
+  /// A copy has its own memory, and continues the same plan.
+  RrtPlanner(const RrtPlanner& other) : RrtPlanner(other.chain_, other.fixed_) { *this = other; }
   RrtPlanner& operator=(const RrtPlanner&) = default;
 
-  /// Joint configurations from `start` (not included) to `goal`, joined by straight lines in joint space. The clearance
-  /// along the lines is not negative; where the start or the goal has less, it is at least the lesser of theirs. Empty
-  /// when a bounded number of samples finds no path. Valid until the next call.
-  std::span<const JointVector> plan(const JointVector& start, const JointVector& goal, Proximity& proximity,
-                                    uint64_t seed);
+  /// Begins to plan from `start` to `goal`. Computes two clearances.
+  void begin(const JointVector& start, const JointVector& goal, Proximity& proximity, uint64_t seed);
+  /// Continues by about `work` units, and returns whether the plan is finished. A unit is the computation of one
+  /// clearance; adding a node to a tree counts as one more.
+  bool continue_planning(Proximity& proximity, int work);
+  /// When finished: joint configurations from the start (not included) to the goal, joined by straight lines in joint
+  /// space. The clearance along the lines is not negative; where the start or the goal has less, it is at least the
+  /// lesser of theirs. Empty when a bounded number of samples finds no path. Valid until begin().
+  std::span<const JointVector> path() const;
 
  private:
   struct Node {
@@ -48,18 +57,40 @@ class RrtPlanner {
     int parent;
   };
   using Tree = std::vector<Node>;
+  /// A straight line in joint space, whose clearance is computed at equal distances.
+  struct Line {
+    JointVector from, to;
+    int next = 1, parts = 1;
+  };
+  enum class Phase { kSample, kGrow, kConnect, kShorten, kFinished };
+  enum class Checked { kNotYet, kClear, kCollides };
 
-  bool clear(const JointVector& theta, Proximity& proximity) const;
-  bool clear_between(const JointVector& from, const JointVector& to, Proximity& proximity) const;
-  int nearest(const Tree& tree, const JointVector& theta) const;
-  int extend(Tree& tree, const JointVector& towards, Proximity& proximity) const;
-  void shorten(Proximity& proximity);
+  Tree& tree(bool of_start) { return of_start ? from_start_ : from_goal_; }
+  void begin_line(const JointVector& from, const JointVector& to);
+  /// Continues the line's check while there is work, of which it takes what it needs.
+  Checked check_line(Proximity& proximity, int& work);
+  void draw_sample();
+  /// Begins the edge from the nearest node of a tree towards a configuration. False when the tree is full.
+  bool begin_edge(const Tree& tree, const JointVector& towards, int& work);
+  void begin_connecting(const JointVector& target, int& work);
+  void join(int in_grown, int in_other);
+  void begin_shortening();
+  void next_shortcut();
 
   Chain chain_;
   std::array<bool, kMaxJoints> fixed_;
   Tree from_start_, from_goal_;
   std::vector<JointVector> path_;
   double least_clearance_ = 0;
+  Phase phase_ = Phase::kFinished;
+  CounterRandom random_{0, 0};
+  uint64_t drawn_ = 0;
+  int samples_ = 0;           // drawn so far; every second one grows the goal's tree
+  bool grows_start_ = false;  // which tree the current sample grows
+  int grown_ = 0, parent_ = 0;
+  JointVector target_;  // the node that the other tree is to reach
+  Line line_;
+  size_t shorten_from_ = 0, shorten_to_ = 0;
 };
 
 }  // namespace multireach::controller

@@ -58,6 +58,7 @@ void GuardedLaw::take_motion(const GuardedLaw& other) {
   searched_target_ = other.searched_target_;
   path_.clear();
   path_next_ = 0;
+  planning_.reset();
   obstructed_steps_ = 0;
 }
 
@@ -89,6 +90,7 @@ void GuardedLaw::begin_reach(bool posture_only) {
   state_.progress.unreachable = 0;
   path_.clear();
   path_next_ = 0;
+  planning_.reset();
   if (reach_path_) reach_path_->stop();
   steps_until_plan_ = arm_.settings.pace.steps(kStepsUntilPlan);
   restart_schedule(arm_, state_);
@@ -163,29 +165,56 @@ void GuardedLaw::follow_path() {
   update_kinematics(arm_, state_);
 }
 
-void GuardedLaw::plan_around_obstruction() {
-  obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
-  if (obstructed_steps_ < steps_until_plan_) return;
+void GuardedLaw::begin_plan() {
   obstructed_steps_ = 0;
   // Plan to theta_T; at every second attempt, to another collision-free IK solution of the target.
-  JointVector goal = following_path() ? path_.back() : JointVector(theta_target());
+  planning_ = Planning{.start = theta(), .goal = following_path() ? path_.back() : JointVector(theta_target())};
   const uint64_t seed = search_.options().seed + plans_;
-  if (plans_++ % 2 == 1 && !posture_only_) {
-    CollisionFreeSearch other = collision_free_search(*target_, seed, false);
-    while (!continue_search(other, kAllWork)) continue;
-    goal = other.best.value_or(goal);
-  }
-  // The planner cannot reach a goal that penetrates obstacles more deeply than the arm does now.
-  const bool possible = proximity_.clearance(goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6;
-  const auto planned = possible ? planner_.plan(theta(), goal, proximity_, seed) : std::span<const JointVector>{};
-  if (planned.empty() || planned.size() > Path::kCapacity) {
-    steps_until_plan_ = std::min(2 * steps_until_plan_, arm_.settings.pace.steps(kMaxStepsUntilPlan));
-    if (following_path()) end_path();
+  if (plans_++ % 2 == 1 && !posture_only_) planning_->other_goal = collision_free_search(*target_, seed, false);
+}
+
+void GuardedLaw::plan_around_obstruction() {
+  if (!planning_) {
+    obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
+    if (obstructed_steps_ >= steps_until_plan_) begin_plan();
     return;
   }
-  // When the arm starts outside its limits, so does the planned path: clamp it.
+  const bool moves_again = !state_.obstructed || !state_.slow;
+  if (moves_again && (theta() - planning_->start).norm() > kPassed) {
+    planning_.reset();
+    return;
+  }
+  const int work = arm_.settings.pace.search_work(TaskKind::kPosition);
+  if (auto& other = planning_->other_goal) {
+    if (!continue_search(*other, work)) return;
+    planning_->goal = other->best.value_or(planning_->goal);
+    other.reset();
+    return;
+  }
+  if (!planning_->has_begun) {
+    planning_->has_begun = true;
+    // The planner cannot reach a goal that penetrates obstacles more deeply than the arm does now.
+    if (proximity_.clearance(planning_->goal) >= std::min(0.0, proximity_.clearance(theta())) - 1e-6) {
+      planner_.begin(theta(), planning_->goal, proximity_, search_.options().seed + plans_ - 1);
+      return;
+    }
+  } else if (!planner_.continue_planning(proximity_, work / kClearanceWork)) {
+    return;
+  } else if (!planner_.path().empty() && planner_.path().size() <= Path::kCapacity) {
+    planning_.reset();
+    begin_path();
+    return;
+  }
+  planning_.reset();
+  steps_until_plan_ = std::min(2 * steps_until_plan_, arm_.settings.pace.steps(kMaxStepsUntilPlan));
+  if (following_path()) end_path();
+}
+
+/// Follows the path that the planner has found.
+void GuardedLaw::begin_path() {
   path_.clear();
-  for (const JointVector& posture : planned) path_.push_back(solver_.clamped(posture));
+  // When the arm starts outside its limits, so does the planned path: clamp it.
+  for (const JointVector& posture : planner_.path()) path_.push_back(solver_.clamped(posture));
   path_next_ = 0;
   if (reach_path_) reach_path_->stop();
   state_.target_fixed = true;
@@ -336,10 +365,14 @@ void GuardedLaw::step() {
   target_->position += target_->velocity;
   requested_target_.position += target_->velocity;
   if (reach_path_ && reach_path_->after_step(state_)) release_theta_target(theta_target());
-  if (!pairs.empty()) plan_around_obstruction();
+  if (!pairs.empty()) {
+    plan_around_obstruction();
+  } else {
+    planning_.reset();
+  }
   if (following_path()) {
     follow_path();
-  } else if (!following_short_path()) {
+  } else if (!following_short_path() && !planning()) {
     search_if_needed();
   }
 }

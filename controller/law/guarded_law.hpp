@@ -101,9 +101,8 @@ class GuardedLaw final : public ReachingLaw {
   /// Whether the arm follows a path that was planned because its hand path is short. gamma() is 0 meanwhile.
   bool following_short_path() const { return reach_path_ && reach_path_->leads(); }
 
-  /// One integration step. Without a target the arm brakes and stops. A search for another theta_T is continued by a
-  /// bounded part in each step; its result is taken over when it is complete. Planning around an obstruction is not
-  /// bounded so: some 10 to 30 ms in the step that needs it.
+  /// One integration step. Without a target the arm brakes and stops. A search for another theta_T, and a plan around
+  /// an obstruction, are continued by a bounded part in each step; the result is taken over when it is complete.
   void step() override;
 
   /// Sets the measured displacement of the arm from theta() (rad or m per joint); zero for none. theta() follows it at
@@ -126,6 +125,8 @@ class GuardedLaw final : public ReachingLaw {
   Obstruction obstruction() const override;
   /// Whether another theta_T is being searched.
   bool searching() const { return searching_; }
+  /// Whether a path around an obstruction is being planned, which takes several steps.
+  bool planning() const { return planning_.has_value(); }
   /// Number of IK searches for theta_T.
   int64_t ik_searches() const override { return ik_searches_; }
   /// Number of linear systems solved for the bounds, beyond one per step.
@@ -152,7 +153,10 @@ class GuardedLaw final : public ReachingLaw {
   /// |theta_T - theta|, summed joint by joint in order, so that batches give bit-identical results.
   double distance_to_go() const;
   void search_if_needed();
+  /// Begins, or continues by a bounded part, a plan around an obstruction that has stopped the arm for long enough.
   void plan_around_obstruction();
+  void begin_plan();
+  void begin_path();
   void follow_path();
   void end_path();
   /// Begins a search for a collision-free IK solution of `target`, from random starts: the nearest to theta(), or the
@@ -180,7 +184,14 @@ class GuardedLaw final : public ReachingLaw {
   std::optional<CollisionFreeSearch> collision_free_search_;
   int64_t steps_since_update_ = 0;
   Eigen::Vector3d searched_target_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
-  Path path_;                                                  // planned around an obstruction
+  /// Of a plan around an obstruction: first another goal is searched where it needs one, then a path is planned.
+  struct Planning {
+    JointVector start, goal;
+    std::optional<CollisionFreeSearch> other_goal{};
+    bool has_begun = false;  // the path's plan
+  };
+  std::optional<Planning> planning_;
+  Path path_;  // planned around an obstruction
   size_t path_next_ = 0;
   int obstructed_steps_ = 0, steps_until_plan_ = 0;
   uint64_t plans_ = 0;
