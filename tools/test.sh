@@ -3,9 +3,9 @@
 #   - the format of the code, ShellCheck on the scripts, the pages with their links, and the API pages of the headers,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
-#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without the three that take a quarter
-#     of an hour of processor time each there.
-# --full adds those three, the set-up course in a browser, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
+#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without those that take minutes of processor
+#     time there.
+# --full adds those, the drivers of the other arms, the set-up course in a browser, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
 # messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, studies on many machines, an hour of the whole system, the Debian
 # packages in a clean system, and the studies of docs/guarantees.md (half an hour).
 set -uo pipefail
@@ -19,7 +19,7 @@ case "${1:-}" in
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
-slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]OfRenderedTags$'
+slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]OfRenderedTags$|^IntegrationRate[.]TheHand|^PathOptimizer[.]FindsALocalMinimum'
 # A clone in another folder reuses what the compiler cache holds of this one.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 declare -a results=()
@@ -97,6 +97,7 @@ if [ $full = yes ]; then
   stage "a thousand random arms" odd_arms
   stage "a thousand changed bytes" changed_bytes
   stage "studies on many machines" many_machines
+  stage "the drivers of the other arms" env MULTIREACH_DRIVERS="panda ur5" tests/live/drivers.sh "$PWD/build/release/bin"
   stage "the set-up course" page_test course_page
   stage "an hour of the whole system" tests/full/soak.sh build/release/bin
   stage "Debian packages in a clean system" debian_packages

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Each driver with its emulator as processes: the arm reaches what the rendered cameras see, and the emulated robot refuses nothing.
 # After a collision the robot stops by itself, the bridge is in a fault, and the documented commands lead back. MULTIREACH_DRIVERS names
-# some of the arms.
+# the arms; by default one for each driver, and `tools/test.sh --full` has the others.
 bin=$1
 . "$(dirname "$0")/namespace.sh"
 declare -A pids
@@ -21,7 +21,7 @@ last_speed() {
     END { print most + 0 }' "$work/csv/ROBOT_STATE.csv"
 }
 
-for arm in ${MULTIREACH_DRIVERS:-iiwa14 panda fr3 ur5e ur5 so101 so101_dynamixel}; do
+for arm in ${MULTIREACH_DRIVERS:-iiwa14 fr3 ur5e so101 so101_dynamixel}; do
   folder=$work/$arm
   cp -r "$root/robots/${arm%_dynamixel}" "$folder"
   [ "$arm" = "${arm%_dynamixel}" ] || sed -i 's/name: feetech/name: dynamixel/' "$folder/robot.yaml"
