@@ -5,19 +5,13 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "numeric/random.hpp"
+#include "numeric/gaussian.hpp"
 
 namespace multireach::controller {
 namespace {
 
 constexpr uint64_t kSeed = 31;
 const Eigen::Vector3d kPosition(0.1, -0.2, 0.3);
-
-double gaussian(const CounterRandom& random, uint64_t& counter) {
-  const double u = 1 - random.uniform(counter), v = random.uniform(counter + 1);
-  counter += 2;
-  return std::sqrt(-2 * std::log(u)) * std::cos(2 * M_PI * v);
-}
 
 TEST(TargetFilter, PassesExactPositionsUnchanged) {
   TargetFilter filter({});

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "numeric/random.hpp"
+#include "numeric/gaussian.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -16,7 +16,8 @@ constexpr int64_t kFrame = 33333;
 const Eigen::Vector3d kSigma(5e-5, 5e-5, 3e-4);
 
 double normal(const CounterRandom& random, uint64_t k) {
-  return std::sqrt(-2 * std::log(1 - random.uniform(2 * k))) * std::cos(2 * M_PI * random.uniform(2 * k + 1));
+  uint64_t counter = 2 * k;
+  return gaussian(random, counter);
 }
 
 PositionEstimate seen_at(const Eigen::Vector3d& p) {

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "numeric/random.hpp"
+#include "numeric/gaussian.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -66,8 +66,8 @@ TEST(Triangulate, CovarianceIsHonest) {
   for (uint64_t k = 0; k < kCases; ++k) {
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
     const auto normal = [&](uint64_t i) {
-      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) *
-             std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
+      uint64_t counter = 1000000 + 2 * (8 * k + i);
+      return gaussian(random, counter);
     };
     const Eigen::Vector2d focal(r.left.fx, r.left.fy);
     const Eigen::Vector2d left =
@@ -117,8 +117,8 @@ TEST(Triangulate, CovarianceIsHonestForErrorsThatBothImagesShare) {
   double sum = 0;
   for (uint64_t k = 0; k < kCases; ++k) {
     const auto normal = [&](uint64_t i) {
-      return std::sqrt(-2 * std::log(1 - random.uniform(1000000 + 8 * k + i))) *
-             std::cos(2 * M_PI * random.uniform(2000000 + 8 * k + i));
+      uint64_t counter = 1000000 + 2 * (8 * k + i);
+      return gaussian(random, counter);
     };
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
     constexpr double kRadius = 0.02;
