@@ -11,6 +11,8 @@ namespace {
 
 /// s: an acceleration is extrapolated no further. Three observations at 30 Hz and the way to the robot's motion.
 constexpr double kLongestAcceleration = 0.15;
+/// m: standard deviation of a position that counts as exact, in the estimate of its velocity.
+constexpr double kExact = 5e-4;
 
 /// Whether C is a valid covariance, m^2: finite, no element above 1 m^2, and positive semidefinite (no principal minor
 /// is negative beyond rounding).
@@ -34,20 +36,52 @@ double TargetFilter::accelerated_s(int64_t utime) const {
 Eigen::Vector3d TargetFilter::position_at(int64_t utime) const {
   const double seconds = static_cast<double>(utime - *utime_) * 1e-6;
   const Eigen::Vector3d steady = position_ + velocity_ * seconds;
-  if (options_.acceleration_s <= 0) return steady;
+  if (!accelerates()) return steady;
   const double accelerated = accelerated_s(utime);
   return steady + acceleration_ * (accelerated * (seconds - accelerated / 2));
 }
 
 Eigen::Vector3d TargetFilter::velocity_at(int64_t utime) const {
-  if (options_.acceleration_s <= 0) return velocity_;
+  if (!accelerates()) return velocity_;
   return velocity_ + acceleration_ * accelerated_s(utime);
+}
+
+bool TargetFilter::is_jump(const Eigen::Vector3d& innovation, const Eigen::Matrix3d& noise) const {
+  const double expected = 4 * std::sqrt(std::max(0.0, noise.trace()));
+  return !(innovation.norm() <= std::max(options_.jump_m, expected));
+}
+
+/// As update(), for an observation without a velocity.
+bool TargetFilter::estimate_motion(const TargetObservation& observation, const Eigen::Matrix3d& noise) {
+  const bool exact = noise.trace() <= 0;
+  const Eigen::Matrix3d error = noise + (exact ? kExact * kExact : 1e-12) * Eigen::Matrix3d::Identity();
+  bool jumped = !utime_;
+  if (!jumped) {
+    const double elapsed = std::max(0.0, static_cast<double>(observation.utime - *utime_) * 1e-6);
+    jumped = is_jump(observation.position - position_at(observation.utime), noise);
+    if (!motion_) {
+      // Until now a velocity was observed: it is not known any more.
+      motion_.emplace().begin(observation.position, error);
+    } else {
+      motion_->predict(elapsed, options_.jerk_noise_m2_s5);
+      motion_->correct(observation.position, error);
+    }
+  }
+  if (jumped) motion_.emplace().begin(observation.position, error);
+  position_ = exact ? observation.position : motion_->position();
+  velocity_ = motion_->velocity();
+  acceleration_ = motion_->acceleration();
+  covariance_ = motion_->covariance().topLeftCorner<3, 3>();
+  utime_ = observation.utime;
+  return jumped;
 }
 
 bool TargetFilter::update(const TargetObservation& observation) {
   // An invalid covariance (negative, not finite, absurdly large) is ignored: the position counts as exact.
   Eigen::Matrix3d noise = 0.5 * (observation.covariance + observation.covariance.transpose());
   if (!positive(noise)) noise.setZero();
+  if (options_.jerk_noise_m2_s5 > 0 && observation.velocity.isZero(0)) return estimate_motion(observation, noise);
+  motion_.reset();
   const auto restart = [&] {
     position_ = observation.position;
     covariance_ = noise;
@@ -62,8 +96,7 @@ bool TargetFilter::update(const TargetObservation& observation) {
     const Eigen::Vector3d innovation = observation.position - predicted;
     covariance_.diagonal().array() += options_.wander_m_per_root_s * options_.wander_m_per_root_s * elapsed;
     const Eigen::Matrix3d total = covariance_ + noise;
-    const double expected = 4 * std::sqrt(std::max(0.0, noise.trace()));
-    if (!(innovation.norm() <= std::max(options_.jump_m, expected))) {
+    if (is_jump(innovation, noise)) {
       jumped = restart();
     } else if (const auto factors = total.llt(); noise.trace() <= 0 || factors.info() != Eigen::Success) {
       restart();

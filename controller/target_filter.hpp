@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "controller/motion_filter.hpp"
+
 namespace multireach::controller {
 
 /// An observation of the target: its position at one time, or that it was not seen.
@@ -18,7 +20,8 @@ struct TargetObservation {
 };
 
 /// Kalman filter of the position of a noisy target. It predicts with the observed velocity; a random walk is the
-/// process noise. Exact observations (zero covariance) pass unchanged.
+/// process noise. Where no velocity is observed, it may estimate it from the positions. Exact observations (zero
+/// covariance) pass unchanged.
 class TargetFilter {
  public:
   struct Options {
@@ -27,6 +30,8 @@ class TargetFilter {
     double wander_m_per_root_s = 0.1;  ///< process noise: standard deviation of the random walk after one second
     double acceleration_s = 0;         ///< the target's acceleration is the mean over about this time of how its
                                        ///< observed velocity changes; 0: no acceleration is assumed
+    double jerk_noise_m2_s5 = 0;       ///< of a target whose velocity is not observed: MotionFilter estimates velocity
+                                       ///< and acceleration with this noise; 0: they count as zero
   };
   explicit TargetFilter(const Options& options) : options_(options) {}
 
@@ -35,16 +40,23 @@ class TargetFilter {
   /// Position, m, and velocity, m/s, of the target at `utime`, extrapolated. Call update() first.
   Eigen::Vector3d position_at(int64_t utime) const;
   Eigen::Vector3d velocity_at(int64_t utime) const;
-  void reset() { utime_.reset(); }
+  void reset() {
+    utime_.reset();
+    motion_.reset();
+  }
 
  private:
   double accelerated_s(int64_t utime) const;
+  bool accelerates() const { return options_.acceleration_s > 0 || options_.jerk_noise_m2_s5 > 0; }
+  bool estimate_motion(const TargetObservation& observation, const Eigen::Matrix3d& noise);
+  bool is_jump(const Eigen::Vector3d& innovation, const Eigen::Matrix3d& noise) const;
 
   Options options_;
   std::optional<int64_t> utime_;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), velocity_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d acceleration_ = Eigen::Vector3d::Zero();  // m/s^2
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+  std::optional<MotionFilter> motion_;  // while no velocity is observed
 };
 
 }  // namespace multireach::controller

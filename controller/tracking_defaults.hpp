@@ -16,5 +16,8 @@ inline constexpr int64_t kTrackPrediction = 30000;
 /// s: TargetFilter::Options::acceleration_s. Noise of 0.02 m/s in each observed velocity, 30 times a second, then
 /// changes a position that is extrapolated by 80 ms by less than a millimetre.
 inline constexpr double kTrackAccelerationTime = 0.1;
+/// m^2/s^5: TargetFilter::Options::jerk_noise_m2_s5. A hand that moves by 0.2 m in 0.75 s with minimum jerk (Flash &
+/// Hogan, 1985) has a mean squared jerk of 720 (0.2 m)² / (0.75 s)⁶ = 160 m^2/s^6, correlated over some 0.1 s.
+inline constexpr double kTrackJerkNoise = 16;
 
 }  // namespace multireach::controller

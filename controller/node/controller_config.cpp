@@ -288,6 +288,7 @@ controller::ReachOptions reach_options_of(const ControllerKeys& keys) {
     if (tracks) {
       law.gains = controller::kTrackGains;
       options.target.acceleration_s = controller::kTrackAccelerationTime;
+      options.target.jerk_noise_m2_s5 = controller::kTrackJerkNoise;
     }
     if (keys.motion == Motion::kIntercept) options.intercept = keys.flight;
     put_gains(law.gains);

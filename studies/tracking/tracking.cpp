@@ -44,6 +44,7 @@ JointMotion run_controller(const Chain& chain, const JointVector& start, Tracker
     options.law = law;
     options.prediction_us = controller::kTrackPrediction;
     options.target.acceleration_s = controller::kTrackAccelerationTime;
+    options.target.jerk_noise_m2_s5 = controller::kTrackJerkNoise;
   }
   ReachController reach(chain, options);
   reach.start(start);
