@@ -150,6 +150,20 @@ TEST(ObjectColourOf, IsRefusedWhereAnotherObjectPasses) {
   }
 }
 
+TEST(ObjectColourOf, SaysWhereTheRestOfThePictureHasItsColours) {
+  // A small ball, and a wall of its colours in every light: nothing of the ball is left that the wall has not.
+  const Ball ball{{60, 60}, 12, kOrange};
+  std::vector<Patch> wall;
+  const CounterRandom random(11);
+  for (int k = 0; k < 192; ++k) {
+    const double bright = random.uniform(static_cast<uint64_t>(k), 0.2, 1.1);
+    wall.push_back(
+        {{160 + k % 16 * 10, k / 16 * 20, 10, 20}, {bright * kOrange.r, bright * kOrange.g, bright * kOrange.b}});
+  }
+  const ObjectColour object = learned(picture({ball}, wall, 8), ball);
+  EXPECT_NE(object.fault.find("other things have them, too, as the one at 2"), std::string::npos) << object.fault;
+}
+
 TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   const Ball ball{{150, 110}, 24, kOrange};
   cv::Mat image = picture({ball}, {}, 7);

@@ -27,12 +27,38 @@ double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   return area;
 }
 
+cv::Point middle(const vision::Blob& blob) {
+  return {cvRound(blob.centroid.x()), cvRound(blob.centroid.y())};
+}
+
+/// Where something else has the object's colours, which learning from the whole picture leaves out, as the end of a
+/// sentence; empty where nothing large has.
+std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region) {
+  const int margin = std::max(region.box.width, region.box.height) / 2;
+  const cv::Rect near =
+      (region.box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect(0, 0, bgr.cols, bgr.rows);
+  const vision::LearnedColour alone = region.mask.empty() ? vision::learn_colour(bgr(near), region.box - near.tl())
+                                                          : vision::learn_colour_of(bgr(near), region.mask(near));
+  if (alone.status != vision::LearnedColour::Status::kLearned) return {};
+  vision::BlobFinder finder;
+  const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(alone.model));
+  const vision::Blob* largest = nullptr;
+  for (const vision::Blob& blob : found.blobs) {
+    if (area_inside(blob, region) > 0.1 * blob.area) continue;
+    if (!largest || blob.area > largest->area) largest = &blob;
+  }
+  if (!largest) return {};
+  const cv::Point at = middle(*largest);
+  return fmt::format("; other things have them, too, as the one at {},{}: take a picture without these", at.x, at.y);
+}
+
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
 std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture";
-  if (found.blobs.empty()) return "with the learned colours nothing is found, not even the object";
+  if (found.blobs.empty())
+    return "with the learned colours nothing is found, not even the object" + others_like_it(bgr, region);
   const vision::Blob* object = nullptr;
   double inside = 0;
   double all_inside = 0;  // also of the object's other parts, as beside a stripe
@@ -43,9 +69,6 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
     inside = area;
     object = &blob;
   }
-  const auto middle = [](const vision::Blob& blob) {
-    return cv::Point(cvRound(blob.centroid.x()), cvRound(blob.centroid.y()));
-  };
   if (!object) {
     const cv::Point at = middle(found.blobs[0]);
     return fmt::format("with the learned colours another object is found, at {},{}, and not this one", at.x, at.y);
@@ -61,7 +84,8 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
   }
   const double whole = region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
   if (all_inside < kFewest * whole)
-    return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole);
+    return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole) +
+           others_like_it(bgr, region);
   return {};
 }
 
