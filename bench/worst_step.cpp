@@ -50,7 +50,7 @@ TaskTarget random_target(const Chain& chain, TaskKind task, uint64_t k) {
   return target;
 }
 
-/// What takes several steps.
+/// Number and length of what takes several steps: searches, or plans.
 struct Spread {
   int64_t count = 0, steps = 0, longest = 0, running = 0;
 
@@ -71,11 +71,11 @@ struct Seen {
   Spread searches, plans;  // for theta_T; around obstructions
 };
 
-enum class Around { kNothing, kObstacles, kObstaclesInTheWay };
+enum class Obstacles { kNone, kAround, kInTheWay };
 
 /// The same reaches, once more: every pass takes the same steps, so what the machine adds differs and the rest does
 /// not.
-void pass(GuardedLaw& law, TaskKind task, Around around, uint64_t reaches, Seen& seen) {
+void pass(GuardedLaw& law, TaskKind task, Obstacles around, uint64_t reaches, Seen& seen) {
   const Chain& chain = law.chain();
   const bool first = seen.us.empty();
   if (first) seen.us.assign(reaches * kSteps, INFINITY);
@@ -83,7 +83,7 @@ void pass(GuardedLaw& law, TaskKind task, Around around, uint64_t reaches, Seen&
   for (uint64_t k = 0; k < reaches; ++k) {
     law.start(random_posture(chain, 1000 * k + 1));
     const TaskTarget target = random_target(chain, task, 1000 * k + 2);
-    if (around == Around::kObstaclesInTheWay) {
+    if (around == Obstacles::kInTheWay) {
       std::vector<controller::Obstacle> obstacles = twenty_obstacles(chain);
       controller::Obstacle& sphere = obstacles.emplace_back();
       sphere.X_WO.translation() = 0.5 * (law.x() + target.position);
@@ -107,19 +107,20 @@ void pass(GuardedLaw& law, TaskKind task, Around around, uint64_t reaches, Seen&
   }
 }
 
-void measure(const std::string& name, const Chain& chain, TaskKind task, Around around, uint64_t reaches, int passes) {
+void measure(const std::string& name, const Chain& chain, TaskKind task, Obstacles around, uint64_t reaches,
+             int passes) {
   controller::GuardedParameters parameters;
-  if (around != Around::kNothing) parameters.body.link_radius_m = 0.06 * chain.reach();
+  if (around != Obstacles::kNone) parameters.body.link_radius_m = 0.06 * chain.reach();
   GuardedLaw law(chain, parameters);
-  if (around == Around::kObstacles) law.set_obstacles(twenty_obstacles(chain));
+  if (around == Obstacles::kAround) law.set_obstacles(twenty_obstacles(chain));
   Seen seen;
   for (int k = 0; k < passes; ++k) pass(law, task, around, reaches, seen);
   std::sort(seen.us.begin(), seen.us.end());
   const auto quantile = [&](double q) {
     return seen.us[static_cast<size_t>(q * static_cast<double>(seen.us.size() - 1))];
   };
-  const char* obstacles = around == Around::kNothing     ? "0"
-                          : around == Around::kObstacles ? "20"
+  const char* obstacles = around == Obstacles::kNone     ? "0"
+                          : around == Obstacles::kAround ? "20"
                                                          : "20 and 1 in the way";
   fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.1f} | {} | {} |\n", name, task == TaskKind::kPose ? 6 : 3,
              obstacles, seen.us.back(), quantile(0.999), quantile(0.5), seen.searches.text(), seen.plans.text());
@@ -149,9 +150,9 @@ int main(int argc, char** argv) {
       continue;
     }
     const Chain chain = load(arm);
-    measure(arm.name, chain, TaskKind::kPosition, Around::kNothing, reaches, passes);
-    if (chain.size() >= 6) measure(arm.name, chain, TaskKind::kPose, Around::kNothing, reaches, passes);
-    for (const Around around : {Around::kObstacles, Around::kObstaclesInTheWay}) {
+    measure(arm.name, chain, TaskKind::kPosition, Obstacles::kNone, reaches, passes);
+    if (chain.size() >= 6) measure(arm.name, chain, TaskKind::kPose, Obstacles::kNone, reaches, passes);
+    for (const Obstacles around : {Obstacles::kAround, Obstacles::kInTheWay}) {
       measure(arm.name, chain, TaskKind::kPosition, around, reaches, passes);
     }
   }

@@ -11,8 +11,11 @@ namespace {
 
 /// s: an acceleration is extrapolated no further. Three observations at 30 Hz and the way to the robot's motion.
 constexpr double kLongestAcceleration = 0.15;
-/// m: standard deviation of a position that counts as exact, in the estimate of its velocity.
-constexpr double kExact = 5e-4;
+/// Of the estimate of a velocity that is not observed. m: standard deviation of a position whose covariance is not
+/// known either, as of a colour detector at arm's length.
+constexpr double kUnknownError = 2e-3;
+constexpr double kLongestGap = 1;  // s: after a longer one the motion is unknown again
+constexpr double kGate2 = 9;       // squared Mahalanobis distance of an observation that may still be the target's
 
 /// Whether C is a valid covariance, m^2: finite, no element above 1 m^2, and positive semidefinite (no principal minor
 /// is negative beyond rounding).
@@ -53,21 +56,22 @@ bool TargetFilter::is_jump(const Eigen::Vector3d& innovation, const Eigen::Matri
 
 /// As update(), for an observation without a velocity.
 bool TargetFilter::estimate_motion(const TargetObservation& observation, const Eigen::Matrix3d& noise) {
+  // positive() lets eigenvalues pass that are negative by 1e-9 of the largest element.
   const bool exact = noise.trace() <= 0;
-  const Eigen::Matrix3d error = noise + (exact ? kExact * kExact : 1e-12) * Eigen::Matrix3d::Identity();
+  const double least = exact ? kUnknownError * kUnknownError : 1e-12 + 2e-9 * noise.diagonal().maxCoeff();
+  const Eigen::Matrix3d error = noise + least * Eigen::Matrix3d::Identity();
+  const double elapsed = utime_ ? std::max(0.0, static_cast<double>(observation.utime - *utime_) * 1e-6) : kLongestGap;
   bool jumped = !utime_;
-  if (!jumped) {
-    const double elapsed = std::max(0.0, static_cast<double>(observation.utime - *utime_) * 1e-6);
-    jumped = is_jump(observation.position - position_at(observation.utime), noise);
-    if (!motion_) {
-      // Until now a velocity was observed: it is not known any more.
-      motion_.emplace().begin(observation.position, error);
-    } else {
-      motion_->predict(elapsed, options_.jerk_noise_m2_s5);
-      motion_->correct(observation.position, error);
-    }
+  if (motion_ && elapsed < kLongestGap) {
+    motion_->predict(elapsed, options_.jerk_noise_m2_s5);
+    const bool far = is_jump(observation.position - motion_->position(), noise);
+    jumped = far && !(motion_->squared_distance(observation.position, error) <= kGate2);
+    if (jumped || !motion_->correct(observation.position, error)) motion_.reset();
+  } else {
+    jumped = jumped || is_jump(observation.position - position_at(observation.utime), noise);
+    motion_.reset();
   }
-  if (jumped) motion_.emplace().begin(observation.position, error);
+  if (!motion_) motion_.emplace().begin(observation.position, error, jumped ? Eigen::Vector3d::Zero() : velocity_);
   position_ = exact ? observation.position : motion_->position();
   velocity_ = motion_->velocity();
   acceleration_ = motion_->acceleration();
@@ -81,7 +85,10 @@ bool TargetFilter::update(const TargetObservation& observation) {
   Eigen::Matrix3d noise = 0.5 * (observation.covariance + observation.covariance.transpose());
   if (!positive(noise)) noise.setZero();
   if (options_.jerk_noise_m2_s5 > 0 && observation.velocity.isZero(0)) return estimate_motion(observation, noise);
-  motion_.reset();
+  if (motion_) {
+    motion_.reset();
+    acceleration_.setZero();
+  }
   const auto restart = [&] {
     position_ = observation.position;
     covariance_ = noise;

@@ -14,6 +14,10 @@ struct Obstacle {
   Shape shape = Shape::kSphere;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
   Eigen::Vector3d size = Eigen::Vector3d::Zero();  ///< m
+
+  bool operator==(const Obstacle& other) const {
+    return shape == other.shape && X_WO.matrix() == other.X_WO.matrix() && size == other.size;
+  }
 };
 
 /// Whether all numbers are finite, the rotation matrix is orthonormal, and the sizes that the shape uses are positive

@@ -245,6 +245,7 @@ void Proximity::update_link_poses(const Eigen::Ref<const Eigen::VectorXd>& theta
 template <class Visit>
 void Proximity::visit_pairs(Visit&& visit) {
   const double radius = body_.link_radius_m, range = body_.query_distance_m + body_.margin_m;
+  distances_ = 0;
   for (int i = 0; i < chain_.size(); ++i) {
     const Shapes::Link& link = shapes_->links[i];
     if (!link.exists) continue;
@@ -252,6 +253,7 @@ void Proximity::visit_pairs(Visit&& visit) {
     for (size_t k = 0; k < obstacles_.size(); ++k) {
       const double limit = range + link.bound + shapes_->obstacle_bounds[k];
       if ((obstacles_[k].X_WO.translation() - centre).squaredNorm() > limit * limit) continue;
+      ++distances_;
       const Gap gap = shapes_->gap(link, radius, shapes_->obstacles[k], obstacles_[k]);
       if (gap.distance < range) visit(i, -1, gap);
     }
@@ -260,6 +262,7 @@ void Proximity::visit_pairs(Visit&& visit) {
       const Shapes::Link& other = shapes_->links[j];
       const double limit = range + link.bound + other.bound;
       if ((other.X_WK.translation() - centre).squaredNorm() > limit * limit) continue;
+      ++distances_;
       double apart = 0;
       Eigen::Vector3d on_first, on_second;
       const fcl::Capsuled first(Shapes::kThin, 2 * link.half_length), second(Shapes::kThin, 2 * other.half_length);

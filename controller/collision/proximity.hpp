@@ -36,6 +36,7 @@ class Proximity {
   const Body& body() const { return body_; }
   /// Replaces all obstacles. Returns how many were refused: not is_valid(), or beyond kMaxObstacles.
   int set_obstacles(std::span<const Obstacle> obstacles);
+  std::span<const Obstacle> obstacles() const { return obstacles_; }
   /// Whether there is nothing to avoid: no body, or neither obstacles nor self-collision.
   bool nothing_to_avoid() const;
 
@@ -44,6 +45,8 @@ class Proximity {
   std::span<const ProximityPair> near_pairs(const Eigen::Ref<const Eigen::VectorXd>& theta);
   /// The smallest clearance of all pairs at `theta`; query_distance_m when all are further apart.
   double clearance(const Eigen::Ref<const Eigen::VectorXd>& theta);
+  /// How many distances of two shapes the last near_pairs() or clearance() computed: its work.
+  int distances() const { return distances_; }
   /// Moves `p` out of all obstacles, far enough that the end effector's capsule fits there.
   Eigen::Vector3d outside_obstacles(Eigen::Vector3d p) const;
 
@@ -58,6 +61,7 @@ class Proximity {
   std::unique_ptr<Shapes> shapes_;
   std::vector<Obstacle> obstacles_;
   std::vector<ProximityPair> pairs_;
+  int distances_ = 0;
 };
 
 }  // namespace multireach::controller

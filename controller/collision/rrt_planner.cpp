@@ -6,9 +6,10 @@
 namespace multireach::controller {
 namespace {
 
-constexpr int kMaxNodes = 500, kMaxSamples = 400;  // some 10 ms in all; after a failure the caller tries another seed
-constexpr double kStep = 0.25;                     // rad (m): length of the longest edge of a tree
-constexpr double kResolution = 0.05;               // rad (m): spacing of collision checks along an edge
+constexpr int kMaxNodes = 500, kMaxSamples = 400;   // some 10 ms in all; after a failure the caller tries another seed
+constexpr double kStep = 0.25;                      // rad (m): length of the longest edge of a tree
+constexpr double kResolution = 0.05;                // rad (m): spacing of collision checks along an edge
+constexpr int kKinematics = 2, kNodesPerUnit = 64;  // work, in units of continue_planning()
 
 }  // namespace
 
@@ -39,21 +40,20 @@ void RrtPlanner::begin_line(const JointVector& from, const JointVector& to) {
   line_ = {from, to, 1, std::max(1, static_cast<int>(std::ceil((to - from).norm() / kResolution)))};
 }
 
-RrtPlanner::Checked RrtPlanner::check_line(Proximity& proximity, int& work) {
-  for (; line_.next <= line_.parts; ++line_.next, --work) {
-    if (work <= 0) return Checked::kNotYet;
+RrtPlanner::LineCheck RrtPlanner::check_line(Proximity& proximity, int& work) {
+  for (; line_.next <= line_.parts; ++line_.next) {
+    if (work <= 0) return LineCheck::kNotYet;
     const double share = static_cast<double>(line_.next) / line_.parts;
-    if (proximity.clearance(line_.from + (line_.to - line_.from) * share) < least_clearance_) {
-      --work;
-      return Checked::kCollides;
-    }
+    const bool clear = proximity.clearance(line_.from + (line_.to - line_.from) * share) >= least_clearance_;
+    work -= kKinematics + proximity.distances();
+    if (!clear) return LineCheck::kCollides;
   }
-  return Checked::kClear;
+  return LineCheck::kClear;
 }
 
 bool RrtPlanner::begin_edge(const Tree& tree, const JointVector& towards, int& work) {
   if (tree.size() == kMaxNodes) return false;
-  --work;
+  work -= 1 + static_cast<int>(tree.size()) / kNodesPerUnit;
   const auto nearest =
       std::ranges::min_element(tree, {}, [&](const Node& node) { return (node.theta - towards).squaredNorm(); });
   parent_ = static_cast<int>(nearest - tree.begin());
@@ -129,10 +129,10 @@ bool RrtPlanner::continue_planning(Proximity& proximity, int work) {
       }
       continue;
     }
-    const Checked checked = check_line(proximity, work);
-    if (checked == Checked::kNotYet) break;
+    const LineCheck checked = check_line(proximity, work);
+    if (checked == LineCheck::kNotYet) break;
     if (phase_ == Phase::kShorten) {
-      if (checked == Checked::kClear) {
+      if (checked == LineCheck::kClear) {
         path_.erase(path_.begin() + static_cast<std::ptrdiff_t>(shorten_from_) + 1,
                     path_.begin() + static_cast<std::ptrdiff_t>(shorten_to_));
         shorten_to_ = shorten_from_ + 1;
@@ -140,7 +140,7 @@ bool RrtPlanner::continue_planning(Proximity& proximity, int work) {
       next_shortcut();
       continue;
     }
-    if (checked == Checked::kCollides) {
+    if (checked == LineCheck::kCollides) {
       phase_ = Phase::kSample;
       continue;
     }

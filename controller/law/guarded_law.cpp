@@ -26,6 +26,8 @@ constexpr double kPassed = 0.15;
 constexpr int kCollisionFreeTries = 60;
 /// Work of computing a clearance, in units of MultiStartIk::continue_search().
 constexpr int kClearanceWork = 6;
+/// Work of a plan in one step, in units of RrtPlanner::continue_planning(), as long as one unit of a search.
+constexpr int kPlanWork = 2;
 constexpr int kAllWork = std::numeric_limits<int>::max();
 
 }  // namespace
@@ -104,6 +106,9 @@ Obstruction GuardedLaw::obstruction() const {
 
 int GuardedLaw::set_obstacles(std::span<const Obstacle> obstacles) {
   if (parameters_.body.link_radius_m <= 0) return static_cast<int>(obstacles.size());
+  // A sender that repeats them ends neither a path nor its plan.
+  if (std::ranges::equal(obstacles, proximity_.obstacles())) return 0;
+  planning_.reset();
   const int refused = proximity_.set_obstacles(obstacles);
   if (following_path()) end_path();
   if (following_short_path()) release_theta_target(theta_target());
@@ -168,25 +173,35 @@ void GuardedLaw::follow_path() {
 void GuardedLaw::begin_plan() {
   obstructed_steps_ = 0;
   // Plan to theta_T; at every second attempt, to another collision-free IK solution of the target.
-  planning_ = Planning{.start = theta(), .goal = following_path() ? path_.back() : JointVector(theta_target())};
+  planning_ = Planning{.start = theta(),
+                       .goal = following_path() ? path_.back() : JointVector(theta_target()),
+                       .target = target_->position,
+                       .to_go_m = (target_->position - x()).norm()};
   const uint64_t seed = search_.options().seed + plans_;
   if (plans_++ % 2 == 1 && !posture_only_) planning_->other_goal = collision_free_search(*target_, seed, false);
 }
 
+/// Whether what the plan began from has changed: where the arm is, or where it is to go.
+bool GuardedLaw::plan_is_outdated() const {
+  return (theta() - planning_->start).norm() > kPassed ||
+         (target_->position - planning_->target).norm() > 0.5 * planning_->to_go_m ||
+         planning_->free_steps >= arm_.settings.pace.steps(kStepsUntilPlan);
+}
+
 void GuardedLaw::plan_around_obstruction() {
+  const bool obstructed = state_.obstructed && state_.slow;
+  if (planning_) {
+    planning_->free_steps = obstructed ? 0 : planning_->free_steps + 1;
+    if (plan_is_outdated()) planning_.reset();
+  }
   if (!planning_) {
-    obstructed_steps_ = state_.obstructed && state_.slow ? obstructed_steps_ + 1 : 0;
+    obstructed_steps_ = obstructed ? obstructed_steps_ + 1 : 0;
     if (obstructed_steps_ >= steps_until_plan_) begin_plan();
     return;
   }
-  const bool moves_again = !state_.obstructed || !state_.slow;
-  if (moves_again && (theta() - planning_->start).norm() > kPassed) {
-    planning_.reset();
-    return;
-  }
-  const int work = arm_.settings.pace.search_work(TaskKind::kPosition);
+  const StepPace& pace = arm_.settings.pace;
   if (auto& other = planning_->other_goal) {
-    if (!continue_search(*other, work)) return;
+    if (!continue_search(*other, pace.search_work(target_->task))) return;
     planning_->goal = other->best.value_or(planning_->goal);
     other.reset();
     return;
@@ -198,15 +213,16 @@ void GuardedLaw::plan_around_obstruction() {
       planner_.begin(theta(), planning_->goal, proximity_, search_.options().seed + plans_ - 1);
       return;
     }
-  } else if (!planner_.continue_planning(proximity_, work / kClearanceWork)) {
+  } else if (!planner_.continue_planning(proximity_, kPlanWork * pace.search_work(TaskKind::kPosition))) {
     return;
   } else if (!planner_.path().empty() && planner_.path().size() <= Path::kCapacity) {
+    if (!obstructed) return;  // free at the moment: perhaps the path is not needed
     planning_.reset();
     begin_path();
     return;
   }
   planning_.reset();
-  steps_until_plan_ = std::min(2 * steps_until_plan_, arm_.settings.pace.steps(kMaxStepsUntilPlan));
+  steps_until_plan_ = std::min(2 * steps_until_plan_, pace.steps(kMaxStepsUntilPlan));
   if (following_path()) end_path();
 }
 

@@ -156,6 +156,7 @@ class GuardedLaw final : public ReachingLaw {
   /// Begins, or continues by a bounded part, a plan around an obstruction that has stopped the arm for long enough.
   void plan_around_obstruction();
   void begin_plan();
+  bool plan_is_outdated() const;
   void begin_path();
   void follow_path();
   void end_path();
@@ -184,11 +185,14 @@ class GuardedLaw final : public ReachingLaw {
   std::optional<CollisionFreeSearch> collision_free_search_;
   int64_t steps_since_update_ = 0;
   Eigen::Vector3d searched_target_ = Eigen::Vector3d::Zero();  // target position when theta_T was chosen
-  /// Of a plan around an obstruction: first another goal is searched where it needs one, then a path is planned.
+  /// State of a plan around an obstruction: the IK search for another goal, if any, then the planner's work.
   struct Planning {
     JointVector start, goal;
+    Eigen::Vector3d target;  // for which it is
+    double to_go_m;          // the hand's distance from it at the start
+    int free_steps = 0;      // since the arm was last obstructed
     std::optional<CollisionFreeSearch> other_goal{};
-    bool has_begun = false;  // the path's plan
+    bool has_begun = false;  // the planner
   };
   std::optional<Planning> planning_;
   Path path_;  // planned around an obstruction

@@ -9,6 +9,7 @@ namespace multireach::controller {
 namespace {
 
 constexpr uint64_t kSeed = 61;
+constexpr double kStepsPerSecond = 140;
 
 using Configurations = std::vector<Eigen::VectorXd>;
 
@@ -87,8 +88,8 @@ TEST(RrtPlanner, PartsOfTheWorkGiveTheSamePath) {
       for (const int work : {3, 8, 100}) {
         const auto [path, parts] = problem.plan(work);
         EXPECT_EQ(path, whole.first) << "to the bit";
-        // A part may take two units more than it has: the last clearance of a line, and the node that follows it. With
-        // one unit each, every part but the last took at least one.
+        // With one unit, every part but the last computes a clearance or adds a node. Each of these takes a unit or
+        // more, so that a part of `work` has at most so many, and the node that follows the last clearance.
         EXPECT_GE(parts * (work + 2), ones.second - 1) << "parts of " << work;
       }
     }
@@ -108,20 +109,34 @@ TEST(RrtPlanner, ACopyContinuesThePlan) {
   EXPECT_TRUE(planner.path().empty()) << "the first one is where it was";
 }
 
-TEST(RrtPlanner, TheLawPlansInSeveralStepsAndItsCopyDoesAlike) {
-  const Chain chain = testing::hoap2();
-  GuardedLaw law(chain, {.body = {.link_radius_m = 0.02}});
-  JointVector start(4), there(4);
-  start << -0.9, -0.1, 0.3, -1.2;
-  there << -0.9, -1.1, -0.3, -1.1;
+/// The Hoap2 before a wall, behind which its target is.
+struct BeforeAWall {
+  Chain chain = testing::hoap2();
   Obstacle box{.shape = Obstacle::Shape::kBox, .size = {0.10, 0.01, 0.06}};
-  box.X_WO.translation() = 0.5 * (chain.position(start) + chain.position(there));
-  law.set_obstacles({&box, 1});
-  law.start(start);
-  law.set_target({.position = chain.position(there)}, there);
-  int steps = 0;
-  for (; !law.planning() && steps < 1400; ++steps) law.step();
-  ASSERT_TRUE(law.planning());
+  JointVector there{4};
+  GuardedLaw law;
+
+  explicit BeforeAWall(double steps_per_second = kStepsPerSecond)
+      : law(chain, {.steps_per_second = steps_per_second, .body = {.link_radius_m = 0.02}}) {
+    JointVector start(4);
+    start << -0.9, -0.1, 0.3, -1.2;
+    there << -0.9, -1.1, -0.3, -1.1;
+    box.X_WO.translation() = 0.5 * (chain.position(start) + chain.position(there));
+    law.set_obstacles({&box, 1});
+    law.start(start);
+    law.set_target({.position = chain.position(there)}, there);
+  }
+  /// Steps until a plan has begun; false when none begins within 10 s.
+  bool until_it_plans(double steps_per_second = kStepsPerSecond) {
+    for (int k = 0; k < 10 * steps_per_second && !law.planning(); ++k) law.step();
+    return law.planning();
+  }
+};
+
+TEST(PlanAroundAnObstruction, TakesSeveralStepsAndACopyDoesAlike) {
+  BeforeAWall scene;
+  GuardedLaw& law = scene.law;
+  ASSERT_TRUE(scene.until_it_plans());
   law.step();
   GuardedLaw copy = law;
   int planned = 1;
@@ -137,7 +152,53 @@ TEST(RrtPlanner, TheLawPlansInSeveralStepsAndItsCopyDoesAlike) {
     copy.step();
   }
   EXPECT_EQ(copy.theta(), law.theta()) << "to the bit";
-  EXPECT_LT((law.x() - chain.position(there)).norm(), 1e-4);
+  EXPECT_LT((law.x() - scene.chain.position(scene.there)).norm(), 1e-4);
+}
+
+TEST(PlanAroundAnObstruction, EndsAtAnyRate) {
+  for (const double rate : {100.0, 1400.0, 5000.0}) {
+    BeforeAWall scene(rate);
+    ASSERT_TRUE(scene.until_it_plans(rate)) << rate;
+    for (int k = 0; k < 5 * rate && !scene.law.following_path(); ++k) scene.law.step();
+    EXPECT_TRUE(scene.law.following_path()) << rate;
+  }
+}
+
+TEST(PlanAroundAnObstruction, IsDroppedWhenTheTargetOrTheObstaclesChange) {
+  const auto dropped = [](const auto& change) {
+    BeforeAWall scene;
+    EXPECT_TRUE(scene.until_it_plans());
+    change(scene);
+    scene.law.step();
+    EXPECT_FALSE(scene.law.following_path());
+    return !scene.law.planning();
+  };
+  const auto target = [](const BeforeAWall& scene, double share) {
+    const Eigen::Vector3d hand = scene.law.x();
+    return TaskTarget{.position = hand + share * (scene.chain.position(scene.there) - hand)};
+  };
+  EXPECT_TRUE(dropped([&](BeforeAWall& scene) { scene.law.update_target(target(scene, 0.2)); }));
+  EXPECT_FALSE(dropped([&](BeforeAWall& scene) { scene.law.update_target(target(scene, 0.99)); }));
+  EXPECT_TRUE(dropped([&](BeforeAWall& scene) { scene.law.set_target(target(scene, 1)); }));
+  EXPECT_TRUE(dropped([&](BeforeAWall& scene) { scene.law.set_joint_target(scene.there); }));
+  EXPECT_TRUE(dropped([](BeforeAWall& scene) { scene.law.set_obstacles({}); }));
+  EXPECT_TRUE(dropped([](BeforeAWall& scene) {
+    scene.box.size.z() = 0.07;
+    scene.law.set_obstacles({&scene.box, 1});
+  }));
+  EXPECT_FALSE(dropped([](BeforeAWall& scene) { scene.law.set_obstacles({&scene.box, 1}); }));
+  EXPECT_FALSE(dropped([](BeforeAWall&) {}));
+}
+
+TEST(PlanAroundAnObstruction, TheSameObstaclesAgainEndNoPath) {
+  BeforeAWall scene;
+  ASSERT_TRUE(scene.until_it_plans());
+  for (int k = 0; k < 1400 && !scene.law.following_path(); ++k) scene.law.step();
+  ASSERT_TRUE(scene.law.following_path());
+  EXPECT_EQ(scene.law.set_obstacles({&scene.box, 1}), 0);
+  EXPECT_TRUE(scene.law.following_path());
+  EXPECT_EQ(scene.law.set_obstacles({}), 0);
+  EXPECT_FALSE(scene.law.following_path());
 }
 
 }  // namespace

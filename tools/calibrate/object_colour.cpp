@@ -49,7 +49,7 @@ std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region) {
   }
   if (!largest) return {};
   const cv::Point at = middle(*largest);
-  return fmt::format("; other things have them, too, as the one at {},{}: take a picture without these", at.x, at.y);
+  return fmt::format("; other objects have the same colours, e.g. at {},{}: take a picture without them", at.x, at.y);
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
