@@ -125,7 +125,8 @@ ConfigKeys<ControllerKeys> controller_keys() {
           "motion", {{"reach", Motion::kReach}, {"track", Motion::kTrack}, {"intercept", Motion::kIntercept}},
           [](auto& k) -> auto& { return k.motion; },
           "`reach`: smooth reaches, as in the paper; `track`: stiffer attractors and a prediction that also knows the "
-          "target's acceleration, for targets that keep moving; `intercept`: for a thrown ball, with the gains of "
+          "target's acceleration, and estimates its velocity where none is sent, for targets that keep moving; "
+          "`intercept`: for a thrown ball, with the gains of "
           "`track`: the hand waits in the rest configuration until the target falls freely, then goes where it will "
           "be; a ball that a hand swings may look like one that falls (docs/safety.md). It sets the defaults of the "
           "gains and of `prediction_s`.")
@@ -159,7 +160,9 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .otherwise("`on_targets`; law `paper`: `periodic`")
       .number(
           "jump_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.target.jump_m; },
-          "A target that moves further than this between two images has jumped, and is not filtered.")
+          "A target that is further than this from where it is expected, and beyond what noise explains, has jumped, "
+          "and "
+          "is not filtered.")
       .number(
           "wander_m_per_root_s", "m/√s", 0, 1e3, [](auto& k) -> auto& { return k.options.target.wander_m_per_root_s; },
           "How fast a target at rest may drift, for the filter of its position.")
