@@ -42,7 +42,7 @@ table lateness long "Lateness of ticks" "$loop" "tests/full/jitter.sh $build/bin
 table lateness-reserved long "Lateness of ticks on a reserved processor" "$loop" "tests/full/jitter.sh $build/bin --ticks 1000000 --reserve"
 table drivers long "Drivers and emulators" "" "bench/robots.sh"
 table page long "What the page costs" "" "bench/page.sh"
-table first-command long "The first command" "" "tools/launch.sh --isolated"
+table first-command long "The first command" "" "tools/launch.sh --isolated 2>&1 | sed -n '/^position/,\$p'"
 
 wrong() { echo "numbers.sh: $*" >&2; exit 2; }
 fill() { /usr/bin/python3 tools/page_tables.py; }
@@ -75,7 +75,7 @@ measure() {
   case "$1" in longest-steps|ik|laws) [ -d ../shared/robots ] || { echo "numbers.sh: the arms of ../shared/robots are not here" >&2; return 1; } ;; esac
   [ ${#more[@]} -eq 0 ] || command+=$(printf ' %q' "${more[@]}")
   begin=$(date +%s) load=$(cut -d' ' -f1 /proc/loadavg)
-  bash -c "$command" >"$work/$1" || status=$?
+  bash -o pipefail -c "$command" >"$work/$1" || status=$?
   [ $status -eq 0 ] || return $status
   { echo "# ${titles[$1]}"
     echo
