@@ -2,7 +2,7 @@
 # A study as an array job of Slurm on three nodes of this machine, and by GNU parallel in two network namespaces, as docs/study.md
 # shows: a shard that is killed, and one whose node dies, run again, and the merged result is that of a single run.
 #   tests/full/many_machines.sh BIN       Debian packages slurm-wlm, munge, parallel; root
-bin=$1
+bin=$(cd "$1" && pwd) || exit 2
 . "$(dirname "$0")/../live/namespace.sh"
 for program in slurmctld slurmd sbatch munged parallel; do
   command -v $program >/dev/null || { echo "skipped: $program (Debian packages slurm-wlm, munge, parallel) is not here"; exit 77; }
