@@ -161,8 +161,7 @@ ConfigKeys<ControllerKeys> controller_keys() {
       .number(
           "jump_m", "m", 1e-6, 1e3, [](auto& k) -> auto& { return k.options.target.jump_m; },
           "A target that is further than this from where it is expected, and beyond what noise explains, has jumped, "
-          "and "
-          "is not filtered.")
+          "and is not filtered.")
       .number(
           "wander_m_per_root_s", "m/√s", 0, 1e3, [](auto& k) -> auto& { return k.options.target.wander_m_per_root_s; },
           "How fast a target at rest may drift, for the filter of its position.")
