@@ -133,8 +133,13 @@ struct Statistics {
 
 class Accuracy {
  public:
-  Accuracy(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose)
-      : positions_(positions), seed_(seed), first_wall_(first_wall), radius_known_(radius_known), verbose_(verbose) {}
+  Accuracy(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, bool each)
+      : positions_(positions),
+        seed_(seed),
+        first_wall_(first_wall),
+        radius_known_(radius_known),
+        verbose_(verbose),
+        each_(each) {}
 
   Statistics run(const Case& c) {
     const StereoRig rig = rig_of(c.distorted);
@@ -173,6 +178,7 @@ class Accuracy {
         const auto right = contours(renderer.right.render(p_WB, stream + 1, look), c, right_measurer);
         const StereoMatch match = vision::match_candidates(rig, left, right, std::nullopt, options);
         for (Statistics* s : {&sums, &of_wall}) add_match(match, p_LB, rig, *s);
+        if (each_) print_match(walls[wall].name, k, match, p_LB, rig, left, right);
       }
       if (verbose_) print(("  " + std::string(walls[wall].name)).c_str(), of_wall);
     }
@@ -229,16 +235,41 @@ class Accuracy {
     sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.point.covariance * R_LW.transpose());
   }
 
+  /// A line for one position: errors and standard deviations along x, y and z of the left camera, and what was fitted.
+  static void print_match(const char* wall, int k, const StereoMatch& match, const Eigen::Vector3d& p_LB,
+                          const StereoRig& rig, std::span<const vision::SphereContour> left,
+                          std::span<const vision::SphereContour> right) {
+    std::printf("    %s %d: %s", wall, k, vision::description(match.status));
+    if (match.left < 0 || match.right < 0) {
+      std::printf("\n");
+      return;
+    }
+    const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
+    const Eigen::Vector3d error = rig.X_WL.inverse() * match.point.p_W - p_LB;
+    const Eigen::Matrix3d covariance = R_LW * match.point.covariance * R_LW.transpose();
+    std::printf(", mm");
+    for (int axis = 0; axis < 3; ++axis)
+      std::printf(" %.3f (%.3f)", 1000 * error[axis], 1000 * std::sqrt(covariance(axis, axis)));
+    std::printf(", NEES %.1f", error.dot(covariance.ldlt().solve(error)));
+    for (const vision::SphereContour* contour :
+         {&left[static_cast<size_t>(match.left)], &right[static_cast<size_t>(match.right)]}) {
+      const bool edges = contour->kind == vision::SphereContour::Kind::kEdges;
+      std::printf("; %s visible %.2f motion %.1f residual %.2f occlusion %.2f", edges ? "contour" : "centroid",
+                  contour->visible_fraction, contour->motion_px, contour->residual_px, contour->occlusion);
+    }
+    std::printf("\n");
+  }
+
   int positions_;
   uint64_t seed_, first_wall_;
-  bool radius_known_, verbose_;
+  bool radius_known_, verbose_, each_;
   std::map<std::string, StereoRenderer> renderers_;
   vision::ColourTable colours_{vision::model_of({.references = {{220, 40, 110}}})};
   vision::BlobFinder finder_;
 };
 
-int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, const std::string& only,
-            const std::string& json_path) {
+int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, bool each,
+            const std::string& only, const std::string& json_path) {
   std::printf(
       "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, seed "
       "%llu, walls %llu to %llu, radius %s\n\n",
@@ -248,7 +279,7 @@ int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known
       "| case | shown | seen | declared occluded | by edges | median mm | RMS mm | p95 | max | NEES x y z | bias mm x "
       "y z | "
       "NEES/3 | inside 95 %% | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  Accuracy accuracy(positions, seed, first_wall, radius_known, verbose);
+  Accuracy accuracy(positions, seed, first_wall, radius_known, verbose, each);
   nlohmann::json report = {
       {"positions", positions}, {"seed", seed}, {"first_wall", first_wall}, {"radius_known", radius_known}};
   double nees = 0;
@@ -291,7 +322,7 @@ int main(int argc, char** argv) {
   CLI::App app("Position error of a rendered sphere, as a Markdown table.");
   int positions = 400;
   uint64_t seed = 1, first_wall = 1;
-  bool unknown_radius = false, verbose = false;
+  bool unknown_radius = false, verbose = false, each = false;
   std::string only, json;
   app.add_option("--positions", positions, "of the sphere, in each case")
       ->check(CLI::Range(4, 1000000))
@@ -300,8 +331,9 @@ int main(int argc, char** argv) {
   app.add_option("--walls", first_wall, "seed of the first of the four walls")->capture_default_str();
   app.add_flag("--unknown-radius", unknown_radius, "do not tell the sphere's radius");
   app.add_flag("--by-background", verbose, "a line for each background as well");
+  app.add_flag("--each", each, "a line for each position as well");
   app.add_option("--only", only, "cases whose name contains this");
   app.add_option("--json", json, "write the results there as JSON; - for standard output");
   CLI11_PARSE(app, argc, argv);
-  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, only, json);
+  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, each, only, json);
 }

@@ -13,14 +13,30 @@ constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed o
 constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
 constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
 constexpr double kWindowMargin = 8;    // pixels
-constexpr double kWorthwhile = 0.5;    // above this share of the image, the whole image is searched instead
+constexpr double kWorthwhile = 0.5;    // above this share of the search area, all of it is searched instead
 constexpr double kBackground = 0.5;    // share of a blob from which on it is taken as background
-constexpr int kFirstLooks = 16;        // whole images that a new tracker searches to learn the background
-constexpr int kLookEvery = 8;          // pairs between two searches of a whole image for the background
 constexpr double kCompact = 0.4;       // see Appearance: an ellipse of 5:2, or a disc with much missing
 constexpr double kSpeck = 0.25;        // share of the tracked object's radius below which another one is a speck
 constexpr double kAround = 2;          // radii around the last position that are not learned as background
-constexpr double kDimmest = 10;        // grey levels: no pixel of a black image is brighter
+// Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
+// or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
+constexpr double kWider = 0.15;
+constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
+constexpr int kLeastArea = 16;          // pixels, width and height of a search area
+constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
+constexpr double kDimmest = 10;         // grey levels: no pixel of a black image is brighter
+
+/// The part of an image that is searched.
+cv::Rect area_of(const TrackerOptions& options, Side side) {
+  const StereoRig& rig = options.rig;
+  const bool left = side == Side::kLeft;
+  const CameraModel& camera = left ? rig.left : rig.right;
+  if (!options.search_region) return {0, 0, camera.width, camera.height};
+  const Eigen::Vector3d radius = Eigen::Vector3d::Constant(options.match.radius_m);
+  const SearchRegion whole_ball(options.search_region->min() - radius, options.search_region->max() + radius);
+  const Eigen::Isometry3d X_LW = rig.X_WL.inverse();
+  return search_area(whole_ball, camera, left ? X_LW : rig.X_RL * X_LW);
+}
 
 const TrackerOptions& checked(const TrackerOptions& options) {
   const auto require = [](bool sensible, const char* sentence) {
@@ -35,6 +51,16 @@ const TrackerOptions& checked(const TrackerOptions& options) {
               match.max_epipolar_px > 0 && match.max_size_ratio > 1 && match.max_occlusion > 0 &&
               match.max_prediction_sigmas > 0,
           "the tracker's sizes and thresholds must be positive");
+  if (options.search_region) {
+    require((options.search_region->sizes().array() > 0).all() && options.search_region->sizes().allFinite(),
+            "search_region_m: each number of min must be less than that of max");
+    const auto sees = [&](Side side) {
+      const cv::Rect area = area_of(options, side);
+      return area.width >= kLeastArea && area.height >= kLeastArea;
+    };
+    require(sees(Side::kLeft), "the left camera does not see search_region_m");
+    require(sees(Side::kRight), "the right camera does not see search_region_m");
+  }
   return options;
 }
 
@@ -51,6 +77,13 @@ bool is_dark(const cv::Mat& bgr) {
   return true;
 }
 
+/// Whether a match has a position that can be compared with the search region.
+bool is_located(StereoMatch::Status status) {
+  using Status = StereoMatch::Status;
+  return status == Status::kSeen || status == Status::kOccludedTooMuch || status == Status::kCutOff ||
+         status == Status::kWrongRadius || status == Status::kOutsidePredictionGate;
+}
+
 bool is_background(const StereoMatch& match, const View& left, const View& right) {
   return match.left >= 0 && match.right >= 0 &&
          left.appearance[static_cast<size_t>(match.left)].background > kBackground &&
@@ -64,11 +97,15 @@ StereoTracker::StereoTracker(const TrackerOptions& options)
       cameras_{camera_state(options, Side::kLeft), camera_state(options, Side::kRight)},
       track_(options.track) {}
 
+ColourModel StereoTracker::wider_model(const ColourModel& model) {
+  return widened(model, kWider);
+}
+
 StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& options, Side side) {
   const bool left = side == Side::kLeft;
   const bool sphere = options.match.radius_m > 0;
   return {left ? options.rig.left : options.rig.right, options.colour[left ? 0 : 1],
-          sphere ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything};
+          sphere ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything, area_of(options, side)};
 }
 
 void StereoTracker::restart() {
@@ -88,11 +125,17 @@ cv::Rect StereoTracker::whole_image(Side side) const {
 }
 
 cv::Rect StereoTracker::window(Side side, int64_t utime) const {
-  const cv::Rect whole = whole_image(side);
-  const auto predicted = track_.predicted(utime);
+  const cv::Rect whole = search_area(side);
   const CameraState& camera_state = cameras_[index(side)];
   const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
-  if (!predicted || radius_m_ <= 0 || look || !identity_.confirmed()) return whole;
+  if (look) return whole;
+  const cv::Rect window = predicted_window(side, utime).value_or(whole);
+  return window.area() > kWorthwhile * whole.area() ? whole : window;
+}
+
+std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime) const {
+  const auto predicted = track_.predicted(utime);
+  if (!predicted || radius_m_ <= 0 || !identity_.confirmed()) return std::nullopt;
   const StereoRig& rig = options_.rig;
   const bool left = side == Side::kLeft;
   const CameraModel& camera = left ? rig.left : rig.right;
@@ -101,26 +144,52 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
   const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
   const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
-  if (!(near > radius_m_)) return whole;
+  if (!(near > radius_m_)) return std::nullopt;
   const double half =
       std::max(camera.fx, camera.fy) * (kWindowRadii * radius_m_ + kWindowSigmas * sigma_m) / near + kWindowMargin;
   const Eigen::Vector2d centre = camera.project(p);
-  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return whole;
+  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return std::nullopt;
   const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
   const int size = static_cast<int>(std::ceil(2 * half)) + 1;
-  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & whole;
-  return window.empty() || window.area() > kWorthwhile * whole.area() ? whole : window;
+  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & search_area(side);
+  return window.empty() ? std::nullopt : std::optional(window);
 }
 
-View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window) {
+bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) const {
+  using Status = StereoMatch::Status;
+  const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
+                      match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
+                      match.status == Status::kOutsideRegion;
+  const auto seen = track_.last_seen_utime();
+  if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
+  if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
+  return std::ranges::all_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
+    const auto window = predicted_window(side, utime);
+    return window && window->area() < kWorthwhile * search_area(side).area();
+  });
+}
+
+bool StereoTracker::is_target_again(const Found& found, const View& left, const View& right) const {
+  const StereoMatch& match = found.match;
+  if (match.status != StereoMatch::Status::kSeen || found.candidates.empty()) return false;
+  const auto compact = [](const View& view, int chosen) {
+    return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
+  };
+  return found.candidates.front().evidence.term[Evidence::kSize] > kOtherSize &&
+         (match.both_by_contour || (compact(left, match.left) && compact(right, match.right)));
+}
+
+View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, Colours colours) {
   CameraState& camera_state = cameras_[index(side)];
-  const cv::Rect whole = whole_image(side);
+  const cv::Rect whole = search_area(side);
   View view;
-  view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole.size();
+  view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole_image(side).size();
   if (!view.fits) return view;
   view.window = window;
   view.bgr = bgr;
-  const FoundBlobs found = camera_state.finder.find(bgr, window, camera_state.model.members(camera_state.gains),
+  view.wider = colours == Colours::kWider;
+  AdaptedColourModel& model = view.wider ? camera_state.wider : camera_state.model;
+  const FoundBlobs found = camera_state.finder.find(bgr, window, model.members(camera_state.gains),
                                                     {.min_area = options_.min_area_px, .most = kMaxBlobs});
   view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
@@ -128,13 +197,13 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
   const Eigen::Matrix2d additional =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
-    view.contours.push_back(camera_state.fitter.fit(bgr, blob));
+    view.contours.push_back(camera_state.fitter.fit(bgr, blob, window));
     view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
     view.appearance.push_back({.background = camera_state.background.share_of(blob),
                                .compactness = compactness(blob),
-                               .colour_share = camera_state.model.share_well_inside(camera_state.gains, bgr, blob)});
+                               .colour_share = model.share_well_inside(camera_state.gains, bgr, blob)});
   }
-  view.dark = view.blobs.empty() && window == whole && is_dark(bgr);
+  view.dark = view.blobs.empty() && window == whole && is_dark(bgr(window));
   return view;
 }
 
@@ -212,6 +281,9 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   if (history.agile) prediction = {history.agile->position, history.agile->covariance};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
   for (ComparedPair& pair : pairs) {
+    if (options_.search_region && is_located(pair.match.status) &&
+        !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
+      pair.match.status = StereoMatch::Status::kOutsideRegion;
     pair.match.left = from[0][static_cast<size_t>(pair.match.left)];
     pair.match.right = from[1][static_cast<size_t>(pair.match.right)];
   }
@@ -222,6 +294,12 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   const auto chosen = choose(found.candidates);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
+  const bool by_looks = !history.agile && !(options_.match.radius_m > 0);
+  if (chosen && by_looks && !is_likely(found.candidates[*chosen])) {
+    found.match.status = StereoMatch::Status::kUnlikely;
+    found.candidates[*chosen].chosen = false;
+    found.candidates[*chosen].reason = "it is too small or too ragged for a first match";
+  }
   return found;
 }
 
@@ -244,13 +322,13 @@ TargetHistory StereoTracker::history_at(const PairTimes& times) const {
 bool StereoTracker::is_inside_windows(const StereoMatch& match, const View& left, const View& right) const {
   if (match.status != StereoMatch::Status::kSeen) return false;
   constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
-  const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& image) {
-    return (box.x - kRead >= window.x || window.x == 0) && (box.y - kRead >= window.y || window.y == 0) &&
-           (box.br().x + kRead <= window.br().x || window.br().x == image.width) &&
-           (box.br().y + kRead <= window.br().y || window.br().y == image.height);
+  const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& area) {
+    return (box.x - kRead >= window.x || window.x == area.x) && (box.y - kRead >= window.y || window.y == area.y) &&
+           (box.br().x + kRead <= window.br().x || window.br().x == area.br().x) &&
+           (box.br().y + kRead <= window.br().y || window.br().y == area.br().y);
   };
-  return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, whole_image(Side::kLeft)) &&
-         whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, whole_image(Side::kRight));
+  return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
+         whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, search_area(Side::kRight));
 }
 
 /// Status to report when a pair was rejected. The track ignores a pair that is not newer and may still be tracked then.
@@ -307,7 +385,7 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
 /// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched.
 void StereoTracker::learn_background(Side side, const View& view, int chosen) {
   CameraState& camera_state = cameras_[index(side)];
-  if (!view.fits || view.filled || view.dark) return;
+  if (!view.fits || view.filled || view.dark || view.wider) return;
   cv::Rect object;
   if (identity_.confirmed() && chosen >= 0) object = view.blobs[static_cast<size_t>(chosen)].box;
   if (identity_.known() && identity_.last_radius_px() > 0) {
@@ -316,7 +394,7 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen) {
     object |= cv::Rect(static_cast<int>(centre.x() - half), static_cast<int>(centre.y() - half),
                        static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1);
   }
-  const bool whole = view.window == whole_image(side);
+  const bool whole = view.window == search_area(side);
   camera_state.background.learn(view.window, view.blobs, object, whole ? camera_state.since_look + 1 : 1);
   camera_state.since_look = whole ? 0 : std::min(kLookEvery, camera_state.since_look + 1);
   if (whole) camera_state.looks = std::min(kFirstLooks, camera_state.looks + 1);
@@ -344,6 +422,10 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                   past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
   }
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
+  TargetReport tracked = report(TargetTrack::Status::kTracked, description(Status::kSeen));
+  tracked.estimate = estimate;
+  // What only the wider colours show teaches nothing about the target.
+  if (left.wider || right.wider) return tracked;
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();
@@ -361,8 +443,6 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
     adapt(Side::kLeft, left, match.left, quality);
     adapt(Side::kRight, right, match.right, quality);
   }
-  TargetReport tracked = report(TargetTrack::Status::kTracked, description(Status::kSeen));
-  tracked.estimate = estimate;
   return tracked;
 }
 
@@ -373,64 +453,9 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
   camera_state.gains = adapted(camera_state.gains, sample, quality);
 }
 
-std::vector<double> StereoTracker::serialize(int64_t utime) const {
-  std::vector<double> state = track_.serialize();
-  for (const CameraState& camera_state : cameras_) {
-    camera_state.background.serialize(state);
-    state.insert(state.end(), {static_cast<double>(camera_state.looks), static_cast<double>(camera_state.since_look)});
-  }
-  const std::vector<double> identity = identity_.serialize(utime);
-  state.insert(state.end(), identity.begin(), identity.end());
-  state.push_back(static_cast<double>(track_.utime() - utime));
-  state.push_back(radius_m_);
-  for (const CameraState& camera_state : cameras_)
-    state.insert(state.end(), {camera_state.gains.red, camera_state.gains.blue});
-  return state;
-}
-
-bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr size_t kOwn = 6, kIdentity = TargetIdentity::kSerializedSize;
-  constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
-  constexpr size_t kLooks = 2;       // numbers of looks, after each background
-  const std::array sizes{cameras_[0].background.serialized_size(), cameras_[1].background.serialized_size()};
-  const size_t besides = sizes[0] + sizes[1] + 2 * kLooks + kIdentity + kOwn;
-  if (state.size() < besides) return false;
-  const auto whole = [](double value, double most) {
-    return value >= 0 && value <= most && value == std::floor(value);
-  };
-  const auto own = state.last(kOwn);
-  if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
-  if (!(own[1] >= 0 && own[1] < 1e6)) return false;
-  for (const double gain : own.last(4)) {
-    if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
-  }
-  const auto of_track = state.first(state.size() - besides);
-  std::array<std::span<const double>, 2> backgrounds;
-  size_t at = of_track.size();
-  for (size_t side = 0; side < 2; at += sizes[side] + kLooks, ++side) {
-    backgrounds[side] = state.subspan(at, sizes[side] + kLooks);
-    const auto looks = backgrounds[side].last(kLooks);
-    if (!cameras_[side].background.valid(backgrounds[side].first(sizes[side]))) return false;
-    if (!whole(looks[0], kFirstLooks) || !whole(looks[1], kLookEvery)) return false;
-  }
-  TargetIdentity identity;
-  if (!identity.deserialize(utime, state.subspan(at, kIdentity))) return false;
-  if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), of_track)) return false;
-  identity_ = identity;
-  for (size_t side = 0; side < 2; ++side) {
-    cameras_[side].background.deserialize(backgrounds[side].first(sizes[side]));
-    cameras_[side].looks = static_cast<int>(backgrounds[side][sizes[side]]);
-    cameras_[side].since_look = static_cast<int>(backgrounds[side][sizes[side] + 1]);
-  }
-  radius_m_ = own[1];
-  cameras_[0].gains = {own[2], own[3]};
-  cameras_[1].gains = {own[4], own[5]};
-  return true;
-}
-
 StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
-  const View left = measure(Side::kLeft, left_bgr, whole_image(Side::kLeft));
-  const View right = measure(Side::kRight, right_bgr, whole_image(Side::kRight));
+  const View left = measure(Side::kLeft, left_bgr, search_area(Side::kLeft));
+  const View right = measure(Side::kRight, right_bgr, search_area(Side::kRight));
   return match({}, left, right).match;
 }
 

@@ -9,6 +9,7 @@
 #include "vision/pair_times.hpp"
 #include "vision/stereo/stereo_match.hpp"
 #include "vision/track/candidates.hpp"
+#include "vision/track/search_region.hpp"
 #include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
 
@@ -22,13 +23,15 @@ struct TrackerOptions {
   double sigma_px = 0;       ///< standard deviation of additional error of every image point, e.g. calibration error
   double min_area_px = 30;   ///< smaller blobs are ignored
   bool adapt_colour = true;  ///< follow slow changes of white balance
+  std::optional<SearchRegion> search_region{};  ///< the target is only there; without it, anywhere
 };
 
 /// What was found of one target in one image of a pair.
 struct View {
   bool fits = false;    ///< the image is 8-bit BGR and has the size of the calibration
-  bool dark = false;    ///< nothing was found in the whole image, and it is black
-  bool filled = false;  ///< most of the image has the target's colour
+  bool dark = false;    ///< nothing was found in the whole search area, and it is black
+  bool filled = false;  ///< most of the search area has the target's colour
+  bool wider = false;   ///< searched with the wider colour model
   cv::Rect window;      ///< search window
   cv::Mat bgr;          ///< the image; shares its pixels
   std::vector<Blob> blobs;
@@ -53,7 +56,7 @@ struct TargetReport {
 class StereoTracker {
  public:
   /// Throws std::invalid_argument for invalid options: no colour, cameras without size or focal length, no baseline, a
-  /// right camera that is not to the right of the left one.
+  /// right camera that is not to the right of the left one, a search region that a camera does not see.
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
@@ -62,11 +65,19 @@ class StereoTracker {
   const TargetTrack& track() const { return track_; }
   const TargetIdentity& identity() const { return identity_; }
   cv::Rect whole_image(Side side) const;
-  /// Search window for a pair at time `utime`: around the predicted position, or the whole image.
+  /// The part of an image that is searched for a target whose position is not known: the whole, or what shows the
+  /// search region.
+  cv::Rect search_area(Side side) const { return cameras_[index(side)].area; }
+  /// Search window for a pair at time `utime`: around the predicted position, or the search area.
   cv::Rect window(Side side, int64_t utime) const;
+  /// Where a confirmed target that was tracked shortly before is expected; nothing of another one.
+  std::optional<cv::Rect> predicted_window(Side side, int64_t utime) const;
+  /// Which colours count as the target's: those learned, or also those near them. The latter are enough where little
+  /// else can be meant: in the small window in which a confirmed target is expected.
+  enum class Colours { kLearned, kWider };
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
   /// and must live until update(). The two sides may be processed concurrently.
-  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window);
+  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window, Colours colours = Colours::kLearned);
   /// A match with the candidates that it was chosen from, best first. Where several could be the target, its status is
   /// kAmbiguous and it is the best one.
   struct Found {
@@ -75,15 +86,20 @@ class StereoTracker {
   };
   /// Matches and triangulates the two views. Does not change the tracker.
   Found match(const PairTimes& times, const View& left, const View& right) const;
-  /// Whether the windows sufficed, so that the whole images need not be searched: the object was matched and lies
+  /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched and lies
   /// completely inside both windows.
   bool is_inside_windows(const StereoMatch& match, const View& left, const View& right) const;
+  /// Whether a match by the learned colours missed a target that can be looked for again with the wider ones, in both
+  /// predicted windows.
+  bool may_look_again(int64_t utime, const StereoMatch& match) const;
+  /// Whether what was found with the wider colours is the target: of its size, and round.
+  bool is_target_again(const Found& found, const View& left, const View& right) const;
   /// Updates the track and the white balance with a pair. `match` is the match of these views.
   TargetReport update(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
   /// Updates the track with a pair that has no usable match. `reason` must be a string literal: it is not copied.
   TargetReport update_unseen(int64_t utime, const char* reason);
 
-  /// Matches a single pair by searching the whole images; the pair does not update the track.
+  /// Matches a single pair by searching the search areas; the pair does not update the track.
   StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
 
   /// The state after a pair at time `utime`, which may be older than the pairs before.
@@ -93,17 +109,25 @@ class StereoTracker {
 
  private:
   struct CameraState {
-    CameraState(const CameraModel& camera, const ColourModel& colour, double least_seen)
-        : model(colour), fitter(camera, least_seen), background({camera.width, camera.height}) {}
-    AdaptedColourModel model;
+    CameraState(const CameraModel& camera, const ColourModel& colour, double least_seen, const cv::Rect& searched)
+        : area(searched),
+          model(colour),
+          wider(wider_model(colour)),
+          fitter(camera, least_seen),
+          background({camera.width, camera.height}) {}
+    cv::Rect area;  // that is searched
+    AdaptedColourModel model, wider;
     WhiteBalanceGains gains;
     BlobFinder finder;
     SphereContourFitter fitter;
     ColourBackground background;
-    int looks = 0;       // at the whole image, up to the number that suffices to begin with
+    int looks = 0;       // at the search area, up to the number that suffices to begin with
     int since_look = 0;  // pairs
   };
 
+  static constexpr int kFirstLooks = 16;  // search areas that a new tracker searches to learn the background
+  static constexpr int kLookEvery = 8;    // pairs between two searches of a whole area for the background
+  static ColourModel wider_model(const ColourModel& model);
   static CameraState camera_state(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
   PositionEstimate estimate_at_pair(const PairTimes& times, const StereoMatch& match) const;

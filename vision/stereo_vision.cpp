@@ -50,6 +50,7 @@ const char* StereoVision::measure(StereoImages& images) {
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, &Target::found_inside_windows) && !search(images, true))
     return "an image cannot be decoded";
+  if (!look_again(images)) return "an image cannot be decoded";
   // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto frozen = frozen_frames_.frozen();
   const auto black = [&](const Target& target) { return target.views[index(*frozen)].dark; };
@@ -71,13 +72,35 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
   return true;
 }
 
-/// Searches one image for every target: in its window, or, when `everywhere`, in the whole image for those not found.
+/// Looks for targets that were not found once more with the wider colour model, where they are expected. Returns false
+/// when an image cannot be decoded.
+bool StereoVision::look_again(StereoImages& images) {
+  using Colours = StereoTracker::Colours;
+  for (Target& target : targets_) {
+    if (!target.tracker.may_look_again(images.times().pair, target.match)) continue;
+    std::array<View, 2> views;
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      const cv::Rect window = *target.tracker.predicted_window(side, images.times().pair);
+      const cv::Mat* bgr = images.pixels(side, window);
+      if (!bgr) return false;
+      views[index(side)] = target.tracker.measure(side, *bgr, window, Colours::kWider);
+    }
+    StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1]);
+    if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
+    target.match = found.match;
+    target.candidates = std::move(found.candidates);
+    target.views = std::move(views);
+  }
+  return true;
+}
+
+/// Searches one image for every target: in its window, or, when `everywhere`, in the search area for those not found.
 bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere) {
   const auto at = index(side);
   std::vector<cv::Rect> windows;
   cv::Rect part;
   for (const Target& target : targets_) {
-    windows.push_back(everywhere ? target.tracker.whole_image(side) : target.tracker.window(side, images.times().pair));
+    windows.push_back(everywhere ? target.tracker.search_area(side) : target.tracker.window(side, images.times().pair));
     part |= windows.back();
   }
   const cv::Mat* bgr = images.pixels(side, part);

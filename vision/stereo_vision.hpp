@@ -46,7 +46,7 @@ class DecodedImages final : public StereoImages {
 };
 
 /// Vision as a stage: tracks one or more coloured objects through stereo pairs. It searches each image around the
-/// predicted positions first, and the whole image for those targets that were not found there. Deterministic.
+/// predicted positions first, and the whole search area for those targets that were not found there. Deterministic.
 class StereoVision {
  public:
   /// What the last pair shows of one target.
@@ -81,6 +81,7 @@ class StereoVision {
  private:
   const char* measure(StereoImages& images);
   bool search(StereoImages& images, bool everywhere);
+  bool look_again(StereoImages& images);
   bool search_side(StereoImages& images, Side side, bool everywhere);
 
   std::vector<Target> targets_;

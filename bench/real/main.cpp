@@ -69,9 +69,9 @@ struct Clicked {
   std::string fault;
 };
 
-Clicked learn_click(const cv::Mat& image, const cv::Point& click) {
+Clicked learn_click(const cv::Mat& image, const cv::Point& click, const cv::Rect& within) {
   try {
-    const ObjectColour object = learn_object(image, region_around(image, click));
+    const ObjectColour object = learn_object(image, region_around(image, click), within);
     return {object.colour.model, object.fault};
   } catch (const std::runtime_error& fault) {
     return {std::nullopt, fault.what()};
@@ -81,7 +81,7 @@ Clicked learn_click(const cv::Mat& image, const cv::Point& click) {
 /// `all`: also tracks with a colour that is refused.
 void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, bool all, Run& run) {
   run.baseline = std::make_unique<Baseline>(image, click);
-  const Clicked learned = learn_click(image, click);
+  const Clicked learned = learn_click(image, click, {0, 0, image.cols, image.rows});
   run.fault = learned.fault;
   if (!learned.model || (!run.fault.empty() && !all)) return;
   run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, *learned.model, *learned.model)});
@@ -240,7 +240,50 @@ double outside_range(const StillObject& object, double depth_m) {
   return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
 }
 
+/// What vision answers to a still pair.
+struct StillAnswer {
+  std::string text;
+  double error_mm = NAN, sigmas = NAN;  // of the depth, from the range of true depths
+};
+
+StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::optional<vision::SearchRegion>& region,
+                      bool all) {
+  const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
+  vision::TrackerOptions options;
+  options.rig = set.rig;
+  options.search_region = region;
+  const Eigen::Isometry3d X_LW = set.rig.X_WL.inverse();
+  const cv::Rect whole({0, 0}, set.left.size());
+  const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
+  const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
+  const Clicked left = learn_click(set.left, object.click, in_left_image);
+  const Clicked right = learn_click(set.right, in_right, in_right_image);
+  const std::string fault = left.fault.empty() ? right.fault : left.fault;
+  if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
+  options.colour = {*left.model, *right.model};
+  vision::StereoTracker tracker(options);
+  const vision::StereoMatch match = tracker.find(set.left, set.right);
+  StillAnswer answer{.text = description(match.status)};
+  if (!fault.empty()) answer.text += " (click refused: " + fault + ")";
+  if (match.status != vision::StereoMatch::Status::kSeen) return answer;
+  const double off = outside_range(object, match.point.depth_left_m);
+  answer.error_mm = 1000 * off;
+  answer.sigmas = off / std::sqrt(match.point.covariance(2, 2));
+  const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
+  if (!object.region.contains(at)) answer.text = "seen elsewhere";
+  return answer;
+}
+
+/// A box of `half_m` to each side of the place that the two clicks tell.
+vision::SearchRegion region_at(const RealSet& set, const StillObject& object, double half_m) {
+  const double depth_m = set.rig.left.fx * set.rig.baseline_m() / (object.disparity_px + set.disparity_offset_px);
+  const Eigen::Vector3d p_L = depth_m * set.rig.left.ray(Eigen::Vector2d(object.click.x, object.click.y)).homogeneous();
+  const Eigen::Vector3d p_W = set.rig.X_WL * p_L;
+  return {p_W.array() - half_m, p_W.array() + half_m};
+}
+
 void run_still(const RealSet& set, bool all) {
+  constexpr double kHalf = 0.15;  // m: as well as one knows where a thing lies
   for (const StillObject& object : set.still) {
     const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
     const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
@@ -248,25 +291,12 @@ void run_still(const RealSet& set, bool all) {
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
     const double baseline_mm =
         a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x + set.disparity_offset_px)) : NAN;
-    const Clicked left = learn_click(set.left, object.click), right = learn_click(set.right, in_right);
-    const std::string fault = left.fault.empty() ? right.fault : left.fault;
-    std::string answer = fault;
-    double error_mm = NAN, sigmas = NAN;
-    if (left.model && right.model && (fault.empty() || all)) {
-      vision::StereoTracker tracker(options_of(set.rig, *left.model, *right.model));
-      const vision::StereoMatch match = tracker.find(set.left, set.right);
-      answer = description(match.status);
-      if (match.status == vision::StereoMatch::Status::kSeen) {
-        const double off = outside_range(object, match.point.depth_left_m);
-        error_mm = 1000 * off;
-        sigmas = off / std::sqrt(match.point.covariance(2, 2));
-        const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
-        if (!object.region.contains(at)) answer = "seen elsewhere";
-      }
-    }
-    std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
+    const StillAnswer anywhere = answer_to(set, object, std::nullopt, all);
+    const StillAnswer within = answer_to(set, object, region_at(set, object, kHalf), all);
+    std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
                 set.for_test ? "test" : "tuning", object.name.c_str(), object.whole ? "whole" : "a part",
-                object.least_m, object.most_m, answer.c_str(), error_mm, sigmas, baseline_mm);
+                object.least_m, object.most_m, anywhere.text.c_str(), anywhere.error_mm, anywhere.sigmas,
+                within.text.c_str(), within.error_mm, within.sigmas, baseline_mm);
   }
   std::fflush(stdout);
 }
@@ -296,9 +326,10 @@ int measure(const std::vector<std::string>& folders, int clicks, bool all, bool 
   }
   if (!pairs.empty()) {
     std::printf(
-        "\n| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas | baseline outside "
-        "by, "
-        "mm |\n|---|---|---|---|---|---|---|---|---|\n");
+        "\nSearch region: 0.15 m to each side of the place that the two clicks tell.\n\n"
+        "| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas "
+        "| with a search region: answer | outside by, mm | in sigmas | baseline outside by, mm |\n"
+        "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   }
   for (const RealSet& set : pairs) run_still(set, all);
   return 0;

@@ -166,6 +166,24 @@ TEST(ObjectColourOf, SaysWhereTheRestOfThePictureHasItsColours) {
   EXPECT_GE(std::stoi(object.fault.substr(object.fault.find("e.g. at ") + 8)), 160) << "the wall's first column";
 }
 
+TEST(ObjectColourOf, WhatIsBeyondTheSearchedPartMayHaveItsColours) {
+  const Ball ball{{60, 110}, 20, kOrange}, near{{100, 60}, 18, kOrange}, beyond{{240, 110}, 24, kOrange};
+  const cv::Rect searched(10, 20, 140, 160);
+  const auto within = [&](const cv::Mat& image) {
+    return learn_object(image, region_around(image, ball.centre), searched);
+  };
+  const cv::Mat two = picture({ball, beyond}, {}, 12);
+  EXPECT_NE(learned(two, ball).fault, "") << "the other ball has its colour";
+  const ObjectColour object = within(two);
+  EXPECT_EQ(object.fault, "");
+  EXPECT_GT(object.colour.kept, 0.9);
+
+  const std::string other = within(picture({ball, near, beyond}, {}, 13)).fault;
+  const size_t at = other.find("another object is found, at ");
+  ASSERT_NE(at, std::string::npos) << other;
+  EXPECT_NEAR(std::stoi(other.substr(at + 28)), near.centre.x, 3) << "in the whole picture";
+}
+
 TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   const Ball ball{{150, 110}, 24, kOrange};
   cv::Mat image = picture({ball}, {}, 7);

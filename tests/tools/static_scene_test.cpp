@@ -205,6 +205,102 @@ TEST(StaticScene, ATrackedBallKeepsItsNameWhileAnEqualOneAppearsAndPasses) {
   EXPECT_EQ(ambiguous, 0);
 }
 
+TEST(StaticScene, OfTwoEqualBallsTheOneInTheSearchRegionIsTracked) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  vision::TrackerOptions options = options_with_radius(rig);
+  const Eigen::Vector3d meant(0.12, -0.02, 1.2), other(-0.15, 0.03, 1.25), away(0.12, 0.25, 1.2);
+  options.search_region = vision::SearchRegion(meant.array() - 0.1, meant.array() + 0.1);
+  StereoVision vision({options});
+  for (int k = 0; k < 30; ++k) {
+    room.look(k, meant, vision, {other});
+    EXPECT_TRUE(is_at(vision.targets().front().report, meant)) << k << vision.targets().front().report.reason;
+  }
+  // It leaves the region, and can still be seen.
+  for (int k = 30; k < 60; ++k) {
+    room.look(k, away, vision, {other});
+    EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << k;
+  }
+  EXPECT_EQ(vision.targets().front().report.status, Status::kLost);
+}
+
+TEST(StaticScene, ABallBeyondTheSearchRegionIsNotTheTarget) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  const Eigen::Vector3d ball(0.12, -0.02, 1.5);
+  vision::TrackerOptions options = options_with_radius(rig);
+  options.search_region = vision::SearchRegion(Eigen::Vector3d(-0.3, -0.2, 1.0), Eigen::Vector3d(0.3, 0.2, 1.4));
+  StereoVision vision({options});
+  for (int k = 0; k < 20; ++k) {
+    room.look(k, ball, vision);
+    EXPECT_EQ(vision.targets().front().report.status, Status::kLost) << k;
+  }
+  EXPECT_STREQ(vision.targets().front().report.reason,
+               "objects of the target's colour are seen only outside search_region_m");
+}
+
+/// Images of which only the pixels of the search areas are valid.
+TEST(StaticScene, OnlyTheSearchRegionsPixelsAreRead) {
+  const StereoRig rig = level_rig();
+  const BallRenderer left({.ball_radius_m = 0.033, .wall_distance_m = 3}, rig.left, rig.X_WL, rig.X_WL);
+  const BallRenderer right({.ball_radius_m = 0.033, .wall_distance_m = 3}, rig.right, rig.X_RL.inverse(), rig.X_WL);
+  const Eigen::Vector3d ball(0.12, -0.02, 1.2);
+  for (const double right_end : {0.13, 0.16, 0.2, 0.3}) {  // at the first two, the area's border cuts the ball's image
+    vision::TrackerOptions options = options_with_radius(rig);
+    options.search_region =
+        vision::SearchRegion(Eigen::Vector3d(0.1, -0.1, 1.15), Eigen::Vector3d(right_end, 0.1, 1.25));
+    std::array<cv::Mat, 2> images{left.render(ball, 0), right.render(ball, 1)};
+    vision::StereoTracker tracker(options);
+    const vision::StereoMatch all = tracker.find(images[0], images[1]);
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      cv::Mat only(images[index(side)].size(), CV_8UC3, cv::Scalar(110, 40, 220));  // the target's colour
+      const cv::Rect area = tracker.search_area(side);
+      images[index(side)](area).copyTo(only(area));
+      images[index(side)] = only;
+    }
+    const vision::StereoMatch again = tracker.find(images[0], images[1]);
+    EXPECT_EQ(all.status, again.status);
+    EXPECT_EQ(all.point.p_W, again.point.p_W) << right_end;
+  }
+}
+
+/// Haze, white light or another place in a room changes the saturation of a ball, here to two thirds.
+TEST(StaticScene, AConfirmedBallIsFoundAgainInLightThatItsColourWasNotLearnedIn) {
+  const StereoRig rig = level_rig();
+  const Rgb learned{220, 40, 110}, hazy{192, 66, 115};
+  const SceneOptions scene{.ball_radius_m = 0.033, .wall_distance_m = 3, .distractors = 0};
+  SceneOptions other = scene;
+  other.ball_colour = hazy;
+  const BallRenderer usual_left(scene, rig.left, rig.X_WL, rig.X_WL), hazy_left(other, rig.left, rig.X_WL, rig.X_WL);
+  const BallRenderer usual_right(scene, rig.right, rig.X_RL.inverse(), rig.X_WL);
+  const BallRenderer hazy_right(other, rig.right, rig.X_RL.inverse(), rig.X_WL);
+  for (const bool confirmed : {true, false}) {
+    vision::TrackerOptions options = options_with_radius(rig);
+    options.colour.fill(vision::model_of({.references = {learned}, .tolerance = 0.3}));
+    StereoVision vision({options});
+    int found = 0;
+    for (int k = confirmed ? 0 : 30; k < 40; ++k) {
+      const Eigen::Vector3d ball(-0.1 + 0.004 * k, 0.02, 1.2);
+      const bool haze = k >= 30;
+      const auto stream = static_cast<uint64_t>(2 * k);
+      const cv::Mat left = (haze ? hazy_left : usual_left).render(ball, stream);
+      const cv::Mat right = (haze ? hazy_right : usual_right).render(ball, stream + 1);
+      const int64_t utime = k * kFrame;
+      vision::DecodedImages images({utime, utime, utime}, left, right);
+      ASSERT_EQ(vision.update(images), nullptr);
+      if (haze) found += is_at(vision.targets().front().report, ball);
+    }
+    EXPECT_EQ(found, confirmed ? 10 : 0) << (confirmed ? "it is expected there" : "anything could have this colour");
+    for (const double gain : gains_of(vision, 39 * kFrame)) EXPECT_NEAR(gain, 1, 0.1) << "its colour is not learned";
+  }
+}
+
+TEST(StaticScene, ASearchRegionThatNoCameraSeesIsRefused) {
+  vision::TrackerOptions options = options_for(level_rig());
+  options.search_region = vision::SearchRegion(Eigen::Vector3d(0, 0, -2), Eigen::Vector3d(1, 1, -1));
+  EXPECT_THROW(vision::StereoTracker{options}, std::invalid_argument);
+}
+
 TEST(StaticScene, GoesOnFromItsState) {
   const StereoRig rig = level_rig();
   const Room room(rig);

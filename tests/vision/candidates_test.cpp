@@ -96,6 +96,16 @@ TEST(Candidates, WhatIsRememberedAsStandingStillYieldsToWhatMoves) {
   }
 }
 
+TEST(Candidates, ARaggedSpeckIsNoTargetButASmallBallIs) {
+  constexpr double kSpeck = 0.0035;  // 3.5 px
+  const Thing ragged{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
+  const Thing ball{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.9, .colour_share = 0.8}};
+  const Thing pen{.p_L = kHere, .radius_m = 6 * kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
+  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0)));
+  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0)));
+  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0))) << "a long thing may be the target, if it is large";
+}
+
 TEST(Candidates, SizeAloneDecidesOnlyAgainstSpecks) {
   EXPECT_FALSE(judge({{kHere, 2 * kRadius}, {kThere}}, {}, {}).chosen);
   EXPECT_TRUE(judge({{kHere, 5 * kRadius}, {kThere}}, {}, {}).chosen) << "25 times the area";

@@ -125,7 +125,7 @@ TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kOccludedTooMuch);
 
   std::vector<std::string> sentences;
-  for (int status = 0; status <= static_cast<int>(Status::kOutsidePredictionGate); ++status)
+  for (int status = 0; status <= static_cast<int>(Status::kAmbiguous); ++status)
     sentences.emplace_back(description(static_cast<Status>(status)));
   std::ranges::sort(sentences);
   EXPECT_EQ(std::ranges::adjacent_find(sentences), sentences.end()) << "no sentence twice";

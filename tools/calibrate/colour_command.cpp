@@ -20,12 +20,12 @@ namespace {
 
 /// User input for one camera: a picture, and where the object is in it.
 struct Picture {
-  std::string name, file, rectangle;
-  std::vector<std::string> clicks;
+  std::string name, file, rectangle{}, within{};
+  std::vector<std::string> clicks{};
 };
 
 struct ColourOptions {
-  Picture left{"left", {}, {}, {}}, right{"right", {}, {}, {}};
+  Picture left{"left", {}}, right{"right", {}};
   bool in_window = false;
   std::string output, check_picture, json;
 };
@@ -59,18 +59,23 @@ cv::Rect rectangle_in_window(const Picture& picture, const cv::Mat& bgr) {
   return rectangle;
 }
 
+/// A rectangle that an option gives, inside the picture.
+cv::Rect rectangle_of(const std::string& option, const std::string& text, const Picture& picture, const cv::Mat& bgr) {
+  const std::vector<int> v = integers(option, text, 4, "X,Y,WIDTH,HEIGHT in pixels");
+  const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
+  if (v[2] <= 0 || v[3] <= 0 || (rectangle & cv::Rect({0, 0}, bgr.size())) != rectangle) {
+    throw InputError(fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, text, picture.file,
+                                 bgr.cols, bgr.rows));
+  }
+  return rectangle;
+}
+
 /// Where the object is: a rectangle around it, or also its pixels, as clicks show them.
 ObjectRegion region_of(const Picture& picture, const cv::Mat& bgr, bool in_window) {
   const std::string option = "--rectangle-" + picture.name;
   if (in_window) return {rectangle_in_window(picture, bgr), {}};
   if (!picture.rectangle.empty()) {
-    const std::vector<int> v = integers(option, picture.rectangle, 4, "X,Y,WIDTH,HEIGHT in pixels");
-    const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
-    if (v[2] <= 0 || v[3] <= 0 || (rectangle & cv::Rect({0, 0}, bgr.size())) != rectangle) {
-      throw InputError(fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, picture.rectangle,
-                                   picture.file, bgr.cols, bgr.rows));
-    }
-    return {rectangle, {}};
+    return {rectangle_of(option, picture.rectangle, picture, bgr), {}};
   }
   if (picture.clicks.empty()) {
     throw InputError(fmt::format("say where the object is: {} X,Y,WIDTH,HEIGHT, or --click-{} X,Y, or --in-window",
@@ -99,10 +104,21 @@ Learned learn(const Picture& picture, const ColourOptions& options) {
   const cv::Mat bgr = read_image(picture.file);
   const ObjectRegion region = region_of(picture, bgr, options.in_window);
   const cv::Rect& rectangle = region.box;
+  const std::string within_option = "--within-" + picture.name;
+  const cv::Rect within =
+      picture.within.empty() ? cv::Rect({0, 0}, bgr.size()) : rectangle_of(within_option, picture.within, picture, bgr);
+  // A region that clicks propose may reach beyond, into what is alike.
+  const double inside = region.mask.empty() ? (rectangle & within).area() : cv::countNonZero(region.mask(within));
+  const double all = region.mask.empty() ? rectangle.area() : cv::countNonZero(region.mask);
+  if (inside < 0.5 * all) {
+    throw InputError(fmt::format("{}: {} does not contain the object, which is at {},{},{},{} in {}", within_option,
+                                 picture.within, rectangle.x, rectangle.y, rectangle.width, rectangle.height,
+                                 picture.file));
+  }
   Learned learned;
   ObjectColour object;
   try {
-    object = learn_object(bgr, region);
+    object = learn_object(bgr, region, within);
   } catch (const std::runtime_error& fault) {
     throw std::runtime_error(picture.file + ": " + fault.what());
   }
@@ -152,6 +168,10 @@ Command colour_command(CommandLine& cli) {
     CommandOption file = app.option("--" + name, picture->file, "the " + name + " camera's picture");
     if (picture == &options->left) file.required();
     app.option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels").needs(file);
+    app.option(
+           "--within-" + name, picture->within,
+           "X,Y,WIDTH,HEIGHT: the part of the picture that shows vision's search_region_m, pixels; the rest is ignored")
+        .needs(file);
     app.option("--click-" + name, picture->clicks, "X,Y: a point on the object, pixels; may be repeated").needs(file);
   }
   app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");

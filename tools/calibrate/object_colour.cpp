@@ -27,13 +27,14 @@ double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   return area;
 }
 
-cv::Point middle(const vision::Blob& blob) {
-  return {cvRound(blob.centroid.x()), cvRound(blob.centroid.y())};
+/// "X,Y" in the picture.
+std::string position_of(const vision::Blob& blob, const cv::Point& corner) {
+  return fmt::format("{},{}", cvRound(blob.centroid.x()) + corner.x, cvRound(blob.centroid.y()) + corner.y);
 }
 
 /// Where something else has the object's colours, which learning from the whole picture leaves out, as the end of a
-/// sentence; empty where nothing large has.
-std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region) {
+/// sentence; empty where nothing large has. `bgr` begins at `corner` of the picture.
+std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region, const cv::Point& corner) {
   const int margin = std::max(region.box.width, region.box.height) / 2;
   const cv::Rect near =
       (region.box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect(0, 0, bgr.cols, bgr.rows);
@@ -48,17 +49,20 @@ std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region) {
     if (!largest || blob.area > largest->area) largest = &blob;
   }
   if (!largest) return {};
-  const cv::Point at = middle(*largest);
-  return fmt::format("; other objects have the same colours, e.g. at {},{}: take a picture without them", at.x, at.y);
+  return fmt::format(
+      "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
+      "vision.yaml and give --within-left and --within-right",
+      position_of(*largest, corner));
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
-std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
+std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
+                         const cv::Point& corner) {
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture";
   if (found.blobs.empty())
-    return "with the learned colours nothing is found, not even the object" + others_like_it(bgr, region);
+    return "with the learned colours nothing is found, not even the object" + others_like_it(bgr, region, corner);
   const vision::Blob* object = nullptr;
   double inside = 0;
   double all_inside = 0;  // also of the object's other parts, as beside a stripe
@@ -70,28 +74,30 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
     object = &blob;
   }
   if (!object) {
-    const cv::Point at = middle(found.blobs[0]);
-    return fmt::format("with the learned colours another object is found, at {},{}, and not this one", at.x, at.y);
+    return fmt::format("with the learned colours another object is found, at {}, and not this one",
+                       position_of(found.blobs[0], corner));
   }
   if (inside < 0.5 * object->area) {
     return "with the learned colours the object is found together with much of what is around it";
   }
   for (const vision::Blob& blob : found.blobs) {
     if (blob.area < kSimilar * object->area || area_inside(blob, region) > 0.5 * blob.area) continue;
-    const cv::Point at = middle(blob);
-    return fmt::format("with the learned colours another object is found, at {},{}, {:.0f} % as large as this one",
-                       at.x, at.y, 100 * blob.area / object->area);
+    return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one",
+                       position_of(blob, corner), 100 * blob.area / object->area);
   }
   const double whole = region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
   if (all_inside < kFewest * whole)
     return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole) +
-           others_like_it(bgr, region);
+           others_like_it(bgr, region, corner);
   return {};
 }
 
 }  // namespace
 
-ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region) {
+ObjectColour learn_object(const cv::Mat& picture, const ObjectRegion& in_picture, const cv::Rect& within) {
+  const cv::Mat bgr = picture(within);
+  const ObjectRegion region{(in_picture.box & within) - within.tl(),
+                            in_picture.mask.empty() ? cv::Mat() : in_picture.mask(within)};
   ObjectColour object{.colour = region.mask.empty() ? vision::learn_colour(bgr, region.box)
                                                     : vision::learn_colour_of(bgr, region.mask)};
   const vision::LearnedColour& colour = object.colour;
@@ -105,8 +111,12 @@ ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region) {
   }
   if (colour.by_brightness)
     object.warnings.push_back("only brightness distinguishes the object; lock the camera's exposure");
-  object.fault = finder_fault(bgr, colour.model, region);
+  object.fault = finder_fault(bgr, colour.model, region, within.tl());
   return object;
+}
+
+ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region) {
+  return learn_object(bgr, region, {0, 0, bgr.cols, bgr.rows});
 }
 
 cv::Mat members_picture(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {

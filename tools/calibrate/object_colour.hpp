@@ -16,7 +16,9 @@ struct ObjectColour {
 };
 
 /// Learns the colours of the object in a region, or, where its mask is empty, in its box. Throws std::runtime_error
-/// when they cannot be learned.
+/// when they cannot be learned. Only the part `within` of the picture counts, where vision will look for the object:
+/// what is outside may have its colours.
+ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region, const cv::Rect& within);
 ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region);
 
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region drawn.

@@ -38,6 +38,13 @@ ColourModel model_of(const ColourClass& colours) {
   return model;
 }
 
+ColourModel widened(ColourModel model, double share) {
+  for (ChromaComponent& component : model.object)
+    component.covariance += share * share * component.mean.squaredNorm() * Eigen::Matrix2d::Identity();
+  model.background.clear();
+  return model;
+}
+
 void check(const ColourModel& model) {
   const auto require = [](bool sensible, const char* sentence) {
     if (!sensible) throw std::invalid_argument(sentence);

@@ -51,6 +51,10 @@ double luma_of(const Rgb& colour);
 /// for a class without references, with a black reference, or with a tolerance that is not positive.
 ColourModel model_of(const ColourClass& colours);
 
+/// The model with wider components of the object: the standard deviation `share` of a component's distance from grey is
+/// added to it in each direction, that is, along the saturation and across it, along the hue.
+ColourModel widened(ColourModel model, double share);
+
 /// Throws std::invalid_argument, with the reason, for an invalid model: no component of the object, a covariance that
 /// is not positive definite, a tolerance or weight that is not positive, negative or reversed limits, negative noise.
 void check(const ColourModel& model);

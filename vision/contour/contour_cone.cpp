@@ -68,25 +68,6 @@ Eigen::Matrix3d ContourCone::jacobian() const {
   return J;
 }
 
-std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraModel& camera, double scale) {
-  const Eigen::Vector3d c = cone.n.normalized();
-  const double sine = cone.sine() * scale, cosine = std::sqrt(1 - sine * sine);
-  const Eigen::Vector3d u = Eigen::Vector3d::UnitX().cross(c).normalized(), v = c.cross(u);
-  double turn_sine, turn_cosine;
-  sine_and_cosine_of(2 * std::numbers::pi / kContourCorners, turn_sine, turn_cosine);
-  ContourPolygon polygon;
-  double s = 0, co = 1;
-  for (Eigen::Vector2d& corner : polygon) {
-    const Eigen::Vector3d e = cosine * c + sine * (co * u + s * v);
-    if (e.z() < 0.05) return std::nullopt;
-    corner = image_of(camera, e.hnormalized()).pixel;
-    const double next = co * turn_cosine - s * turn_sine;
-    s = s * turn_cosine + co * turn_sine;
-    co = next;
-  }
-  return polygon;
-}
-
 namespace {
 
 /// The points' directions, in the points' order.

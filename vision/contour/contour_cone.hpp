@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <optional>
 #include <span>
 
@@ -24,15 +23,6 @@ struct ContourCone {
   /// Derivative of (x/z, y/z, sine) with respect to n.
   Eigen::Matrix3d jacobian() const;
 };
-
-/// Number of corners of a contour polygon.
-constexpr int kContourCorners = 64;
-using ContourPolygon = std::array<Eigen::Vector2d, kContourCorners>;
-
-/// The cone's image as a polygon, in pixels, with corners at equal angles about its axis. `scale` multiplies the sine
-/// of the angular radius. Nothing when a part of the cone is not in front of the camera.
-[[nodiscard]] std::optional<ContourPolygon> polygon_of(const ContourCone& cone, const CameraModel& camera,
-                                                       double scale = 1);
 
 /// A measured point on a contour: its direction and standard deviation.
 struct ContourPoint {

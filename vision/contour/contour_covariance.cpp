@@ -20,6 +20,9 @@ constexpr double kLeastShading = 0.1;  // share of the shading model's expected 
 // The same, of an edge whose blur along the motion has the variance v (px^2, as measured): error kMoved v^1.5, pixels,
 // and its share in the size.
 constexpr double kMoved = 0.043, kMovedSize = 0.75;
+// The same, of edges that are blurred by more than the variance kFast, from their residual beyond the usual one,
+// pixels.
+constexpr double kFast = 1, kUsualResidual = 0.3, kFaster = 2;
 
 /// Neighbours on the contour share errors (texture, JPEG blocks), so there are fewer independent points than points.
 /// The sum of the residuals' autocorrelation is the ratio of the two.
@@ -182,7 +185,11 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   result.covariance += result.shared * result.shared.transpose();
   // A window that holds less than the whole of a blurred edge places it too near to its middle; either end of the image
   // of a moving object, in front of its own background.
-  const double blur = evidence.motion.variance, moved2 = kMoved * kMoved * blur * blur * blur;
+  // The measured blur ends where the window does. A faster object's edges do not fit a contour: their residual tells.
+  const double blur = evidence.motion.variance;
+  const double beyond2 = std::max(0.0, evidence.residual_px * evidence.residual_px - kUsualResidual * kUsualResidual);
+  const double faster2 = blur > kFast ? kFaster * kFaster * beyond2 : 0;
+  const double moved2 = kMoved * kMoved * blur * blur * blur + faster2;
   const Eigen::Vector2d along = evidence.d_ray_d_pixel * evidence.motion.along;
   result.covariance.topLeftCorner<2, 2>() += moved2 * along * along.transpose();
   result.covariance(2, 2) +=

@@ -22,6 +22,7 @@ struct ContourEvidence {
   bool whole = true;              ///< (nearly) all of the contour has edges
   bool hues_blurred = false;      ///< the image has subsampled chroma
   double colour_blur2 = 0;        ///< variance of the blur across the edges, px^2
+  double residual_px = 0;         ///< root mean square of the edges' distances from the contour
   MotionBlur motion;
 };
 

@@ -32,12 +32,14 @@ Eigen::Vector3d mean_outside(const EdgeProfile& profile, const EdgeModel& model)
 
 }  // namespace
 
-bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile) {
+bool read_profile(const cv::Mat& image, const cv::Rect& readable, const Edgel& edgel, EdgeProfile& profile) {
   constexpr int kReach = EdgeProfile::kReach;
-  const int limit = edgel.along_row ? image.cols : image.rows, lines = edgel.along_row ? image.rows : image.cols;
-  if (edgel.line < 0 || edgel.line >= lines) return false;
+  const cv::Point begin = readable.tl(), end = readable.br();
+  const int first_line = edgel.along_row ? begin.y : begin.x, lines = edgel.along_row ? end.y : end.x;
+  if (edgel.line < first_line || edgel.line >= lines) return false;
+  const int first = edgel.along_row ? begin.x : begin.y, limit = edgel.along_row ? end.x : end.y;
   const double position = std::floor(edgel.at + 0.5);
-  if (!(position >= kReach && position < limit - kReach)) return false;
+  if (!(position >= first + kReach && position < limit - kReach)) return false;
   profile.middle = static_cast<int>(position);
   const ptrdiff_t step = (edgel.along_row ? ptrdiff_t{3} : static_cast<ptrdiff_t>(image.step[0])) * edgel.outward;
   const uint8_t* pixel = (edgel.along_row ? image.ptr<uint8_t>(edgel.line) + ptrdiff_t{3} * profile.middle

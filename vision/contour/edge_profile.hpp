@@ -28,8 +28,10 @@ struct EdgeProfile {
   const Eigen::Vector3d& at(int outwards) const { return bgr[static_cast<size_t>(kReach + outwards)]; }
 };
 
-/// Reads the pixels around an edgel of an 8-bit BGR image; false when some are outside the image.
-[[nodiscard]] bool read_profile(const cv::Mat& image, const Edgel& edgel, EdgeProfile& profile);
+/// Reads the pixels around an edgel of an 8-bit BGR image; false when some are outside of `readable`, a part of the
+/// image.
+[[nodiscard]] bool read_profile(const cv::Mat& image, const cv::Rect& readable, const Edgel& edgel,
+                                EdgeProfile& profile);
 
 /// Parameters common to all edges of one contour.
 struct EdgeModel {

@@ -27,33 +27,13 @@ constexpr double kExplained = 0.4;  // of the area that missing edges make expec
 // three tenths are hidden measures 1.11), and where a motion of some 4 px blurs its edges (variance beyond kMoved2,
 // px^2).
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
-constexpr double kBothEndsMissing = 0.6;  // share of the contour of a moved ball that its sides, and more, must show
-
-/// The smallest and the largest column at which a closed polygon crosses a row; from > to when it does not.
-void cross_rows(const ContourPolygon& polygon, int row, double& from, double& to) {
-  from = 1e9;
-  to = -1e9;
-  for (size_t k = 0; k < polygon.size(); ++k) {
-    const Eigen::Vector2d &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-    if ((a.y() <= row) == (b.y() <= row)) continue;
-    const double x = a.x() + (row - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-    from = std::min(from, x);
-    to = std::max(to, x);
-  }
-}
+constexpr double kMovedShare = 0.25;       // of the variance from a moved contour's distance to the blob's centroid
+constexpr double kBothEndsMissing = 0.65;  // share of the contour of a moved ball that its sides, and more, must show
 
 /// Half the length of the ellipse that has the blob's second moments.
 double half_length(const Blob& blob) {
   const double middle = 0.5 * blob.spread.trace(), apart = 0.5 * (blob.spread(0, 0) - blob.spread(1, 1));
   return 2 * std::sqrt(middle + std::hypot(apart, blob.spread(0, 1)));
-}
-
-/// Half the longest diameter of a contour.
-double half_length(const ContourPolygon& polygon) {
-  double longest = 0;
-  for (size_t k = 0; k < polygon.size() / 2; ++k)
-    longest = std::max(longest, (polygon[k] - polygon[k + polygon.size() / 2]).norm());
-  return 0.5 * longest;
 }
 
 double median_of(std::vector<double>& values) {
@@ -246,7 +226,8 @@ bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& mod
   EdgeProfile& profile = profiles_[edgel.profile];
   const auto again_at = [&](double at) {
     edgel.edge.at = at;
-    return read_profile(bgr, edgel.edge, profile) && measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
+    return read_profile(bgr, readable_, edgel.edge, profile) &&
+           measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
   };
   bool found = measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
   const double expected = edgel.edge.at;
@@ -271,7 +252,8 @@ double SphereContourFitter::painted_share(const EdgeModel& model) const {
 }
 
 void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const Search& search, EdgeModel& model) {
-  for (ContourEdgel& edgel : edgels_) edgel.readable = read_profile(bgr, edgel.edge, profiles_[edgel.profile]);
+  for (ContourEdgel& edgel : edgels_)
+    edgel.readable = read_profile(bgr, readable_, edgel.edge, profiles_[edgel.profile]);
   if (refined) {
     choose_windows(model);
     learn_sides(model);
@@ -331,7 +313,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
     learn_blur(search);
     motion_ = motion_blur_of(edgels_, points_, profiles_);
   }
-  describe(bgr, *fit, model.noise, result);
+  describe(*fit, model.noise, result);
   result.motion_px = motion_.length_px();
   // Where the object moved further than an edge's window, both ends have no edges, and the rest fits anywhere between.
   const auto polygon = polygon_of(fit->cone, camera_);
@@ -379,7 +361,7 @@ double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) con
   return all > 0 ? 1 - there / all : 1;
 }
 
-void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result) {
+void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereContour& result) {
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   const ContourCone& cone = fit.cone;
   result.value << cone.ray(), cone.sine();
@@ -392,7 +374,8 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
     all += edgel.length;
     const Edgel& edge = edgel.edge;
     const double x = edge.along_row ? edge.at : edge.line, y = edge.along_row ? edge.line : edge.at;
-    if (x < -0.5 || y < -0.5 || x > bgr.cols - 0.5 || y > bgr.rows - 0.5) result.cut_off = true;
+    const cv::Point first = readable_.tl(), end = readable_.br();
+    if (x < first.x - 0.5 || y < first.y - 0.5 || x > end.x - 0.5 || y > end.y - 0.5) result.cut_off = true;
     if (edgel.point < 0) continue;
     const ContourPoint& point = points_[static_cast<size_t>(edgel.point)];
     if (point.weight == 0) continue;
@@ -424,6 +407,7 @@ void SphereContourFitter::describe(const cv::Mat& bgr, const ConeFit& fit, doubl
                                                   .whole = result.visible_fraction >= kWhole,
                                                   .hues_blurred = hues_blurred_,
                                                   .colour_blur2 = colour_blur2_,
+                                                  .residual_px = result.residual_px,
                                                   .motion = motion_});
   result.covariance = errors.covariance;
   result.shared = errors.shared;
@@ -463,11 +447,13 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
   result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * spread * d_ray_d_pixel_.transpose();
   const double sigma_size = kSize * result.value.z() + kBorder / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
-  result.cut_off = box_.x == 0 || box_.y == 0 || box_.br().x == camera_.width || box_.br().y == camera_.height;
+  result.cut_off = box_.x == readable_.x || box_.y == readable_.y || box_.br().x == readable_.br().x ||
+                   box_.br().y == readable_.br().y;
 }
 
-SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
+SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable) {
   SphereContour result;
+  readable_ = readable;
   find_extents(blob);
   middle_px_ = Eigen::Vector2d(box_.x + 0.5 * (box_.width - 1), box_.y + 0.5 * (box_.height - 1));
   const Eigen::Vector2d pinhole((middle_px_.x() - camera_.cx) / camera_.fx, (middle_px_.y() - camera_.cy) / camera_.fy);
@@ -481,7 +467,14 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob) {
     verdict = std::max(verdict, of_second);
   }
   if (verdict == Verdict::kAccepted) {
+    SphereContour centroid;
+    use_centroid(centroid);
     result.kind = SphereContour::Kind::kEdges;
+    result.from_centroid = result.value - centroid.value;
+    // The ends of a moved object have no sharp edges: the blob's centroid, which they do not mislead, tells how far the
+    // contour may be off.
+    if (motion_.variance > kMoved2)
+      result.covariance += kMovedShare * result.from_centroid * result.from_centroid.transpose();
   } else {
     const SphereContour part = result;
     // Occlusion is meaningful only for objects known to be spheres.

@@ -7,6 +7,7 @@
 #include "vision/colour/blob.hpp"
 #include "vision/contour/contour_cone.hpp"
 #include "vision/contour/contour_edgel.hpp"
+#include "vision/contour/contour_polygon.hpp"
 #include "vision/contour/edge_profile.hpp"
 #include "vision/contour/motion_blur.hpp"
 #include "vision/contour/shared_errors.hpp"
@@ -26,15 +27,17 @@ struct SphereContour {
   Eigen::Vector3d value{0, 0, 0};
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of `value`, including model errors and `shared`
   SharedErrors shared = SharedErrors::Zero();            ///< the errors that the other image of a pair shares
-  Eigen::Vector2d centre_px{0, 0};                       ///< image of the sphere's centre
-  double radius_px = 0;                                  ///< approximate, in pixels at the image centre
-  double visible_fraction = 0;                           ///< share of the contour's length with a fitting edge
+  /// `value` minus what the blob's centroid gives: 0 where this is what `value` is.
+  Eigen::Vector3d from_centroid{0, 0, 0};
+  Eigen::Vector2d centre_px{0, 0};  ///< image of the sphere's centre
+  double radius_px = 0;             ///< approximate, in pixels at the image centre
+  double visible_fraction = 0;      ///< share of the contour's length with a fitting edge
   static constexpr double kUnknown = -1;
   double occlusion = 0;    ///< share of the contour's area that is occluded or outside the image; kUnknown: not known
   double residual_px = 0;  ///< weighted root mean square of the edges' distances from the contour
   double motion_px = 0;    ///< how far the object moved during the exposure, from the blur of its edges; 0: not known
   double area = 0;         ///< of the blob, pixels
-  bool cut_off = false;    ///< a part of the contour is outside the image
+  bool cut_off = false;    ///< a part of the contour is outside of the readable pixels
 
   Eigen::Vector2d ray() const { return value.head<2>(); }
   Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }
@@ -53,7 +56,9 @@ class SphereContourFitter {
   /// Measures the object that a blob shows. The blob may be ragged, have holes, be partly occluded or joined to
   /// something of a similar colour: it only indicates where to look for the contour. `bgr`: 8-bit, of the camera's
   /// size; the blob is not empty and lies inside it. Always returns a result; `kind` and `covariance` give its quality.
-  SphereContour fit(const cv::Mat& bgr, const Blob& blob);
+  /// Only the pixels in `readable` are read, which contains the blob.
+  SphereContour fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable);
+  SphereContour fit(const cv::Mat& bgr, const Blob& blob) { return fit(bgr, blob, {0, 0, bgr.cols, bgr.rows}); }
 
  private:
   /// How far a fit looks for edges, and what it takes for an edge.
@@ -87,12 +92,13 @@ class SphereContourFitter {
     kAccepted,  ///< a sphere contour
   };
   Verdict fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search, SphereContour& result);
-  void describe(const cv::Mat& bgr, const ConeFit& fit, double noise, SphereContour& result);
+  void describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;
   void use_centroid(SphereContour& result) const;
 
   CameraModel camera_;
   double least_seen_;
+  cv::Rect readable_;                       // pixels that may be read
   cv::Rect box_;                            // of the blob
   std::vector<Extent> rows_, columns_;      // range [begin, end) of the blob in each row and column of the box
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box

@@ -43,6 +43,16 @@ void add_track_keys(ConfigKeys<Section>& keys) {
           "Largest spectral density of the target's acceleration; the default suits a thrown ball.");
 }
 
+void read_search_region(const Config& config, vision::TrackerOptions& options) {
+  if (!config.has("search_region_m")) return;
+  const Config section = config.section("search_region_m");
+  const auto corner = [&](const char* key) { return Eigen::Vector3d(section.numbers(key, 3).data()); };
+  const Eigen::Vector3d min = corner("min"), max = corner("max");
+  if (!(min.array() < max.array()).all()) section.fail("max", "three numbers, each larger than that of 'min'");
+  section.finish();
+  options.search_region = vision::SearchRegion(min, max);
+}
+
 ConfigKeys<TrackerSection> tracker_keys(bool several) {
   ConfigKeys<TrackerSection> keys("vision.yaml, sections tracker and targets",
                                   "How a target is tracked. For several targets, `targets` is a list of such sections, "
@@ -82,6 +92,11 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
       .number(
           "min_area_px", "pixels", 1, 1e9, [](auto& s) -> auto& { return s.options.min_area_px; },
           "Smaller blobs are ignored.")
+      .other(
+          "search_region_m", "section with `min` and `max`, three numbers each", "m", "everywhere",
+          "Box in the robot's base frame that the target's centre never leaves. Objects of its colour outside the box "
+          "are not the target, and the images are searched only where they show the box.",
+          [](const Config& config, TrackerSection& s) { read_search_region(config, s.options); })
       .flag(
           "adapt_colour", [](auto& s) -> auto& { return s.options.adapt_colour; },
           "Whether to follow slow changes of white balance.");
@@ -170,12 +185,21 @@ VisionConfig VisionConfig::load(const std::string& path, const ConfigOverrides& 
   }
   file.finish();
   vision.digest = digest_of(read_text_file(path) + files + text_of(overrides));
-  try {
-    for (const Target& target : vision.targets) const vision::StereoTracker check(target.options);
-    for (const Tag& tag : vision.tags) const vision::TagTracker check(tag.options);
-  } catch (const std::invalid_argument& fault) {
-    throw InputError(path + ": " + fault.what());
+  const auto check = [&](const std::string& name, const auto& construct) {
+    try {
+      construct();
+    } catch (const std::invalid_argument& fault) {
+      throw InputError(path + ": target '" + name + "': " + fault.what());
+    }
+  };
+  for (const Target& target : vision.targets) {
+    if (target.options.search_region && !vision.calibrated) {
+      throw InputError(path + ": target '" + target.name +
+                       "': search_region_m is in the robot's base frame, and needs cameras.left_to_robot");
+    }
+    check(target.name, [&] { const vision::StereoTracker tracker(target.options); });
   }
+  for (const Tag& tag : vision.tags) check(tag.name, [&] { const vision::TagTracker tracker(tag.options); });
   return vision;
 }
 

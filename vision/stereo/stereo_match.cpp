@@ -50,8 +50,13 @@ bool agree(double first, double first_sigma, double second, double second_sigma,
   return std::abs(first - second) <= (ratio - 1) * std::min(first, second) + kSigmas * sigma;
 }
 
-SphereMeasurement sphere_of(const SphereContour& contour) {
-  return {contour.value, contour.covariance, contour.shared};
+/// A contour as a measurement. Where the other image shows no contour, whatever hides, moves or deforms it there may do
+/// so here: then this is either a contour or, as likely, the centroid of a blob, alike in both images.
+SphereMeasurement sphere_of(const SphereContour& contour, const SphereContour& other) {
+  SphereMeasurement sphere{contour.value, contour.covariance, contour.shared};
+  if (contour.kind == SphereContour::Kind::kEdges && other.kind == SphereContour::Kind::kCentroid)
+    sphere.covariance += contour.from_centroid * contour.from_centroid.transpose();
+  return sphere;
 }
 
 class CandidateScorer {
@@ -117,8 +122,8 @@ class CandidateScorer {
   void locate(const SphereContour& left, const SphereContour& right, ComparedPair& scored) const {
     StereoMatch& match = scored.match;
     const auto prior = prior_at(match.point.depth_left_m);
-    const auto free = triangulate_sphere(rig_, sphere_of(left), sphere_of(right), std::nullopt);
-    const auto sphere = prior ? triangulate_sphere(rig_, sphere_of(left), sphere_of(right), prior) : free;
+    const auto free = triangulate_sphere(rig_, sphere_of(left, right), sphere_of(right, left), std::nullopt);
+    const auto sphere = prior ? triangulate_sphere(rig_, sphere_of(left, right), sphere_of(right, left), prior) : free;
     if (!sphere || !free) {
       match.status = Status::kBehindCameras;
       return;
@@ -156,7 +161,7 @@ class CandidateScorer {
   /// from such errors, by the contradiction beyond the expected errors; zero where there is none.
   Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
                                               const SphereTriangulation& free) const {
-    SphereMeasurement wider_left = sphere_of(left), wider_right = sphere_of(right);
+    SphereMeasurement wider_left = sphere_of(left, right), wider_right = sphere_of(right, left);
     bool any = false;
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
       if (contour.kind != SphereContour::Kind::kEdges) return;
@@ -241,6 +246,7 @@ int progress(Status status) {
     case Status::kOutsidePredictionGate:
       return 4;
     case Status::kWrongRadius:
+    case Status::kOutsideRegion:
       return 3;
     case Status::kEpipolarMismatch:
       return 2;
@@ -312,8 +318,12 @@ const char* description(StereoMatch::Status status) {
       return "size and distance disagree: check ball_radius_m, or calibrate again";
     case Status::kOutsidePredictionGate:
       return "something is seen, but not where the object can be by now";
+    case Status::kOutsideRegion:
+      return "objects of the target's colour are seen only outside search_region_m";
     case Status::kOnlyBackground:
       return "only things that stood there before have this colour";
+    case Status::kUnlikely:
+      return "only small or ragged blobs of the target's colour are seen";
     case Status::kAmbiguous:
       return "several things could be the target";
   }

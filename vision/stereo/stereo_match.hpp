@@ -27,13 +27,15 @@ struct StereoMatch {
     kOccludedTooMuch,        ///< too much is occluded to locate the centre
     kWrongRadius,            ///< the measured radius differs from the known one
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
+    kOutsideRegion,          ///< something was found, but outside of the search region
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
+    kUnlikely,               ///< only specks that are too small and ragged to be taken for the target
     kAmbiguous,              ///< several objects could be the target
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,
-  /// kOutsidePredictionGate or kCutOff (for a filter that gates by covariance); `epipolar_error_px` also when
-  /// kInconsistentPair or kEpipolarMismatch.
+  /// kOutsidePredictionGate, kOutsideRegion or kCutOff (for a filter that gates by covariance); `epipolar_error_px`
+  /// also when kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none

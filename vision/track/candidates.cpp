@@ -13,14 +13,19 @@ namespace {
 
 using Status = StereoMatch::Status;
 
-constexpr double kStill[] = {0, -kLead, -2 * kLead};  // share of remembered background 0, 0.3 and 1
-// Logarithms of the ratios of two histograms, of the labelled balls and of other things of their colour, on the videos
+// Log odds of the labelled balls among all candidates of an image, by conditional logistic regression on the videos
 // that docs/vision.md names for tuning.
-constexpr double kShape[] = {-2.2, 0, 1.5};   // compactness 0, 0.6 and 1
+constexpr double kStill[] = {0, -4.2, -6.2};  // share of remembered background 0, 0.3 and 1
+constexpr double kShape[] = {-4.0, 0, 2.3};   // compactness 0, 0.6 and 1
 constexpr double kContour = 2.4;              // both images show a sphere contour
-constexpr double kColour[] = {-2.8, 0, 0.4};  // share well inside the colour model 0, 0.2 and 1
-constexpr double kGates = 3;                  // standard deviations that the gates of MatchOptions stand for
-constexpr double kContourSize = 0.04;         // share of a known radius, as in the check of stereo_match
+constexpr double kColour[] = {-2.8, 0, 0.2};  // share well inside the colour model 0, 0.2 and 1
+constexpr double kArea = 2;                   // per logarithm of the area, up to that of kLargeArea; 1 beyond
+constexpr double kLargeArea = 300;            // pixels
+// Evidence by shape, colour and area of a first match: on the same videos, 4 of 105 targets have less, and 7 of 14
+// other things.
+constexpr double kLikely = 6.5;
+constexpr double kGates = 3;           // standard deviations that the gates of MatchOptions stand for
+constexpr double kContourSize = 0.04;  // share of a known radius, as in the check of stereo_match
 
 double squared(double value) {
   return value * value;
@@ -44,9 +49,10 @@ double stereo(const ComparedPair& pair, const MatchOptions& options) {
   return -0.5 * (epipolar2 + squared(pair.size_sigmas));
 }
 
-/// By the known radius, or else by that of the last match. Where neither is known: other things of the colour come in
-/// all sizes, the more the smaller. If their areas are distributed like 1 / a^2 (an assumption), and those of targets
-/// like 1 / a, as of a thing at any distance, the likelihood ratio is proportional to the area a.
+/// By the known radius, or else by that of the last match. Where neither is known, by the area: other things of the
+/// colour come in all sizes, the more the smaller. Among large ones less is known; if their areas are distributed like
+/// 1 / a^2 (an assumption), and those of targets like 1 / a, as of a thing at any distance, the likelihood ratio is
+/// proportional to the area a.
 double size(const ComparedPair& pair, double radius_px, const TargetHistory& history, const MatchOptions& options) {
   if (options.radius_m > 0) {
     const double share = pair.match.both_by_contour ? kContourSize : (options.max_size_ratio - 1) / kGates;
@@ -57,7 +63,8 @@ double size(const ComparedPair& pair, double radius_px, const TargetHistory& his
   if (!(pair.radius_m > 0)) return 0;
   if (history.radius_m > 0)
     return -0.5 * squared(natural_log(pair.radius_m / history.radius_m) / natural_log(options.max_size_ratio));
-  return 2 * natural_log(std::max(radius_px, 1.0));
+  const double area = std::numbers::pi * radius_px * radius_px, small = std::clamp(area, 1.0, kLargeArea);
+  return kArea * natural_log(small) + natural_log(std::max(1.0, area / kLargeArea));
 }
 
 /// Log density of the measured position: the larger of those of a steady motion and of the fastest change of motion.
@@ -158,6 +165,11 @@ std::optional<size_t> choose(std::span<Candidate> candidates) {
   candidates.front().chosen = alone;
   candidates.front().reason = alone ? "chosen" : "others could be the target as well";
   return alone ? std::optional<size_t>(0) : std::nullopt;
+}
+
+bool is_likely(const Candidate& candidate) {
+  const auto& term = candidate.evidence.term;
+  return term[Evidence::kRound] + term[Evidence::kColour] + term[Evidence::kSize] > kLikely;
 }
 
 }  // namespace multireach::vision

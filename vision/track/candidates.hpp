@@ -64,4 +64,8 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
 /// nothing where there is none, or where several could be the target.
 std::optional<size_t> choose(std::span<Candidate> candidates);
 
+/// Whether a candidate of unknown size, for a target that is not tracked, is enough like a target to be taken for it.
+/// Specks that are small and ragged are not.
+[[nodiscard]] bool is_likely(const Candidate& candidate);
+
 }  // namespace multireach::vision

@@ -34,6 +34,8 @@ class TargetIdentity {
   /// Where the target was seen last, in pixels; radius 0 before the first match or when that was too long ago.
   Eigen::Vector2d last_px(size_t side) const { return last_px_[side]; }
   double last_radius_px() const { return last_radius_px_; }
+  /// Time of the last match, microseconds.
+  int64_t last_utime() const { return last_utime_; }
 
   static constexpr size_t kSerializedSize = 15;
   /// The complete state; times are relative to `utime`.
