@@ -51,7 +51,7 @@ bool agree(double first, double first_sigma, double second, double second_sigma,
 }
 
 /// A contour as a measurement. Where the other image shows no contour, whatever hides, moves or deforms it there may do
-/// so here: then this is either a contour or, as likely, the centroid of a blob, alike in both images.
+/// so here: then this is either a contour or, as likely, the centroid of a blob.
 SphereMeasurement sphere_of(const SphereContour& contour, const SphereContour& other) {
   SphereMeasurement sphere{contour.value, contour.covariance, contour.shared};
   if (contour.kind == SphereContour::Kind::kEdges && other.kind == SphereContour::Kind::kCentroid)
