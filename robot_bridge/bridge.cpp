@@ -11,6 +11,9 @@ constexpr double kImpossible = 1e6;              // rad or m: no joint has such 
 constexpr int64_t kFarthest = int64_t{1} << 60;  // us: times within it can be subtracted and added to
 constexpr double kImpliedSpeed = 1.5;            // times the speed limit: a set-point that implies more is refused
 constexpr double kApproachSpeed = 0.2;           // speed override while the robot is far from the set-points
+// So many far set-points of a sender that resumes are refused, which asks it to start again from where the robot is,
+// before the robot approaches them slowly.
+constexpr int kAskFirst = 10;
 constexpr double kSlowing = 2;  // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
 // Where more than one in twenty set-points is too early or too old, the first one of the motion was itself late or
@@ -182,7 +185,11 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   const bool resumes = next_tick_ && setpoint.run == run_ && options_.shape == BridgeOptions::Shape::kSmooth;
   if (chain_.limit_excess(setpoint.theta) > options_.max_start_distance) return SetpointVerdict::kInvalid;
   if (is_too_fast(setpoint.velocity)) return SetpointVerdict::kTooFast;
-  if (!near && !resumes) return SetpointVerdict::kFarFromRobot;
+  if (!near && (!resumes || far_setpoints_ < kAskFirst)) {
+    ++far_setpoints_;
+    return SetpointVerdict::kFarFromRobot;
+  }
+  far_setpoints_ = 0;
   restarted = true;
   if (!next_tick_) {
     generator_.rest_at(from);
@@ -201,7 +208,8 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   mistimed_ = 0;
   approaching_ = !near;
   pace_ = paused_ ? 0 : approaching_ ? std::min(speed_, kApproachSpeed) : speed_;
-  path_rate_ = setpoint_rate_ = pace_;
+  path_rate_ = pace_;
+  setpoint_rate_ = approaching_ ? 0 : pace_;
   state_ = BridgeState::kRunning;
   cause_ = "";
   return SetpointVerdict::kAccepted;
@@ -310,7 +318,8 @@ void Bridge::follow() {
   }
   const double wanted = paused_ ? 0 : std::min({speed_, monitor_.speed_factor(), approaching_ ? kApproachSpeed : 1.0});
   const double speed = pace_ = std::max(wanted, pace_ - kSlowing * static_cast<double>(options_.period_us) * kMicro);
-  setpoint_rate_ = speed < kMinSpeed ? 0 : speed;
+  // The sender waits until the robot is near: at the robot's own rate, it would stay as far ahead.
+  setpoint_rate_ = speed < kMinSpeed || approaching_ ? 0 : speed;
   if (since_setpoint_us_ > options_.setpoint_timeout_us)
     num_waiting_ = 0;  // the controller is gone: also ends a long segment
   if (speed < kMinSpeed || since_setpoint_us_ > options_.setpoint_timeout_us) {

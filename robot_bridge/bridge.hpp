@@ -159,6 +159,7 @@ class Bridge {
   bool replans_ = false;      // a gap interrupted the segment
   bool coasted_ = false;      // the segment after goal_ continues at its velocity
   bool approaching_ = false;  // far from the set-points: slow until there
+  int far_setpoints_ = 0;     // in a row, in the state armed
   bool measured_since_gap_ = false;
   JointVector velocity_;  // of the last command
 };

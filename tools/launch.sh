@@ -96,7 +96,7 @@ check_options() {
   choose_view
   check_course
   if [ -z "$camera$session" ] && [ -r "$robot/scene.yaml" ]; then
-    printf -v camera 'render --config %q' "$robot/scene.yaml"
+    printf -v camera 'render --drop-late --config %q' "$robot/scene.yaml"
   fi
   [ -z "$camera" ] || [ "$installed" = no ] || [ -x "$bin/multireach-camera" ] ||
     fail "the program multireach-camera is not installed; it is in the Debian package multireach-camera" 1

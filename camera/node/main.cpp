@@ -19,8 +19,12 @@ int main(int argc, char** argv) {
   program.add_config_reference([] { return RenderSource::config_reference() + "\n" + device_config_reference(); });
 
   std::string scene;
+  bool drop_late = false;
   CommandLine render = cli.subcommand("render", "a ball on a scripted path, with the truth on TARGET_TRUTH");
   render.option("--config", scene, "scene file, as logs/reach.yaml").required();
+  render.flag("--drop-late", drop_late,
+              "leave out pairs that are late by a period or more, as a camera does; without, each is sent, and the "
+              "recording is always the same");
 
   ImagesOptions images;
   CommandLine files = cli.subcommand("images", "pairs of image files");
@@ -60,7 +64,7 @@ int main(int argc, char** argv) {
       if (live.speed != 1) throw InputError("device: --speed must be 1: cameras cannot be made slower or faster");
       source = make_device_source(devices.options());
     }
-    CameraNode node(std::move(source));
+    CameraNode node(std::move(source), drop_late ? LateTicks::kSkip : LateTicks::kCompute);
     return run_live(node, live);
   });
 }

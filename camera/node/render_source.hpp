@@ -26,6 +26,7 @@ class RenderSource : public CameraSource {
   std::optional<StereoPair> next() override;
   int64_t next_utime() const override { return scene_.origin_utime + frame_ * 1000000 / scene_.rate_hz; }
   int64_t period_us() const override { return 1000000 / scene_.rate_hz; }
+  void skip(int64_t pairs) override { frame_ += pairs; }
 
  private:
   struct Scene {

@@ -21,6 +21,16 @@ last_speed() {
     END { print most + 0 }' "$work/csv/ROBOT_STATE.csv"
 }
 
+# moving_scene FOLDER: its scene.yaml with a target that goes to and fro between two places of it, and never rests, for 60 s.
+moving_scene() {
+  awk '/^path:/ { exit } /^end_s:/ { $2 = 60 } { print }' "$1/scene.yaml"
+  awk 'match($0, /move_to_m: \[[^]]*\]/) && places < 2 { place[places++] = substr($0, RSTART + 11, RLENGTH - 11) }
+    END {
+      print "path:\n  - {at_s: 0, position_m: " place[0] "}"
+      for (at = 0; at < 60; at += 2) print "  - {at_s: " at ", move_to_m: " place[at / 2 % 2 ? 0 : 1] ", over_s: 2}"
+    }' "$1/scene.yaml"
+}
+
 for arm in ${MULTIREACH_DRIVERS:-iiwa14 fr3 ur5e so101 so101_dynamixel}; do
   folder=$work/$arm
   cp -r "$root/robots/${arm%_dynamixel}" "$folder"
@@ -58,15 +68,16 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 fr3 ur5e so101 so101_dynamixel}; do
   # Ctrl-C reaches all processes at once: the driver brings the arm to standstill before it ends.
   for _ in $(seq 50); do status | grep -q '^armed' && break; sleep 0.1; done
   lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/end.lcm" & logger=$!
-  "$bin/multireach-camera" render --config "$folder/scene.yaml" --seconds 16 2>/dev/null & pids[camera]=$!
-  sleep 2
-  for _ in $(seq 60); do before=$(last_speed "$work/end.lcm"); awk -v v="$before" 'BEGIN { exit !(v > 0.1) }' && break; sleep 0.05; done
+  moving_scene "$folder" >"$folder/moving.yaml"
+  "$bin/multireach-camera" render --config "$folder/moving.yaml" 2>/dev/null & pids[camera]=$!
+  for _ in $(seq 200); do before=$(last_speed "$work/end.lcm"); awk -v v="$before" 'BEGIN { exit !(v > 0.1) }' && break; sleep 0.05; done
+  moving=$(status)
   kill -INT "${pids[driver]}" "${pids[bridge]}"
   for name in driver bridge; do wait "${pids[$name]}" || failed "$arm: the $name ended with $?"; done
   kill -INT $logger; wait $logger 2>/dev/null
   after=$(last_speed "$work/end.lcm")
   awk -v before="$before" -v after="$after" 'BEGIN { exit !(before > 0.1 && after < before / 2) }' ||
-    failed "$arm: the driver ended at $after rad/s, before at $before rad/s"
+    failed "$arm: the driver ended at $after rad/s, before at $before rad/s; $moving"
   end camera emulator controller vision
 done
 finish

@@ -8,12 +8,13 @@ from scenes import Given, Run, Scene
 RUNNING = r"\[info\] \w+ is running"
 IMAGES = "grown:home/.local/state/multireach/runs/*/images.lcm"  # launch.sh records images
 PAGE = "http://127.0.0.1"
+REPORTED = r"[\s\S]*images [1-9]\d*, targets [1-9]\d*, set-points"
 HOAP2 = "--urdf robots/hoap2/hoap2.urdf --base torso --tip right_hand"
 
 
 def launched(text, **options):
     """launch.sh, ended by Ctrl-C after some seconds: its report has images and commands, and its exit code is that of an interrupted run."""
-    return Run(text, **{"code": 130, "ready": IMAGES, "after_s": 1, "says": r"images [1-9]\d*, targets [1-9]\d*, set-points", **options})
+    return Run(text, **{"code": 130, "ready": IMAGES, "after_s": 1, "says": REPORTED, **options})
 
 
 def node(text, **options):
@@ -36,7 +37,7 @@ SCENES = (
         Run("tools/multireach log report run.lcm --robot robots/hoap2", says="settle"),
         Run("tools/multireach replay sweep logs/reach.lcm --set controller.gamma_rad2_m2=60,180,600 -o table.csv"),
         Run("tools/multireach log merge ~/.local/state/multireach/runs/DATE_TIME.PID/*.lcm -o run.lcm"),
-    )),
+    ), alone=True),
     Scene("launch", (
         launched("tools/launch.sh &"),
         Run("tools/multireach view --picture seen.jpg --seconds 5"),
@@ -51,9 +52,9 @@ SCENES = (
         launched("tools/launch.sh --robot robots/ur5e --driver ur --emulator"),
     )),
     Scene("page", (
-        launched("tools/launch.sh --view", ready=PAGE, after_s=4),
+        launched("tools/launch.sh --view", says=PAGE + REPORTED),
         ended("tools/launch.sh --view"),
-        launched("tools/launch.sh --isolated --view", ready=PAGE, after_s=4),
+        launched("tools/launch.sh --isolated --view", says=PAGE + REPORTED),
         ended("tools/launch.sh --isolated --view"),
         launched("tools/launch.sh --practice", ready=PAGE, after_s=4, says="the files of the set-up are in "),
         ended("tools/launch.sh --practice"),

@@ -10,7 +10,7 @@ import subprocess
 import time
 from dataclasses import dataclass, field
 
-START_S, RUN_S, END_S = 30, 120, 20  # until it is ready, until it ends by itself, until it has ended after SIGINT
+START_S, RUN_S, END_S = 60, 180, 30  # until it is ready, until it ends by itself, until it has ended after SIGINT
 GROWN_BYTES = 50_000
 
 
@@ -38,7 +38,7 @@ class Scene:
     name: str
     steps: tuple
     needs: tuple = ()   # paths below the root, or programs, without which it is skipped
-
+    alone: bool = False  # beside no other one: a run in real time must pass whole
 
 
 def commands_of(scenes):

@@ -262,6 +262,8 @@ TEST_F(Bridging, AShortGapIsBridgedAndAfterALongOneTheStreamBeginsFromRest) {
   EXPECT_EQ(give(bridge, next), SetpointVerdict::kFarFromRobot) << "no measurement since the gap";
   EXPECT_TRUE(bridge.measured(at(rested.theta)));
   StreamCheck check(bridge.limits());
+  for (int k = 0; k < 10; ++k)
+    EXPECT_EQ(give(bridge, next), SetpointVerdict::kFarFromRobot) << "which asks the controller to start again";
   EXPECT_EQ(give(bridge, next), SetpointVerdict::kAccepted) << "the same controller goes on";
   for (int64_t k = 43; k < 80; ++k) {
     for (int ms = 0; ms < 50; ++ms) check.add(obeyed_tick(bridge).theta);

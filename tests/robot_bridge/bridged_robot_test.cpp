@@ -112,11 +112,40 @@ TEST_F(Bridging, SilenceEndsALongSegmentAndAGoalBeyondTheLimitsIsInvalid) {
   far.theta[0] = chain_.lower()[0];
   const double begin = bridge.tick().theta[0], distance = std::abs(far.theta[0] - begin);
   ASSERT_GT(distance, 1) << "longer than what is left of the time";
+  for (int k = 0; k < 10; ++k)
+    ASSERT_EQ(give(bridge, far), SetpointVerdict::kFarFromRobot)
+        << "which asks the controller to start again from there";
   ASSERT_EQ(give(bridge, far), SetpointVerdict::kAccepted) << "the same controller resumes";
+  EXPECT_EQ(bridge.setpoint_rate(), 0) << "the controller waits";
   double end = begin;
   for (int ms = 0; ms < 700; ++ms) end = obeyed_tick(bridge).theta[0];
   EXPECT_EQ(bridge.state(), BridgeState::kArmed) << "at rest after the time-out of 500 ms and a ramp of 0.2 s";
   EXPECT_LT(std::abs(end - begin), distance / 2);
+}
+
+TEST_F(Bridging, AControllerThatStaysFarIsApproachedSlowlyAndWaitsUntilTheRobotIsNear) {
+  Bridge bridge = running(10);
+  for (int ms = 0; ms < 1000; ++ms) obeyed_tick(bridge);
+  ASSERT_EQ(bridge.state(), BridgeState::kArmed);
+  Setpoint far = ramp(40);
+  far.velocity.setZero();
+  far.theta[0] += far.theta[0] > 0 ? -0.4 : 0.4;
+  while (give(bridge, far) == SetpointVerdict::kFarFromRobot) obeyed_tick(bridge);
+  ASSERT_EQ(bridge.state(), BridgeState::kRunning);
+  StreamCheck check(bridge.limits());
+  int waited_ms = 0;
+  for (; waited_ms < 3000 && (waited_ms < 50 || bridge.setpoint_rate() == 0); ++waited_ms) {
+    if (waited_ms % 50 == 0) {
+      far.utime += kPeriod;
+      ++far.sequence;
+      EXPECT_EQ(give(bridge, far), SetpointVerdict::kAccepted);
+    }
+    check.add(obeyed_tick(bridge).theta);
+  }
+  EXPECT_GT(waited_ms, 100) << "0.3 rad at 20 % of 6 rad/s";
+  EXPECT_LT(waited_ms, 1000);
+  EXPECT_EQ(bridge.setpoint_rate(), 1);
+  EXPECT_TRUE(check.keeps()) << check.velocity() << " " << check.acceleration() << " " << check.jerk();
 }
 
 TEST_F(Bridging, ARealRobotIsNotCommandedInTheLinearShape) {

@@ -67,7 +67,7 @@ TEST_F(TagSession, IsComputedAgainToTheSameBytes) {
   const ReplayOptions same = options(1);
   const Verification whole = verify(path("run.lcm"), {same.config, same.vision}, [](double) {});
   EXPECT_TRUE(whole.holds()) << whole.first->sentence();
-  EXPECT_EQ(whole.channels.at("TARGET").equal, 210);
+  EXPECT_EQ(whole.channels.at("TARGET").equal, 180);
   // Without every fifth pair of images, the state that vision sent for it continues the tag's track and orientation.
   LogReader reader(path("run.lcm"));
   LogWriter writer(path("thinned.lcm"));
@@ -79,7 +79,7 @@ TEST_F(TagSession, IsComputedAgainToTheSameBytes) {
   writer.close();
   const Verification thinned = verify(path("thinned.lcm"), {same.config, same.vision}, [](double) {});
   EXPECT_TRUE(thinned.holds()) << thinned.first->sentence();
-  EXPECT_EQ(thinned.channels.at("TARGET").equal, 168);
+  EXPECT_EQ(thinned.channels.at("TARGET").equal, 144);
 }
 
 }  // namespace
