@@ -2,6 +2,7 @@
 // table.
 #include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -109,7 +110,8 @@ struct Statistics {
   std::vector<double> errors_m;
   Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
 
-  void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance) {
+  /// `ray`: to the position, whose columns x, y and z of the table are across, down and along it.
+  void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance, const Eigen::Vector3d& ray) {
     constexpr double kChi2 = 7.815;  // 95 % of chi^2 with three degrees of freedom
     const double squared_sigmas = apart.dot(covariance.ldlt().solve(apart));
     nees += squared_sigmas;
@@ -118,7 +120,8 @@ struct Statistics {
     errors_m.push_back(apart.norm());
     error += apart.array();
     error2 += apart.array().square();
-    normalised2 += apart.array().square() / covariance.diagonal().array();
+    const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(ray, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    normalised2 += (R * apart).array().square() / (R * covariance * R.transpose()).diagonal().array();
   }
   int located() const { return static_cast<int>(errors_m.size()); }
   double rms_mm() const { return errors_m.empty() ? 0 : 1000 * std::sqrt(square / located()); }
@@ -217,7 +220,7 @@ class Accuracy {
     std::vector<vision::SphereContour> result;
     const cv::Rect whole({0, 0}, image.size());
     for (const vision::Blob& blob : finder_.find(image, whole, colours_, {.min_area = 20, .most = 4}).blobs) {
-      result.push_back(fitter.fit(image, blob));
+      result.push_back(fitter.fit(image, blob, whole, c.jpeg_quality > 0));
     }
     return result;
   }
@@ -232,7 +235,7 @@ class Accuracy {
     sums.occlusion += match.occlusion;
     // In the left camera's frame, whose third axis is depth.
     const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
-    sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.point.covariance * R_LW.transpose());
+    sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.point.covariance * R_LW.transpose(), p_LB);
   }
 
   /// A line for one position: errors and standard deviations along x, y and z of the left camera, and what was fitted.

@@ -76,6 +76,22 @@ class Decompression {
   Errors errors_;
 };
 
+struct Header {
+  cv::Size size;
+  int subsampling = 0;  ///< one of TJSAMP
+};
+
+std::optional<Header> header_of(std::span<const uint8_t> data) {
+  const tjhandle handle = tjInitDecompress();
+  if (handle == nullptr) return std::nullopt;
+  Header header;
+  int colour_space = 0;
+  const int fault = tjDecompressHeader3(handle, data.data(), data.size(), &header.size.width, &header.size.height,
+                                        &header.subsampling, &colour_space);
+  tjDestroy(handle);
+  return fault == 0 && header.size.width > 0 && header.size.height > 0 ? std::optional(header) : std::nullopt;
+}
+
 }  // namespace
 
 bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& part, cv::Mat& bgr) {
@@ -83,14 +99,13 @@ bool decode_jpeg(std::span<const uint8_t> data, cv::Size size, const cv::Rect& p
 }
 
 std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data) {
-  const tjhandle handle = tjInitDecompress();
-  if (handle == nullptr) return std::nullopt;
-  cv::Size size;
-  int subsampling = 0, colour_space = 0;
-  const int fault =
-      tjDecompressHeader3(handle, data.data(), data.size(), &size.width, &size.height, &subsampling, &colour_space);
-  tjDestroy(handle);
-  return fault == 0 && size.width > 0 && size.height > 0 ? std::optional(size) : std::nullopt;
+  const auto header = header_of(data);
+  return header ? std::optional(header->size) : std::nullopt;
+}
+
+bool jpeg_chroma_subsampled(std::span<const uint8_t> data) {
+  const auto header = header_of(data);
+  return header && header->subsampling != TJSAMP_444 && header->subsampling != TJSAMP_GRAY;
 }
 
 }  // namespace multireach

@@ -16,4 +16,7 @@ namespace multireach {
 /// Width and height of a JPEG, from its header; nothing when the data do not start with one.
 [[nodiscard]] std::optional<cv::Size> jpeg_size(std::span<const uint8_t> data);
 
+/// Whether the header of a JPEG says that its chroma has a lower resolution than its luma.
+[[nodiscard]] bool jpeg_chroma_subsampled(std::span<const uint8_t> data);
+
 }  // namespace multireach

@@ -63,9 +63,11 @@ class Vision {
   }
 
   std::vector<Seen> update(const py::array& left, const py::array& right, int64_t utime,
-                           std::optional<int64_t> left_utime, std::optional<int64_t> right_utime) {
+                           std::optional<int64_t> left_utime, std::optional<int64_t> right_utime,
+                           bool chroma_subsampled) {
     const cv::Mat left_bgr = image_of(left, "left"), right_bgr = image_of(right, "right");
-    vision::DecodedImages images({utime, left_utime.value_or(utime), right_utime.value_or(utime)}, left_bgr, right_bgr);
+    vision::DecodedImages images({utime, left_utime.value_or(utime), right_utime.value_or(utime)}, left_bgr, right_bgr,
+                                 chroma_subsampled);
     const py::gil_scoped_release release;
     const char* fault = coloured_ ? coloured_->update(images) : nullptr;
     const char* tag_fault = tags_ ? tags_->update(images) : nullptr;
@@ -150,9 +152,11 @@ Images are arrays of shape (height, width, 3), uint8, blue green red; their pixe
       .def(py::init<const Path&>(), py::arg("path"))
       .def("update", &Vision::update, py::arg("left"), py::arg("right"), py::arg("utime"),
            py::arg("left_utime") = py::none(), py::arg("right_utime") = py::none(),
+           py::arg("chroma_subsampled") = false,
            R"(Takes the next pair and returns a TargetReport for each target.
 
-utime: capture time of the pair, microseconds, newer than that of the pair before; left_utime, right_utime: of each image.)")
+utime: capture time of the pair, microseconds, newer than that of the pair before; left_utime, right_utime: of each image.
+chroma_subsampled: the images were decoded from JPEGs with 4:2:0 or 4:2:2 chroma, as those of most cameras: the covariance then is that of their errors.)")
       .def("restart", &Vision::restart, "Forgets all pairs.")
       .def_property_readonly(
           "image_size",

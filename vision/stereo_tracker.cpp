@@ -179,7 +179,8 @@ bool StereoTracker::is_target_again(const Found& found, const View& left, const 
          (match.both_by_contour || (compact(left, match.left) && compact(right, match.right)));
 }
 
-View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, Colours colours) {
+View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
+                            Colours colours) {
   CameraState& camera_state = cameras_[index(side)];
   const cv::Rect whole = search_area(side);
   View view;
@@ -197,7 +198,7 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
   const Eigen::Matrix2d additional =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
-    view.contours.push_back(camera_state.fitter.fit(bgr, blob, window));
+    view.contours.push_back(camera_state.fitter.fit(bgr, blob, window, chroma_subsampled));
     view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
     view.appearance.push_back({.background = camera_state.background.share_of(blob),
                                .compactness = compactness(blob),
@@ -453,9 +454,9 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
   camera_state.gains = adapted(camera_state.gains, sample, quality);
 }
 
-StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr) {
-  const View left = measure(Side::kLeft, left_bgr, search_area(Side::kLeft));
-  const View right = measure(Side::kRight, right_bgr, search_area(Side::kRight));
+StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {
+  const View left = measure(Side::kLeft, left_bgr, search_area(Side::kLeft), chroma_subsampled);
+  const View right = measure(Side::kRight, right_bgr, search_area(Side::kRight), chroma_subsampled);
   return match({}, left, right).match;
 }
 

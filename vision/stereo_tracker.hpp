@@ -76,8 +76,9 @@ class StereoTracker {
   /// else can be meant: in the small window in which a confirmed target is expected.
   enum class Colours { kLearned, kWider };
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
-  /// and must live until update(). The two sides may be processed concurrently.
-  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window, Colours colours = Colours::kLearned);
+  /// and must live until update(). The two sides may be processed concurrently. `chroma_subsampled`: see StereoImages.
+  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled = false,
+               Colours colours = Colours::kLearned);
   /// A match with the candidates that it was chosen from, best first. Where several could be the target, its status is
   /// kAmbiguous and it is the best one.
   struct Found {
@@ -100,7 +101,7 @@ class StereoTracker {
   TargetReport update_unseen(int64_t utime, const char* reason);
 
   /// Matches a single pair by searching the search areas; the pair does not update the track.
-  StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr);
+  StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled = false);
 
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;

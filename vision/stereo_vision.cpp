@@ -83,7 +83,7 @@ bool StereoVision::look_again(StereoImages& images) {
       const cv::Rect window = *target.tracker.predicted_window(side, images.times().pair);
       const cv::Mat* bgr = images.pixels(side, window);
       if (!bgr) return false;
-      views[index(side)] = target.tracker.measure(side, *bgr, window, Colours::kWider);
+      views[index(side)] = target.tracker.measure(side, *bgr, window, images.chroma_subsampled(side), Colours::kWider);
     }
     StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1]);
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
@@ -108,7 +108,8 @@ bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere)
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
     if (everywhere && target.found_inside_windows) continue;
-    if (target.views[at].window != windows[k]) target.views[at] = target.tracker.measure(side, *bgr, windows[k]);
+    if (target.views[at].window != windows[k])
+      target.views[at] = target.tracker.measure(side, *bgr, windows[k], images.chroma_subsampled(side));
   }
   return true;
 }

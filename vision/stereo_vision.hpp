@@ -21,6 +21,8 @@ class StereoImages {
   /// The image as 8-bit BGR, valid at least in `part`; null when it cannot be decoded there. Both sides may be
   /// requested concurrently. The pixels must live until update() returns.
   virtual const cv::Mat* pixels(Side side, const cv::Rect& part) = 0;
+  /// Whether the image is known to be decoded from a JPEG whose chroma has a lower resolution than its luma.
+  virtual bool chroma_subsampled(Side) const { return false; }
   /// Calls `work` for both sides, in this thread or concurrently.
   virtual void for_both_sides(const std::function<void(Side)>& work) {
     work(Side::kLeft);
@@ -31,17 +33,20 @@ class StereoImages {
 /// A pair of images that are decoded already, 8-bit BGR.
 class DecodedImages final : public StereoImages {
  public:
-  DecodedImages(const PairTimes& times, const cv::Mat& left, const cv::Mat& right) : times_(times), bgr_{left, right} {}
+  DecodedImages(const PairTimes& times, const cv::Mat& left, const cv::Mat& right, bool chroma_subsampled = false)
+      : times_(times), bgr_{left, right}, chroma_subsampled_(chroma_subsampled) {}
   PairTimes times() const override { return times_; }
   bool has(Side side, const cv::Size& size) const override { return image(side).size() == size; }
   int64_t fingerprint(Side) const override { return ++calls_; }  // no image counts as repeated
   const cv::Mat* pixels(Side side, const cv::Rect&) override { return &image(side); }
+  bool chroma_subsampled(Side) const override { return chroma_subsampled_; }
 
  private:
   const cv::Mat& image(Side side) const { return bgr_[index(side)]; }
 
   PairTimes times_;
   std::array<cv::Mat, 2> bgr_;
+  bool chroma_subsampled_;
   mutable int64_t calls_ = 0;
 };
 

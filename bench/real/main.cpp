@@ -10,6 +10,8 @@
 #include "bench/real/baseline.hpp"
 #include "bench/real/causes.hpp"
 #include "bench/real/real_set.hpp"
+#include "imaging/jpeg_decoder.hpp"
+#include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
 #include "tools/calibrate/object_colour.hpp"
 #include "vision/stereo_vision.hpp"
@@ -131,14 +133,15 @@ void print_candidate(const vision::Candidate& candidate, const std::array<vision
   std::printf("; %s\n", candidate.reason);
 }
 
-void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& right, Run& run, bool verbose) {
+void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& right, bool chroma_subsampled, Run& run,
+          bool verbose) {
   const LabelledObject& object = set.labelled[run.object];
   const auto found = object.centres.find(k);
   const std::vector<cv::Point2d>* labels = found == object.centres.end() ? nullptr : &found->second;
   std::optional<cv::Point2d> answer;
   if (run.ours) {
     const auto utime = static_cast<int64_t>(1e6 + 1e6 * static_cast<double>(k) / set.frames_per_s);
-    vision::DecodedImages images({utime, utime, utime}, left, right);
+    vision::DecodedImages images({utime, utime, utime}, left, right, chroma_subsampled);
     run.ours->update(images);
     const vision::StereoVision::Target& target = run.ours->targets().front();
     const bool tracked = target.report.status == TargetTrack::Status::kTracked;
@@ -229,7 +232,8 @@ std::vector<Run> run_video(const RealSet& set, int clicks, bool all, bool verbos
     cv::Mat right(left.size(), left.type());
     cv::copyMakeBorder(left.colRange(set.disparity_px, left.cols), right, 0, 0, 0, set.disparity_px,
                        cv::BORDER_REPLICATE);
-    for (Run& run : runs) take(set, k, left, right, run, verbose);
+    const bool chroma_subsampled = jpeg_chroma_subsampled(read_binary_file(set.images[k]));
+    for (Run& run : runs) take(set, k, left, right, chroma_subsampled, run, verbose);
   }
   print_video(set, runs, verbose);
   return runs;

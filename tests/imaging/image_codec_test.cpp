@@ -6,6 +6,7 @@
 #include <iostream>
 #include <opencv2/imgproc.hpp>
 
+#include "imaging/jpeg_decoder.hpp"
 #include "numeric/random.hpp"
 
 namespace multireach::vision {
@@ -181,6 +182,15 @@ TEST(ImageCodec, APartOfAJpegIsAsInTheWhole) {
       }
     }
   }
+}
+
+TEST(JpegDecoder, TellsWhetherChromaIsSubsampled) {
+  const cv::Mat bgr = picture(64, 48);
+  for (const int subsampling : {TJSAMP_420, TJSAMP_422, TJSAMP_440, TJSAMP_411})
+    EXPECT_TRUE(jpeg_chroma_subsampled(jpeg_of(bgr, subsampling, 0))) << subsampling;
+  for (const int subsampling : {TJSAMP_444, TJSAMP_GRAY})
+    EXPECT_FALSE(jpeg_chroma_subsampled(jpeg_of(bgr, subsampling, 0))) << subsampling;
+  EXPECT_FALSE(jpeg_chroma_subsampled(bytes_of(bgr))) << "no JPEG";
 }
 
 TEST(ImageCodec, APartOfOtherFormatsIsAsInTheWhole) {

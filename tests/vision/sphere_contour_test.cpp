@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "imaging/image_codec.hpp"
+#include "imaging/jpeg_decoder.hpp"
 #include "numeric/random.hpp"
 #include "tests/vision/mask_blobs.hpp"
 #include "vision/stereo/stereo_match.hpp"
@@ -145,6 +147,39 @@ TEST(SphereContourFit, CovarianceIsThatOfTheErrors) {
   // The mean over 40 pictures, of two coordinates each, has a standard deviation of 0.16.
   EXPECT_GT(nees / kPictures, 0.55);
   EXPECT_LT(nees / kPictures, 1.5);
+}
+
+// Chroma has half the resolution there. Where the wall is as bright as the ball, the edges do not tell, but the file
+// does.
+TEST(SphereContourFit, OfAJpegItsCovarianceCoversTheErrors) {
+  const CameraModel c = camera();
+  const CounterRandom random(8);
+  ImageCodec codec;
+  SphereContourFitter fitter(c);
+  double nees = 0;
+  int inside = 0;
+  constexpr int kPictures = 40;
+  for (int k = 0; k < kPictures; ++k) {
+    const auto at = static_cast<uint64_t>(3 * k);
+    const Eigen::Vector3d p(random.uniform(at, -0.1, 0.1), random.uniform(at + 1, -0.08, 0.08),
+                            random.uniform(at + 2, 0.4, 0.9));
+    const std::vector<uint8_t> jpeg =
+        codec.encode_jpeg(picture(c, p, 0.025, {.wall_rgb = {92, 102, 100}, .noise = 3}), 90);
+    cv::Mat image;
+    ASSERT_TRUE(
+        codec.decode({.width = c.width, .height = c.height, .format = PixelFormat::kMjpeg, .data = jpeg}, image));
+    const std::vector<Blob> blobs = red_blobs(image);
+    ASSERT_FALSE(blobs.empty());
+    const SphereContour disc =
+        fitter.fit(image, blobs.front(), {0, 0, c.width, c.height}, jpeg_chroma_subsampled(jpeg));
+    ASSERT_EQ(disc.kind, Kind::kEdges);
+    const Eigen::Vector2d error = disc.ray() - p.hnormalized();
+    const double squared = error.dot(disc.ray_covariance().inverse() * error);
+    nees += squared / 2;
+    inside += squared < 5.991;  // 95 % of chi^2 with two degrees of freedom
+  }
+  EXPECT_LT(nees / kPictures, 1.25);
+  EXPECT_GE(inside, 0.95 * kPictures);
 }
 
 TEST(SphereContourFit, WhatIsHiddenIsRejectedAndDeclared) {

@@ -13,7 +13,7 @@ constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its widt
 constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
 // Set on rendered balls (docs/vision.md, Errors and covariance, names them): how much the variance of what the edges
 // say grows in a small contour (pixels of radius) and in blocks of chroma.
-constexpr double kFewPixels = 5, kBlocks = 3, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
+constexpr double kFewPixels = 5, kBlocks = 2, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
 // The shared error along the light, in variances of what the edges say: usual, and in blocks of chroma.
 constexpr double kSharedEdges = 0.6, kSharedBlocks = 1.5;
 constexpr double kLeastShading = 0.1;  // share of the shading model's expected variance that is never ruled out

@@ -153,7 +153,7 @@ void SphereContourFitter::learn_blur(const Search& search) {
   const Median colour = median_with_sigma(samples_), wider = median_with_sigma(wider_samples_);
   constexpr double kLowResolution = 0.15, kSure = 2;  // px^2, a third of what halved chroma adds; standard deviations
   const bool told = 4 * wider_samples_.size() > samples_.size();
-  hues_blurred_ = told && wider.value > std::max(kLowResolution, kSure * wider.sigma);
+  hues_blurred_ = chroma_subsampled_ || (told && wider.value > std::max(kLowResolution, kSure * wider.sigma));
   colour_blur2_ = colour.value;
   luma_blur2_ = colour.value - wider.value;
   if (hues_blurred_) return;
@@ -451,8 +451,10 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
                    box_.br().y == readable_.br().y;
 }
 
-SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable) {
+SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,
+                                       bool chroma_subsampled) {
   SphereContour result;
+  chroma_subsampled_ = chroma_subsampled;
   readable_ = readable;
   find_extents(blob);
   middle_px_ = Eigen::Vector2d(box_.x + 0.5 * (box_.width - 1), box_.y + 0.5 * (box_.height - 1));

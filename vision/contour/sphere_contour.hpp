@@ -57,7 +57,9 @@ class SphereContourFitter {
   /// something of a similar colour: it only indicates where to look for the contour. `bgr`: 8-bit, of the camera's
   /// size; the blob is not empty and lies inside it. Always returns a result; `kind` and `covariance` give its quality.
   /// Only the pixels in `readable` are read, which contains the blob.
-  SphereContour fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable);
+  /// `chroma_subsampled`: the image was decoded from a JPEG whose chroma has a lower resolution. Where that is not
+  /// known, the blur of the edges tells it in three of four images.
+  SphereContour fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable, bool chroma_subsampled = false);
   SphereContour fit(const cv::Mat& bgr, const Blob& blob) { return fit(bgr, blob, {0, 0, bgr.cols, bgr.rows}); }
 
  private:
@@ -111,7 +113,8 @@ class SphereContourFitter {
   std::array<bool, kContourCorners> fits_;  // sides of the polygon where most edges fitted in the last pass
   // Variance of the blur across the edges, px^2: of the colour, and of the brightness only.
   double colour_blur2_ = 0, luma_blur2_ = 0;
-  bool hues_blurred_ = false;  // the image has subsampled chroma
+  bool chroma_subsampled_ = false;  // known from the image's encoding
+  bool hues_blurred_ = false;       // known or measured
   MotionBlur motion_;
   std::vector<double> samples_, wider_samples_;
 };

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "imaging/image_codec.hpp"
+#include "imaging/jpeg_decoder.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/image_file.hpp"
 #include "runtime/program.hpp"
@@ -35,9 +36,10 @@ nlohmann::json rows_of(const Eigen::Matrix3d& matrix) {
   return rows;
 }
 
-nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right) {
+nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right,
+                               bool chroma_subsampled) {
   vision::StereoTracker tracker(target.options);
-  const vision::StereoMatch match = tracker.find(left, right);
+  const vision::StereoMatch match = tracker.find(left, right, chroma_subsampled);
   const bool seen = match.status == vision::StereoMatch::Status::kSeen;
   nlohmann::json answer{{"name", target.name},
                         {"status", seen ? "tracked" : "lost"},
@@ -82,6 +84,8 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                 const std::string& json_path) {
   const size_t target = target_named(config, name), coloured = config.targets.size();
   const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
+  const bool subsampled =
+      std::ranges::any_of(pair, [](const std::string& path) { return jpeg_chroma_subsampled(read_binary_file(path)); });
   const StereoRig& rig = config.rig;
   for (const auto& [image, camera, path] :
        {std::tuple(&left, &rig.left, pair[0]), std::tuple(&right, &rig.right, pair[1])}) {
@@ -90,7 +94,7 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                      " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
                      std::to_string(camera->height));
   }
-  nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right)
+  nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right, subsampled)
                                             : tag_answer(config.tags[target - coloured], left, right);
   if (!config.calibrated) answer["frame"] = "left camera";  // the camera pose is unknown
   write_json_file(json_path, answer);

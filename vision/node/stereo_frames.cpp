@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "imaging/jpeg_decoder.hpp"
 #include "runtime/digest.hpp"
 #include "runtime/image_message.hpp"
 #include "runtime/message.hpp"
@@ -54,6 +55,11 @@ int64_t StereoFrames::fingerprint(Side side) const {
   constexpr int64_t kExactInADouble = (int64_t{1} << 53) - 1;
   const image_t* image = sides_[index(side)].image;
   return image ? digest_of(image->data) & kExactInADouble : 0;
+}
+
+bool StereoFrames::chroma_subsampled(Side side) const {
+  const image_t* image = sides_[index(side)].image;
+  return image && image->pixelformat == image_t::PIXEL_FORMAT_MJPEG && jpeg_chroma_subsampled(image->data);
 }
 
 const cv::Mat* StereoFrames::pixels(Side side, const cv::Rect& part, ImageCodec& codec) {

@@ -84,6 +84,7 @@ class MessageImages final : public vision::StereoImages {
   const cv::Mat* pixels(Side side, const cv::Rect& part) override {
     return frames_.pixels(side, part, codecs_[index(side)]);
   }
+  bool chroma_subsampled(Side side) const override { return frames_.chroma_subsampled(side); }
   void for_both_sides(const std::function<void(Side)>& work) override {
     const auto policy = side_by_side_ ? std::launch::async : std::launch::deferred;
     auto right = std::async(policy, [&] { work(Side::kRight); });
