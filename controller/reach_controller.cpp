@@ -83,7 +83,7 @@ ReachController::ReachController(const Chain& chain, const ReachOptions& options
 
 bool ReachController::start(const JointVector& theta) {
   if (!law_->start(theta)) return false;
-  if (options_.rest.size() == 0) rest_ = chain_.clamped(theta);
+  if (options_.rest.size() == 0 && !grid_origin_) rest_ = chain_.clamped(theta);  // not where it starts again
   filter_.reset();
   forget_flight();
   last_seen_.reset();

@@ -11,8 +11,8 @@ constexpr double kImpossible = 1e6;              // rad or m: no joint has such 
 constexpr int64_t kFarthest = int64_t{1} << 60;  // us: times within it can be subtracted and added to
 constexpr double kImpliedSpeed = 1.5;            // times the speed limit: a set-point that implies more is refused
 constexpr double kApproachSpeed = 0.2;           // speed override while the robot is far from the set-points
-// So many far set-points of a sender that resumes are refused, which asks it to start again from where the robot is,
-// before the robot approaches them slowly.
+// For so many periods of the set-points those of a sender that resumes far away are refused, which asks it to start
+// again from where the robot is, before the robot approaches them slowly.
 constexpr int kAskFirst = 10;
 constexpr double kSlowing = 2;  // 1/s: the speed falls no faster, as the motion would overshoot its path
 constexpr double kMicro = 1e-6;
@@ -185,11 +185,12 @@ SetpointVerdict Bridge::start_following(const Setpoint& setpoint, bool& restarte
   const bool resumes = next_tick_ && setpoint.run == run_ && options_.shape == BridgeOptions::Shape::kSmooth;
   if (chain_.limit_excess(setpoint.theta) > options_.max_start_distance) return SetpointVerdict::kInvalid;
   if (is_too_fast(setpoint.velocity)) return SetpointVerdict::kTooFast;
-  if (!near && (!resumes || far_setpoints_ < kAskFirst)) {
-    ++far_setpoints_;
-    return SetpointVerdict::kFarFromRobot;
+  if (!near && !resumes) return SetpointVerdict::kFarFromRobot;
+  if (!near) {
+    if (!far_since_) far_since_ = *next_tick_;
+    if (*next_tick_ - *far_since_ < kAskFirst * options_.setpoint_period_us) return SetpointVerdict::kFarFromRobot;
   }
-  far_setpoints_ = 0;
+  far_since_.reset();
   restarted = true;
   if (!next_tick_) {
     generator_.rest_at(from);
@@ -293,6 +294,7 @@ void Bridge::fail(const char* cause) {
 }
 
 void Bridge::decelerate(const char* cause) {
+  far_since_.reset();
   if (options_.shape == BridgeOptions::Shape::kLinear) {
     generator_.rest_at(generator_.state().position);
   } else {

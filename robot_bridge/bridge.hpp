@@ -149,17 +149,17 @@ class Bridge {
   double speed_ = 1, path_rate_ = 1, setpoint_rate_ = 1;
 
   std::optional<int64_t> next_tick_;
-  int64_t robot_run_ = 0;          // of the robot that is commanded
-  int64_t run_ = 0;                // of the sender of set-points that is followed
-  int64_t since_setpoint_us_ = 0;  // since the last accepted set-point
-  int mistimed_ = 0;               // grows with set-points that are too early or too old, falls with accepted ones
-  Setpoint newest_, goal_;         // accepted last; the one of the current segment
+  std::optional<int64_t> far_since_;  // since this time, the sender that resumes is asked to start again
+  int64_t robot_run_ = 0;             // of the robot that is commanded
+  int64_t run_ = 0;                   // of the sender of set-points that is followed
+  int64_t since_setpoint_us_ = 0;     // since the last accepted set-point
+  int mistimed_ = 0;                  // grows with set-points that are too early or too old, falls with accepted ones
+  Setpoint newest_, goal_;            // accepted last; the one of the current segment
   std::array<Setpoint, 4> waiting_;
   size_t num_waiting_ = 0;
   bool replans_ = false;      // a gap interrupted the segment
   bool coasted_ = false;      // the segment after goal_ continues at its velocity
   bool approaching_ = false;  // far from the set-points: slow until there
-  int far_setpoints_ = 0;     // in a row, in the state armed
   bool measured_since_gap_ = false;
   JointVector velocity_;  // of the last command
 };

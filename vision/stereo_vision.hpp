@@ -21,7 +21,7 @@ class StereoImages {
   /// The image as 8-bit BGR, valid at least in `part`; null when it cannot be decoded there. Both sides may be
   /// requested concurrently. The pixels must live until update() returns.
   virtual const cv::Mat* pixels(Side side, const cv::Rect& part) = 0;
-  /// Whether the image is known to be decoded from a JPEG whose chroma has a lower resolution than its luma.
+  /// Whether the image is known to have been encoded with chroma of a lower resolution than its luma.
   virtual bool chroma_subsampled(Side) const { return false; }
   /// Calls `work` for both sides, in this thread or concurrently.
   virtual void for_both_sides(const std::function<void(Side)>& work) {

@@ -233,7 +233,8 @@ class TargetReport:
 class Vision:
     def __init__(self, path: Path) -> None: ...
     def update(
-        self, left: Bytes, right: Bytes, utime: int, left_utime: Optional[int] = None, right_utime: Optional[int] = None
+        self, left: Bytes, right: Bytes, utime: int, left_utime: Optional[int] = None, right_utime: Optional[int] = None,
+        chroma_subsampled: bool = False
     ) -> list[TargetReport]: ...
     def restart(self) -> None: ...
     @property

@@ -9,5 +9,7 @@ bin=$1
 table=$("$bin/multireach-replay" verify "$work/run.lcm" --robot "$root/examples/tag" --vision "$root/examples/tag/vision.yaml") ||
   failed "the run does not verify: $table"
 read -r _ messages equal _ <<<"$(grep "^TARGET " <<<"$table")"
+sent() { "$bin/multireach-log" info "$work/run.lcm" | awk -v channel="$1" '$1 == channel { print $3 + $7 }'; }
+[ "$(sent STEREO_IMAGES)" = "$(sent TARGET)" ] || failed "$(sent STEREO_IMAGES) pairs of images, $(sent TARGET) targets"
 [ "$messages" -gt 70 ] && [ "$equal" = "$messages" ] || failed "TARGET: $equal of $messages computed again"
 finish

@@ -28,7 +28,7 @@ def test_positions_are_those_of_the_rendered_ball(root, pairs):
     vision = multireach.Vision(root / "robots/hoap2/vision.yaml")
     distances = []
     for utime, left, right, truth in pairs:
-        ball, = vision.update(left, right, utime)
+        ball, = vision.update(left, right, utime, chroma_subsampled=True)
         assert ball.name == "ball"
         if ball.status == "tracked":
             error = ball.position - truth
@@ -43,7 +43,7 @@ def test_numbers_are_those_of_the_node(root, pairs, tmp_path):
     node = multireach.Log(tmp_path / "out.lcm").columns("TARGET")
     vision = multireach.Vision(root / "robots/hoap2/vision.yaml")
     for row, (utime, left, right, _) in enumerate(pairs[:80]):
-        ball, = vision.update(left, right, utime)
+        ball, = vision.update(left, right, utime, chroma_subsampled=True)
         assert node["utime"][row] == utime
         np.testing.assert_array_equal(node["position_m"][row], ball.position)
         np.testing.assert_array_equal(node["left_px"][row], ball.left_px)

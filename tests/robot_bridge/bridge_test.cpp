@@ -262,10 +262,13 @@ TEST_F(Bridging, AShortGapIsBridgedAndAfterALongOneTheStreamBeginsFromRest) {
   EXPECT_EQ(give(bridge, next), SetpointVerdict::kFarFromRobot) << "no measurement since the gap";
   EXPECT_TRUE(bridge.measured(at(rested.theta)));
   StreamCheck check(bridge.limits());
-  for (int k = 0; k < 10; ++k)
+  for (int ms = 0; ms < 500; ++ms) {
     EXPECT_EQ(give(bridge, next), SetpointVerdict::kFarFromRobot) << "which asks the controller to start again";
+    check.add(obeyed_tick(bridge).theta);
+  }
+  next = ramp(52);  // half a second later
   EXPECT_EQ(give(bridge, next), SetpointVerdict::kAccepted) << "the same controller goes on";
-  for (int64_t k = 43; k < 80; ++k) {
+  for (int64_t k = 53; k < 90; ++k) {
     for (int ms = 0; ms < 50; ++ms) check.add(obeyed_tick(bridge).theta);
     EXPECT_EQ(give(bridge, ramp(k)), SetpointVerdict::kAccepted);
   }

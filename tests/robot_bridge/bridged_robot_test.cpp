@@ -112,9 +112,11 @@ TEST_F(Bridging, SilenceEndsALongSegmentAndAGoalBeyondTheLimitsIsInvalid) {
   far.theta[0] = chain_.lower()[0];
   const double begin = bridge.tick().theta[0], distance = std::abs(far.theta[0] - begin);
   ASSERT_GT(distance, 1) << "longer than what is left of the time";
-  for (int k = 0; k < 10; ++k)
-    ASSERT_EQ(give(bridge, far), SetpointVerdict::kFarFromRobot)
-        << "which asks the controller to start again from there";
+  for (int ms = 0; ms < 500; ++ms) {
+    ASSERT_EQ(give(bridge, far), SetpointVerdict::kFarFromRobot) << "which asks the controller to start again";
+    obeyed_tick(bridge);
+  }
+  far.utime = *bridge.next_tick();
   ASSERT_EQ(give(bridge, far), SetpointVerdict::kAccepted) << "the same controller resumes";
   EXPECT_EQ(bridge.setpoint_rate(), 0) << "the controller waits";
   double end = begin;
@@ -130,7 +132,15 @@ TEST_F(Bridging, AControllerThatStaysFarIsApproachedSlowlyAndWaitsUntilTheRobotI
   Setpoint far = ramp(40);
   far.velocity.setZero();
   far.theta[0] += far.theta[0] > 0 ? -0.4 : 0.4;
-  while (give(bridge, far) == SetpointVerdict::kFarFromRobot) obeyed_tick(bridge);
+  Setpoint other = far;
+  other.run = far.run + 1;
+  for (int k = 0; k < 20; ++k) ASSERT_EQ(give(bridge, other), SetpointVerdict::kFarFromRobot);
+  for (int k = 0; k < 20; ++k)
+    ASSERT_EQ(give(bridge, far), SetpointVerdict::kFarFromRobot) << "it had no time to answer";
+  for (int ms = 0; ms < 500; ++ms) obeyed_tick(bridge);
+  ASSERT_EQ(give(bridge, other), SetpointVerdict::kFarFromRobot) << "only the sender that was followed";
+  far.utime = *bridge.next_tick();
+  ASSERT_EQ(give(bridge, far), SetpointVerdict::kAccepted);
   ASSERT_EQ(bridge.state(), BridgeState::kRunning);
   StreamCheck check(bridge.limits());
   int waited_ms = 0;

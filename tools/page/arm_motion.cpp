@@ -47,7 +47,8 @@ std::string ArmMotion::obstacle() const {
   if (bridge_->state == bridge_state_t::IDLE)
     return "the robot is disabled: look that nobody is near it, then enable it (E)";
   if (bridge_->state == bridge_state_t::FAULT) return "the bridge is in a fault (" + bridge_->cause + "): reset it (R)";
-  if (bridge_->setpoint_rate == 0 && bridge_->state == bridge_state_t::RUNNING) return "paused: continue with C";
+  if (bridge_->setpoint_rate == 0 && bridge_->path_rate == 0 && bridge_->state == bridge_state_t::RUNNING)
+    return "paused: continue with C";
   return "";
 }
 

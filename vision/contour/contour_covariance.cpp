@@ -12,8 +12,8 @@ constexpr double kModelCentre = 0.003, kModelRadius = 0.04;
 constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
 constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
 // Set on rendered balls (docs/vision.md, Errors and covariance, names them): how much the variance of what the edges
-// say grows in a small contour (pixels of radius) and in blocks of chroma.
-constexpr double kFewPixels = 5, kBlocks = 2, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
+// say grows in a small contour (pixels of radius) and in blocks of chroma, which the encoding or only the edges tell.
+constexpr double kFewPixels = 5, kBlocks = 2, kGuessedBlocks = 3, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
 // The shared error along the light, in variances of what the edges say: usual, and in blocks of chroma.
 constexpr double kSharedEdges = 0.6, kSharedBlocks = 1.5;
 constexpr double kLeastShading = 0.1;  // share of the shading model's expected variance that is never ruled out
@@ -160,7 +160,10 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   // Small contours, and chroma at half resolution, err by more than their edges scatter: few pixels, or whole blocks of
   // them, decide on the model of light and background that all edges use.
   // Beside an occluder, light and background are known on one side only.
-  const double blocks = (evidence.hues_blurred ? kBlocks : 1) * (evidence.whole ? 1 : kOneSideOnly);
+  const double blocks = (!evidence.hues_blurred  ? 1
+                         : evidence.chroma_known ? kBlocks
+                                                 : kGuessedBlocks) *
+                        (evidence.whole ? 1 : kOneSideOnly);
   const double radius_px = fit.cone.sine() * evidence.focal_px;
   const double of_radius = (evidence.hues_blurred ? kBlockPixels : kFewPixels) / radius_px;
   const double few_pixels = 1 + of_radius * of_radius;

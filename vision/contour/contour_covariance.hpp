@@ -20,7 +20,8 @@ struct ContourEvidence {
   double focal_px = 0;
   Eigen::Matrix2d d_ray_d_pixel;  ///< inverse Jacobian of the lens near the contour
   bool whole = true;              ///< (nearly) all of the contour has edges
-  bool hues_blurred = false;      ///< the image has subsampled chroma
+  bool hues_blurred = false;      ///< the image has subsampled chroma, as measured or known
+  bool chroma_known = false;      ///< that is known from the image's encoding
   double colour_blur2 = 0;        ///< variance of the blur across the edges, px^2
   double residual_px = 0;         ///< root mean square of the edges' distances from the contour
   MotionBlur motion;

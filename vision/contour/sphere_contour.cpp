@@ -406,6 +406,7 @@ void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereConto
                                                   .d_ray_d_pixel = d_ray_d_pixel_,
                                                   .whole = result.visible_fraction >= kWhole,
                                                   .hues_blurred = hues_blurred_,
+                                                  .chroma_known = chroma_subsampled_,
                                                   .colour_blur2 = colour_blur2_,
                                                   .residual_px = result.residual_px,
                                                   .motion = motion_});

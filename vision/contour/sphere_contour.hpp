@@ -57,7 +57,7 @@ class SphereContourFitter {
   /// something of a similar colour: it only indicates where to look for the contour. `bgr`: 8-bit, of the camera's
   /// size; the blob is not empty and lies inside it. Always returns a result; `kind` and `covariance` give its quality.
   /// Only the pixels in `readable` are read, which contains the blob.
-  /// `chroma_subsampled`: the image was decoded from a JPEG whose chroma has a lower resolution. Where that is not
+  /// `chroma_subsampled`: the image was encoded with chroma of a lower resolution, as most JPEGs. Where that is not
   /// known, the blur of the edges tells it in three of four images.
   SphereContour fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable, bool chroma_subsampled = false);
   SphereContour fit(const cv::Mat& bgr, const Blob& blob) { return fit(bgr, blob, {0, 0, bgr.cols, bgr.rows}); }

@@ -59,7 +59,18 @@ int64_t StereoFrames::fingerprint(Side side) const {
 
 bool StereoFrames::chroma_subsampled(Side side) const {
   const image_t* image = sides_[index(side)].image;
-  return image && image->pixelformat == image_t::PIXEL_FORMAT_MJPEG && jpeg_chroma_subsampled(image->data);
+  if (!image) return false;
+  switch (image->pixelformat) {
+    case image_t::PIXEL_FORMAT_YUYV:
+    case image_t::PIXEL_FORMAT_UYVY:
+    case image_t::PIXEL_FORMAT_I420:
+    case image_t::PIXEL_FORMAT_NV12:
+      return true;
+    case image_t::PIXEL_FORMAT_MJPEG:
+      return jpeg_chroma_subsampled(image->data);
+    default:
+      return false;
+  }
 }
 
 const cv::Mat* StereoFrames::pixels(Side side, const cv::Rect& part, ImageCodec& codec) {

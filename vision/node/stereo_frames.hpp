@@ -32,7 +32,7 @@ class StereoFrames {
   /// The image, valid at least in `part`; null when it cannot be decoded there. Both sides may be requested
   /// concurrently, each with its own codec.
   const cv::Mat* pixels(Side side, const cv::Rect& part, ImageCodec& codec);
-  /// Whether this image is a JPEG whose chroma has a lower resolution than its luma.
+  /// Whether this image is encoded with chroma of a lower resolution than its luma.
   bool chroma_subsampled(Side side) const;
   /// Provides a buffer to decode into, so that a live node does not allocate.
   void set_buffer(Side side, const cv::Mat& buffer) { sides_[index(side)].bgr = buffer; }
