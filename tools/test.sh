@@ -19,7 +19,7 @@ case "${1:-}" in
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
-slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]OfRenderedTags$|^IntegrationRate[.]TheHand|^PathOptimizer[.]FindsALocalMinimum|^SphereContourFit[.]ABallThatMoves'
+slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]|^TagReasons[.]Blur$|^IntegrationRate[.]TheHand|^PathOptimizer[.]FindsALocalMinimum|^SphereContourFit[.]ABallThatMoves'
 # A clone in another folder reuses what the compiler cache holds of this one.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 declare -a results=()
