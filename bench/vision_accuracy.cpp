@@ -110,7 +110,7 @@ struct Statistics {
   std::vector<double> errors_m;
   Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
 
-  /// `ray`: to the position, whose columns x, y and z of the table are across, down and along it.
+  /// `ray`: to the position; NEES by axis is across, down and along it.
   void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance, const Eigen::Vector3d& ray) {
     constexpr double kChi2 = 7.815;  // 95 % of chi^2 with three degrees of freedom
     const double squared_sigmas = apart.dot(covariance.ldlt().solve(apart));
@@ -279,7 +279,8 @@ int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known
       positions, static_cast<unsigned long long>(seed), static_cast<unsigned long long>(first_wall),
       static_cast<unsigned long long>(first_wall + 3), radius_known ? "known" : "not known");
   std::printf(
-      "| case | shown | seen | declared occluded | by edges | median mm | RMS mm | p95 | max | NEES x y z | bias mm x "
+      "| case | shown | seen | declared occluded | by edges | median mm | RMS mm | p95 | max | NEES across, down, "
+      "along the ray | bias mm x "
       "y z | "
       "NEES/3 | inside 95 %% | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   Accuracy accuracy(positions, seed, first_wall, radius_known, verbose, each);
