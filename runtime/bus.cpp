@@ -43,14 +43,20 @@ lcm::LCM& Bus::bus_of(std::string_view channel) {
   return channel::on_image_group(channel) ? images_ : control_;
 }
 
-void Bus::Subscription::handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-  // An exception must not leave an LCM handler: the next handle() would abort.
+void Bus::handle_safely(const std::string& name, std::string_view channel, const std::function<void()>& handle) {
   try {
-    const auto payload = gate->incoming(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
-    if (payload) handler(channel, *payload);
+    handle();
   } catch (const std::exception& error) {
     spdlog::error("{}: a message on {} could not be handled: {}", name, channel, error.what());
   }
+}
+
+void Bus::Subscription::handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+  // An exception must not leave an LCM handler: the next handle() would abort.
+  handle_safely(name, channel, [&] {
+    const auto payload = gate->incoming(channel, {static_cast<const uint8_t*>(buffer->data), buffer->data_size});
+    if (payload) handler(channel, *payload);
+  });
 }
 
 void Bus::subscribe(std::string_view channel, const std::string& name, Handler handler) {

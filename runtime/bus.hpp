@@ -37,6 +37,8 @@ class Bus {
   /// Waits up to `timeout_us` for messages, then handles all that have arrived. Stops early when `enough`, called after
   /// each poll, returns true.
   void handle_messages(int64_t timeout_us, const std::function<bool()>& enough);
+  /// Calls what handles a message; an exception is logged under `name`.
+  static void handle_safely(const std::string& name, std::string_view channel, const std::function<void()>& handle);
   /// What all messages pass.
   MessageGate& gate() { return gate_; }
 

@@ -84,8 +84,10 @@ class LiveLoop {
     }
     for (const std::string_view channel : node.inputs()) {
       if (socket_ && !channel::on_image_group(channel)) continue;
-      bus_.subscribe(channel, node.name(),
-                     [this](std::string_view on, std::span<const uint8_t> bytes) { receive(on, bytes); });
+      const auto handle = node.takes_newest(channel) ? &LiveLoop::keep_newest : &LiveLoop::receive;
+      bus_.subscribe(channel, node.name(), [this, handle](std::string_view on, std::span<const uint8_t> bytes) {
+        (this->*handle)(on, bytes);
+      });
     }
     if (!make_ || socket_) return;
     bus_.subscribe(channel::kReplayStep, node.name(),
@@ -183,6 +185,12 @@ class LiveLoop {
 
   void poll_messages(int64_t timeout_us) {
     if (socket_) return drain_messages(timeout_us);
+    handle_messages(timeout_us);
+    receive_newest();
+    publish();
+  }
+
+  void handle_messages(int64_t timeout_us) {
     // Messages must not delay a tick. But slow ticks that are late already must not leave them in LCM's queue of 30,
     // which drops the newest: later ticks would be computed from ever older ones.
     const int64_t begin = monotonic_us();
@@ -192,8 +200,24 @@ class LiveLoop {
     bus_.handle_messages(timeout_us, [this, begin, patience, &left] {
       publish();
       if (interrupted() && !shutdown_us_) return true;
+      if (newest_ && monotonic_us() >= newest_->since_us + kCatchUp) return true;
       return --left <= 0 && monotonic_us() >= std::max(wake_time(), begin) + patience;
     });
+  }
+
+  /// Keeps a message of Node::takes_newest() until no other one waits.
+  void keep_newest(std::string_view channel, std::span<const uint8_t> bytes) {
+    if (lockstep_) return lockstep_->receive(channel, bytes);
+    if (newest_ && newest_->channel != channel) receive_newest();
+    if (newest_) node_->leave_out(channel, newest_->bytes);
+    const int64_t since_us = newest_ ? newest_->since_us : monotonic_us();
+    newest_.emplace(Newest{std::string(channel), {bytes.begin(), bytes.end()}, since_us});
+  }
+
+  void receive_newest() {
+    const auto newest = std::exchange(newest_, std::nullopt);
+    if (!newest) return;
+    Bus::handle_safely(node_->name(), newest->channel, [&] { receive(newest->channel, newest->bytes); });
   }
 
   void receive(std::string_view channel, std::span<const uint8_t> bytes) {
@@ -346,6 +370,12 @@ class LiveLoop {
     next_status_us_ = std::max(next_status_us_ + kStatusPeriod, monotonic_us());
   }
 
+  struct Newest {
+    std::string channel;
+    std::vector<uint8_t> bytes;
+    int64_t since_us;  // when the first of those that it replaces was there
+  };
+
   Node* node_;
   NodeFactory make_;
   std::unique_ptr<Node> new_node_;  // the node made after a lockstep replay has ended
@@ -358,6 +388,7 @@ class LiveLoop {
   Bus bus_;
   std::optional<UdpmSocket> socket_;  // instead of subscriptions, with a drain period
   std::optional<InputJournal> journal_;
+  std::optional<Newest> newest_;  // to be received once no newer one waits
   Outbox outbox_;
   std::vector<uint8_t> inputs_;  // NODE_INPUTS
   int64_t start_us_ = 0, next_status_us_ = 0;

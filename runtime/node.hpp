@@ -29,7 +29,7 @@ struct NodeCounters {
   int64_t received = 0;  ///< messages decoded
   int64_t dropped = 0;   ///< messages lost, counted from gaps in the sequence numbers
   int64_t refused = 0;   ///< messages that could not be decoded or were invalid
-  int64_t late = 0;      ///< ticks computed more than one period after their nominal time
+  int64_t late = 0;      ///< ticks computed more than one period after their nominal time; messages of leave_out()
   int64_t limited = 0;   ///< outputs changed by a limit
   int64_t sent = 0;      ///< messages published
   /// Ticks by how late they began, see bin_of_lateness().
@@ -74,6 +74,11 @@ class Node {
   /// Handles a message on one of the inputs. The node's outputs are a function of the messages that had an effect,
   /// their order, and their order relative to its ticks; a record of these is enough to compute the outputs again.
   virtual Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) = 0;
+  /// Whether, live, only the newest of the messages that wait on this channel is handled: those of a sensor that may be
+  /// faster than the node.
+  virtual bool takes_newest(std::string_view) const { return false; }
+  /// Such a message is left out, for a newer one waits. It affects nothing but the node's counters.
+  virtual void leave_out(std::string_view, std::span<const uint8_t>) { ++counters_.late; }
   /// The nominal time of the next tick, in message time; nothing while the node does not tick.
   virtual std::optional<int64_t> next_tick() const { return std::nullopt; }
   virtual int64_t tick_period_us() const { return 0; }

@@ -173,5 +173,37 @@ TEST(LiveLoop, ANodeThatMustDecelerateIsToldOnceAndAwaited) {
   EXPECT_EQ(node.requests, 1);
 }
 
+/// Each tick sends it three images; it fails on the first that it handles.
+class NewestNode : public TickingNode {
+ public:
+  NewestNode() : TickingNode(10000, 20) {}
+  bool takes_newest(std::string_view) const override { return true; }
+  void leave_out(std::string_view channel, std::span<const uint8_t> bytes) override {
+    Node::leave_out(channel, bytes);
+    left_out.push_back(bytes[0]);
+  }
+  Receipt receive(std::string_view, std::span<const uint8_t> bytes, Outbox&) override {
+    handled.push_back(bytes[0]);
+    if (handled.size() == 1) throw std::runtime_error("a test");
+    return {};
+  }
+  void tick(Outbox& out) override {
+    for (int k = 0; k < 3; ++k) out.push_back({channel::kTarget, {sent++}});
+    TickingNode::tick(out);
+  }
+  uint8_t sent = 0;
+  std::vector<int> handled, left_out;
+};
+
+TEST(LiveLoop, OfWaitingImagesTheNewestIsHandled) {
+  NewestNode node;
+  const NodeCounters counters = node.run();
+  ASSERT_GE(node.handled.size(), 10);
+  EXPECT_EQ(counters.late, std::ssize(node.left_out));
+  for (const int image : node.handled) EXPECT_EQ(image % 3, 2) << "a newer one was waiting";
+  for (const int image : node.left_out) EXPECT_NE(image % 3, 2) << "no newer one was waiting";
+  EXPECT_EQ(std::ssize(node.left_out), 2 * std::ssize(node.handled));
+}
+
 }  // namespace
 }  // namespace multireach

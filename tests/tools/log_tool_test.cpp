@@ -112,6 +112,7 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   const RunReport report = report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml"));
   EXPECT_EQ(report.json["nodes"]["bridge"]["restarts"], 3);
   EXPECT_EQ(report.json["late_ticks"], 5 + 2 + 1);
+  EXPECT_EQ(report.json["pairs_left_out"], 0);
   EXPECT_NEAR(report.json["nodes"]["bridge"]["clock_lead_ms"].get<double>(), -3200, 1e-9);
   EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us_p50"], 64);
   EXPECT_EQ(report.json["nodes"]["bridge"]["lateness_us_p99"], 512) << "8 of 308 ticks";

@@ -108,8 +108,9 @@ std::string table_of(const json& report) {
                          100 * report["max_command_acceleration_share"].get<double>(),
                          100 * report["max_command_jerk_share"].get<double>());
   }
-  table += fmt::format("late ticks {}; messages lost {}, not recorded {}; refused {}\n", report["late_ticks"].dump(),
-                       report["lcm_lost"].dump(), report["recording_lost"].dump(), report["refused"].dump());
+  table += fmt::format("late ticks {}; pairs left out by vision {}; messages lost {}, not recorded {}; refused {}\n",
+                       report["late_ticks"].dump(), report["pairs_left_out"].dump(), report["lcm_lost"].dump(),
+                       report["recording_lost"].dump(), report["refused"].dump());
   table += lines_on_nodes(report["nodes"]);
   if (report["damaged"].get<int64_t>() > 0) {
     table += fmt::format("{} messages have damaged sequence numbers or times; `check` tells more\n",

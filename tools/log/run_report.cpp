@@ -331,11 +331,11 @@ RunReport RunReporter::report() const {
       unreachable.push_back(reach);
     }
   }
-  int64_t late = 0, dropped = 0, refused = 0;
+  int64_t late = 0, left_out = 0, dropped = 0, refused = 0;
   json nodes = json::object();
   for (const auto& [name, record] : run.nodes) {
     const NodeCounters counters = record.total();
-    late += counters.late;
+    (name == "vision" ? left_out : late) += counters.late;
     dropped += counters.dropped;
     refused += counters.refused;
     nodes[name] = record.to_json();
@@ -399,6 +399,7 @@ RunReport RunReporter::report() const {
   for (const auto& [channel, runs] : run.publishers) publishers[channel] = runs.size();
   out["publishers"] = publishers;
   out["late_ticks"] = late;
+  out["pairs_left_out"] = left_out;
   out["lcm_lost"] = dropped;
   int64_t recording_lost = 0, damaged_numbers = 0;
   for (const auto& [channel_and_run, gaps] : run.sequences) {

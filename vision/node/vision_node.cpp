@@ -241,6 +241,17 @@ Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> b
   return receipt;
 }
 
+/// A vision that is slower than its cameras sees what is now, not what was before a queue.
+bool VisionNode::takes_newest(std::string_view channel) const {
+  return channel == channel::kStereoImages;
+}
+
+void VisionNode::leave_out(std::string_view channel, std::span<const uint8_t> bytes) {
+  Node::leave_out(channel, bytes);
+  const StereoFrames frames(bytes);  // it has not been lost on its way
+  if (frames.is_valid() && frames.pair_sequence() >= 0) counters_.dropped += pairs_.newly_lost(frames.pair_sequence());
+}
+
 Receipt VisionNode::process(StereoFrames& frames, Outbox& out) {
   ++(frames.is_valid() ? counters_.received : counters_.refused);
   if (!frames.is_valid()) return {};

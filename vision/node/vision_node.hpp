@@ -26,6 +26,8 @@ class VisionNode : public Node {
   std::string name() const override { return "vision"; }
   std::vector<std::string_view> inputs() const override;
   Receipt receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) override;
+  bool takes_newest(std::string_view channel) const override;
+  void leave_out(std::string_view channel, std::span<const uint8_t> bytes) override;
   /// Like receive(), for STEREO_IMAGES that were decoded already.
   Receipt process(StereoFrames& frames, Outbox& out);
   std::optional<int64_t> config_digest() const override { return config_.digest; }
