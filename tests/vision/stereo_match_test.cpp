@@ -177,6 +177,35 @@ TEST(StereoMatching, AContourOfAnotherSizeThanTheKnownOneIsTrustedLess) {
   EXPECT_EQ(match_candidates({half}, {half_right}).status, Status::kWrongRadius);
 }
 
+// A stripe divides a ball: the blob is one part of it, and its centroid lies beside the ball's centre, alike in both
+// images.
+TEST(StereoMatching, ACentroidOfASmallerBlobThanTheKnownBallsIsTrustedLess) {
+  const auto part_of = [](SphereContour disc) {
+    disc.kind = SphereContour::Kind::kCentroid;
+    disc.visible_fraction = 0;
+    constexpr double kTenth = 0.1, kSize = 0.3;  // of the radius
+    disc.covariance = Eigen::Vector3d(kTenth, kTenth, kSize).cwiseAbs2().asDiagonal();
+    disc.covariance *= disc.value.z() * disc.value.z();
+    return disc;
+  };
+  const auto squared_sigmas = [&](double share, bool cut_off) {
+    Pair ball = pair_of(kBall);
+    for (SphereContour* side : {&ball.left, &ball.right}) {
+      *side = part_of(*side);
+      side->value.x() += 0.42 * side->value.z();  // centroid of half a disc
+      side->value.z() *= share;
+      side->cut_off = cut_off;
+    }
+    const StereoMatch match = match_candidates({ball.left}, {ball.right});
+    const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
+    return apart.dot(match.point.covariance.ldlt().solve(apart));
+  };
+  const double half = std::sqrt(0.5);
+  EXPECT_LT(squared_sigmas(half, false), 7.815) << "95 % of chi^2 with three degrees of freedom";
+  EXPECT_GT(squared_sigmas(1, false), 2 * 7.815) << "where nothing tells";
+  EXPECT_GT(squared_sigmas(half, true), 2 * 7.815) << "what is cut off is not measured";
+}
+
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {
   // Far away, rays that are hundreds of rows apart in the images still pass within centimetres of each other.
   for (const double radius : {kRadius, 0.0}) {

@@ -11,11 +11,15 @@ namespace {
 constexpr double kModelCentre = 0.003, kModelRadius = 0.04;
 constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
 constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
-// Set on rendered balls (docs/vision.md, Errors and covariance, names them): how much the variance of what the edges
-// say grows in a small contour (pixels of radius) and in blocks of chroma, which the encoding or only the edges tell.
-constexpr double kFewPixels = 5, kBlocks = 2, kGuessedBlocks = 3, kBlockPixels = 11, kOneSideOnly = 2, kOneSided = 0.25;
-// The shared error along the light, in variances of what the edges say: usual, and in blocks of chroma.
-constexpr double kSharedEdges = 0.6, kSharedBlocks = 1.5;
+// Set on rendered balls (docs/vision.md, Errors and covariance, names them): the variance of an image's own errors, in
+// variances of what the edges say, with chroma of full resolution (1 where no light has a direction) and in blocks of
+// it, which the encoding or only the edges tell; how it grows in a small contour (pixels of radius), where edges are
+// missing, and, with chroma of full resolution, with the share of the contour beside which the surface has another
+// colour.
+constexpr double kOwnEdges = 0.7, kBlocks = 2, kGuessedBlocks = 3;
+constexpr double kFewPixels = 5, kBlockPixels = 11, kOneSideOnly = 2, kPainted = 40, kOneSided = 0.25;
+// The shared error along the light, in variances of an image's own: usual, and in blocks of chroma.
+constexpr double kSharedEdges = 2, kSharedBlocks = 1.5;
 constexpr double kLeastShading = 0.1;  // share of the shading model's expected variance that is never ruled out
 // The same, of an edge whose blur along the motion has the variance v (px^2, as measured): error kMoved v^1.5, pixels,
 // and its share in the size.
@@ -159,16 +163,18 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   const double agree = 0.5 * (neighbours_agree(evidence) + low_harmonics(evidence));
   // Small contours, and chroma at half resolution, err by more than their edges scatter: few pixels, or whole blocks of
   // them, decide on the model of light and background that all edges use.
-  // Beside an occluder, light and background are known on one side only.
-  const double blocks = (!evidence.hues_blurred  ? 1
-                         : evidence.chroma_known ? kBlocks
-                                                 : kGuessedBlocks) *
-                        (evidence.whole ? 1 : kOneSideOnly);
+  // Beside an occluder, light and background are known on one side only; so are they beside a stripe.
+  const double one_sided = evidence.whole ? 1 : kOneSideOnly;
+  const Eigen::Vector2d light = light_direction(evidence.shading);
+  const bool lit = !light.isZero();
+  const double own = evidence.hues_blurred
+                         ? (evidence.chroma_known ? kBlocks : kGuessedBlocks) * one_sided
+                         : (lit ? kOwnEdges : 1) * std::max(one_sided, 1 + kPainted * evidence.painted);
   const double radius_px = fit.cone.sine() * evidence.focal_px;
   const double of_radius = (evidence.hues_blurred ? kBlockPixels : kFewPixels) / radius_px;
   const double few_pixels = 1 + of_radius * of_radius;
   const Eigen::Matrix3d of_edges =
-      few_pixels * blocks *
+      few_pixels * own *
       (spread * agree * J * fit.covariance * J.transpose() + J * shading_covariance(evidence) * J.transpose());
   // An error that all edges of one side have moves the centre of a complete contour by as much, and the centre of a
   // partly visible one by more.
@@ -179,11 +185,9 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   // the centre along the light, alike in both images.
   const double shading2 = of_shading * mean_shading2(evidence);
   result.covariance(2, 2) += kOneSided * shading2 / 2 * geometry(2, 2);
-  const Eigen::Vector2d light = light_direction(evidence.shading);
-  const double along2 = light.dot(
-      (kOneSided * blocks * shading2 / 2 * geometry + (evidence.hues_blurred ? kSharedBlocks : kSharedEdges) * of_edges)
-          .topLeftCorner<2, 2>() *
-      light);
+  const double shared = evidence.hues_blurred ? kSharedBlocks : kSharedEdges;
+  const double along2 =
+      light.dot((kOneSided * own * shading2 / 2 * geometry + shared * of_edges).topLeftCorner<2, 2>() * light);
   result.shared.col(kLight).head<2>() = std::sqrt(along2) * light;
   result.covariance += result.shared * result.shared.transpose();
   // A window that holds less than the whole of a blurred edge places it too near to its middle; either end of the image

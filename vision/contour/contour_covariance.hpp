@@ -20,6 +20,7 @@ struct ContourEvidence {
   double focal_px = 0;
   Eigen::Matrix2d d_ray_d_pixel;  ///< inverse Jacobian of the lens near the contour
   bool whole = true;              ///< (nearly) all of the contour has edges
+  double painted = 0;             ///< share of the contour beside which the surface has another colour than most of it
   bool hues_blurred = false;      ///< the image has subsampled chroma, as measured or known
   bool chroma_known = false;      ///< that is known from the image's encoding
   double colour_blur2 = 0;        ///< variance of the blur across the edges, px^2

@@ -239,14 +239,13 @@ bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& mod
   return found;
 }
 
-/// Share of the contour's length that has no edge, and whose surface is painted.
-double SphereContourFitter::painted_share(const EdgeModel& model) const {
+/// Share of the contour's length whose surface is painted; `missing`: of that without an edge.
+double SphereContourFitter::painted_share(bool missing) const {
   double all = 0, share = 0;
   for (const ContourEdgel& edgel : edgels_) {
     all += edgel.length;
-    if (edgel.point >= 0 && points_[static_cast<size_t>(edgel.point)].weight > 0) continue;
-    if (edgel.readable && shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise))
-      share += edgel.length;
+    if (missing && edgel.point >= 0 && points_[static_cast<size_t>(edgel.point)].weight > 0) continue;
+    if (edgel.painted) share += edgel.length;
   }
   return all > 0 ? share / all : 0;
 }
@@ -264,10 +263,13 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
   points_.clear();
   for (ContourEdgel& edgel : edgels_) {
     edgel.point = -1;
+    edgel.painted = false;
     if (!edgel.readable || points_.size() == kMaxContourPoints) continue;
     model.half = edgel.half;
     Edge edge;
-    if (!measure_edgel(bgr, model, search, edgel, edge)) continue;
+    const bool found = measure_edgel(bgr, model, search, edgel, edge);
+    edgel.painted = shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise);
+    if (!found) continue;
     // Correct for the contour's curvature: the mean of the circle's second-order term over the line's width of 1 px.
     const double cosine = edgel.edge.cosine;
     edge.at += edgel.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
@@ -275,9 +277,7 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
     edgel.found = edge;
     const double of_fit2 =
         model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.shading().variance(edge.shading_terms);
-    const double line = edgel.edge.line,
-                 of_paint =
-                     shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise) ? kPaintedEdge : 0,
+    const double line = edgel.edge.line, of_paint = edgel.painted ? kPaintedEdge : 0,
                  sigma = std::sqrt(edge.sigma_px * edge.sigma_px + edge.shading_px * edge.shading_px + of_fit2 +
                                    kModelEdge * kModelEdge + of_paint * of_paint);
     points_.push_back(edgel.edge.along_row ? contour_point(edge.at, line, Along::kRow, sigma)
@@ -321,7 +321,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   const bool whole = result.visible_fraction >= kOfAnything;
   // A straight border that hides the share h of a circle hides h - sin(2 pi h) / 2 pi of its area. Where edges are
   // missing although nothing is hidden and the surface there is not painted, the contour is not what it seems.
-  const double paint = painted_share(model), missing = std::max(0.0, 1 - result.visible_fraction - paint);
+  const double paint = painted_share(true), missing = std::max(0.0, 1 - result.visible_fraction - paint);
   double sine, cosine;
   sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
   const double expected = missing - sine / (2 * std::numbers::pi);
@@ -405,6 +405,7 @@ void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereConto
                                                   .focal_px = focal,
                                                   .d_ray_d_pixel = d_ray_d_pixel_,
                                                   .whole = result.visible_fraction >= kWhole,
+                                                  .painted = painted_share(false),
                                                   .hues_blurred = hues_blurred_,
                                                   .chroma_known = chroma_subsampled_,
                                                   .colour_blur2 = colour_blur2_,

@@ -86,7 +86,7 @@ class SphereContourFitter {
   void learn_blur(const Search& search);
   void learn_parts();
   void learn_shading(const EdgeModel& model);
-  double painted_share(const EdgeModel& model) const;
+  double painted_share(bool missing) const;
   /// What a fit to edges shows of the object.
   enum class Verdict {
     kNothing,   ///< no sphere contour, or one that does not explain the blob: the object moved, or is no sphere

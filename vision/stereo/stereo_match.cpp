@@ -20,7 +20,8 @@ constexpr double kRadiusBlur = 0.1;
 constexpr double kSizeError = 0.04;
 
 // Variance of a contour's direction, in variances of a size error whose cause is on one side. A half circle whose edges
-// are off by d moves the centre by 0.64 d and the radius by 0.5 d.
+// are off by d moves the centre by 0.64 d and the radius by 0.5 d. Half a disc's centroid is 0.42 of its radius from
+// its centre, and its size by area 0.29 smaller.
 constexpr double kOneSided = 2;
 
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
@@ -157,18 +158,20 @@ class CandidateScorer {
   }
 
   /// A contour whose size is not that of the known radius has its edges at wrong places on one side, which moves its
-  /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). Covariance of the position
-  /// from such errors, by the contradiction beyond the expected errors; zero where there is none.
+  /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). A blob that is too small
+  /// shows a part of the object, whose centroid is as far from its centre. Covariance of the position from such errors,
+  /// by the contradiction beyond the expected errors; zero where there is none.
   Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
                                               const SphereTriangulation& free) const {
     SphereMeasurement wider_left = sphere_of(left, right), wider_right = sphere_of(right, left);
     bool any = false;
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
-      if (contour.kind != SphereContour::Kind::kEdges) return;
+      const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
       const double distance_m = depth_m * contour.ray().homogeneous().norm();
       const double apart = contour.value.z() - options_.radius_m / distance_m;
+      if (!by_edges && (apart > 0 || contour.cut_off)) return;  // one that is cut off is not measured
       const double tolerance = options_.radius_tolerance_m / distance_m;
-      const double excess2 = apart * apart - contour.covariance(2, 2) - tolerance * tolerance;
+      const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance;
       if (!(excess2 > 0)) return;
       sphere.covariance.topLeftCorner<2, 2>() += kOneSided * excess2 * Eigen::Matrix2d::Identity();
       any = true;
