@@ -272,7 +272,7 @@ class Accuracy {
 };
 
 int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, bool each,
-            const std::string& only, const std::string& json_path) {
+            const std::string& only, const std::string& without, const std::string& json_path) {
   std::printf(
       "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, seed "
       "%llu, walls %llu to %llu, radius %s\n\n",
@@ -290,6 +290,7 @@ int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known
   int located = 0;
   for (const Case& c : cases()) {
     if (!only.empty() && c.name.find(only) == std::string::npos) continue;
+    if (!without.empty() && c.name.find(without) != std::string::npos) continue;
     const Statistics sums = accuracy.run(c);
     Accuracy::print(c.name.c_str(), sums);
     nees += sums.nees;
@@ -327,7 +328,7 @@ int main(int argc, char** argv) {
   int positions = 400;
   uint64_t seed = 1, first_wall = 1;
   bool unknown_radius = false, verbose = false, each = false;
-  std::string only, json;
+  std::string only, without, json;
   app.add_option("--positions", positions, "of the sphere, in each case")
       ->check(CLI::Range(4, 1000000))
       ->capture_default_str();
@@ -337,7 +338,8 @@ int main(int argc, char** argv) {
   app.add_flag("--by-background", verbose, "a line for each background as well");
   app.add_flag("--each", each, "a line for each position as well");
   app.add_option("--only", only, "cases whose name contains this");
+  app.add_option("--without", without, "not those whose name contains this");
   app.add_option("--json", json, "write the results there as JSON; - for standard output");
   CLI11_PARSE(app, argc, argv);
-  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, each, only, json);
+  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, each, only, without, json);
 }

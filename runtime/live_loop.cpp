@@ -191,8 +191,8 @@ class LiveLoop {
   }
 
   void handle_messages(int64_t timeout_us) {
-    // Messages must not delay a tick. But slow ticks that are late already must not leave them in LCM's queue of 30,
-    // which drops the newest: later ticks would be computed from ever older ones.
+    // Messages must not delay a tick. But slow ticks that are late already must not leave them in LCM's queue,
+    // which drops the newest when it is full: later ticks would be computed from ever older ones.
     const int64_t begin = monotonic_us();
     const bool is_late = timeout_us < 0 && node_->tick_period_us() >= kSlowTicks;
     const int64_t patience = is_late ? kCatchUp : 0;
