@@ -334,7 +334,7 @@ await() {
   local sentence=$2
   patience=$1 awaited=$(IFS=,; echo "${*:3}")
   start wait
-  until [ $interrupted = yes ] || ended wait; do  # Ctrl-C ends the processes, too
+  until [ $interrupted = yes ] || ended wait; do
     keep "${supervised[@]}" || { stop wait; give_up_at_start; }
     pause
   done
@@ -421,6 +421,8 @@ report() {
   return $code
 }
 
+# Without a trap, bash forgets a Ctrl-C that comes while a command runs that then ends as if there had been none.
+trap 'exit 130' INT
 read_options "$@"
 check_options
 if [ $setup = yes ] && [ "$installed" = no ]; then

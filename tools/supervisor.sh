@@ -17,14 +17,14 @@ command=()
 # Sets `now`: hundredths of a second on the monotonic clock.
 read_clock() { local up; read -r up _ </proc/uptime; now=$((10#${up/./})); }
 
-# start NAME: starts or restarts it. The kernel sends it a signal when this script exits for any reason. It ignores SIGHUP, so that a
-# closed terminal does not kill it before it has stopped the robot.
+# start NAME: starts or restarts it, in a session of its own: Ctrl-C and a closed terminal reach only this script, which then ends them in
+# order, the bridge first. The kernel sends it a signal when this script exits for any reason.
 start() {
   local name=$1 signal=TERM
   parts[$name]=$((${parts[$name]:--1} + 1))
   command_of "$name" "${parts[$name]}"
   [[ $name != *_log ]] || signal=INT
-  local run=(env --ignore-signal=HUP setpriv --pdeathsig "$signal" -- "${command[@]}")
+  local run=(setsid setpriv --pdeathsig "$signal" -- "${command[@]}")
   if [ "$name" = view ]; then  # writes to this terminal
     "${run[@]}" 2> >(grep --line-buffered -v '\[info\]' >&2) {lock}>&- &
   else

@@ -22,8 +22,8 @@ for signal in INT TERM KILL; do
   wait $script 2>/dev/null
 done
 
-# In a terminal, Ctrl-C goes to the processes of the run, too, which then end at the same time. Also while they start.
-for seconds in 0.3 0.6 1 1.5 2 2.5 3 4; do
+# In a terminal, Ctrl-C goes to all processes of the script's group, also to the commands that it waits for. At any time.
+for seconds in 0.05 0.1 0.2 0.3 0.6 1 1.5 2 2.5 3 4; do
   env --default-signal=INT setsid "$work/tree/tools/launch.sh" --no-setup 2>"$work/launch.err" >/dev/null & script=$!
   sleep "$seconds"
   kill -INT -- "-$script"
