@@ -1,37 +1,83 @@
 #include "imaging/lens.hpp"
 
-#include <Eigen/LU>
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "imaging/lens.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
+#include "numeric/wide_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace multireach {
+namespace HWY_NAMESPACE {
+
+#include "imaging/lens.inl.hpp"
+
+/// Newton steps from x and y, the rays of pixels nearby, to the rays of the pixels px and py.
+void refine_rays(const CameraModel& camera, const Row& px, const Row& py, Row& x, Row& y) {
+  constexpr int kSteps = 20;  // three or four suffice from a start nearby
+  for (int first = 0; first < kRowLanes; first += kWidth) {
+    const Lanes target_x = load(px, first), target_y = load(py, first);
+    Lanes ray_x = load(x, first), ray_y = load(y, first);
+    LanesMask open = !no_lane();
+    for (int step = 0; step < kSteps && any(open); ++step) {
+      const PixelOfRay<Lanes> at(camera, ray_x, ray_y);
+      const Lanes inverse = 1 / (at.dpx_dx * at.dpy_dy - at.dpy_dx * at.dpx_dy);
+      const Lanes dx = target_x - at.px, dy = target_y - at.py;
+      const Lanes move_x = at.dpy_dy * inverse * dx + -at.dpx_dy * inverse * dy;
+      const Lanes move_y = -at.dpy_dx * inverse * dx + at.dpx_dx * inverse * dy;
+      ray_x = where(open, ray_x + move_x, ray_x);
+      ray_y = where(open, ray_y + move_y, ray_y);
+      // Converges quadratically: the next step would be negligible.
+      open = open & !(move_x * move_x + move_y * move_y < 1e-16);
+    }
+    store(ray_x, x, first);
+    store(ray_y, y, first);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace multireach
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace multireach {
 
+HWY_EXPORT(refine_rays);
+
+namespace {
+#include "imaging/lens.inl.hpp"
+}  // namespace
+
 LensPoint image_of(const CameraModel& camera, const Eigen::Vector2d& ray) {
-  const auto& [k1, k2, p1, p2, k3, k4, k5, k6] = camera.distortion;
-  const double x = ray.x(), y = ray.y(), r2 = x * x + y * y;
-  const double above = 1 + r2 * (k1 + r2 * (k2 + r2 * k3)), below = 1 + r2 * (k4 + r2 * (k5 + r2 * k6));
-  const double radial = above / below;
-  const double slope =
-      ((k1 + r2 * (2 * k2 + r2 * 3 * k3)) - radial * (k4 + r2 * (2 * k5 + r2 * 3 * k6))) / below;  // d radial / d r2
-  const Eigen::Vector2d focal(camera.fx, camera.fy);
+  const PixelOfRay<double> at(camera, ray.x(), ray.y());
   LensPoint point;
-  point.pixel.x() = camera.fx * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + camera.cx;
-  point.pixel.y() = camera.fy * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + camera.cy;
-  const double across = 2 * (x * y * slope + p1 * x + p2 * y);
-  point.d_pixel_d_ray << radial + 2 * x * x * slope + 2 * p1 * y + 6 * p2 * x, across, across,
-      radial + 2 * y * y * slope + 6 * p1 * y + 2 * p2 * x;
-  point.d_pixel_d_ray = (focal.asDiagonal() * point.d_pixel_d_ray).eval();
+  point.pixel = {at.px, at.py};
+  point.d_pixel_d_ray << at.dpx_dx, at.dpx_dy, at.dpy_dx, at.dpy_dy;
   return point;
+}
+
+void rays_of(const CameraModel& camera, std::span<const Eigen::Vector2d> pixels, std::span<Eigen::Vector2d> rays) {
+  for (size_t begin = 0; begin < pixels.size(); begin += kRowLanes) {
+    const size_t count = std::min<size_t>(kRowLanes, pixels.size() - begin);
+    Row px, py, x, y;
+    for (size_t lane = 0; lane < kRowLanes; ++lane) {
+      const size_t from = begin + std::min(lane, count - 1), to = lane;
+      px.lane[to] = pixels[from].x();
+      py.lane[to] = pixels[from].y();
+      x.lane[to] = rays[from].x();
+      y.lane[to] = rays[from].y();
+    }
+    HWY_DYNAMIC_DISPATCH(refine_rays)(camera, px, py, x, y);
+    for (size_t lane = 0; lane < count; ++lane) rays[begin + lane] = {x.lane[lane], y.lane[lane]};
+  }
 }
 
 Eigen::Vector2d ray_of(const CameraModel& camera, const Eigen::Vector2d& pixel, const Eigen::Vector2d& near) {
   Eigen::Vector2d ray = near;
-  constexpr int kSteps = 20;  // three or four suffice from a start nearby
-  for (int step = 0; step < kSteps; ++step) {
-    const LensPoint at = image_of(camera, ray);
-    const Eigen::Vector2d move = at.d_pixel_d_ray.inverse() * (pixel - at.pixel);
-    ray += move;
-    if (move.squaredNorm() < 1e-16) break;  // converges quadratically: the next step would be negligible
-  }
+  rays_of(camera, {&pixel, 1}, {&ray, 1});
   return ray;
 }
 
 }  // namespace multireach
+#endif

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "imaging/camera_model.hpp"
 
 namespace multireach {
@@ -18,5 +20,9 @@ LensPoint image_of(const CameraModel& camera, const Eigen::Vector2d& ray);
 /// be the ray of a pixel nearby. Converges to 1e-12 where the lens model is invertible; elsewhere returns the last
 /// iterate.
 Eigen::Vector2d ray_of(const CameraModel& camera, const Eigen::Vector2d& pixel, const Eigen::Vector2d& near);
+
+/// ray_of() of several pixels, in SIMD lanes: `rays`, as many as `pixels`, holds the start of each and then its ray.
+/// The results do not depend on the instruction set.
+void rays_of(const CameraModel& camera, std::span<const Eigen::Vector2d> pixels, std::span<Eigen::Vector2d> rays);
 
 }  // namespace multireach

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <vector>
+
+#include "numeric/instruction_set.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -37,6 +40,21 @@ TEST(Lens, RaysAreTheInverse) {
       EXPECT_LT((ray - kCamera.ray(pixel)).norm(), 1e-7);
     }
   }
+}
+
+TEST(Lens, RaysOfSeveralPixelsAreThoseOfEach) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (int k = 0; k < 21; ++k) pixels.emplace_back(30 * k, 479 - 23 * k);
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
+    std::vector<Eigen::Vector2d> rays(pixels.size(), Eigen::Vector2d(0, 0));
+    rays_of(kCamera, pixels, rays);
+    for (size_t k = 0; k < pixels.size(); ++k) {
+      EXPECT_EQ(rays[k], ray_of(kCamera, pixels[k], {0, 0})) << name;
+      EXPECT_LT((image_of(kCamera, rays[k]).pixel - pixels[k]).norm(), 1e-9) << name;
+    }
+  }
+  select_instruction_set("");
 }
 
 }  // namespace

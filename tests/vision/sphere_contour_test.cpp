@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "imaging/image_codec.hpp"
 #include "imaging/jpeg_decoder.hpp"
+#include "numeric/instruction_set.hpp"
 #include "numeric/random.hpp"
 #include "tests/vision/mask_blobs.hpp"
 #include "vision/stereo/stereo_match.hpp"
@@ -384,6 +386,15 @@ TEST(SphereContourFit, AStripedBallIsWhereItsCovarianceSays) {
   EXPECT_GE(seen, kPairs / 2);
 }
 
+SurfaceColour surface_colour(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr) {
+  const double x = normal.x(), y = normal.y(), z = normal.z();
+  const std::array<double, SurfaceColour::kNumbers> numbers = {
+      1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1, bgr.x(), bgr.y(), bgr.z()};
+  SurfaceColour colour;
+  for (size_t k = 0; k < numbers.size(); ++k) colour[static_cast<int>(k)] = numbers[k];
+  return colour;
+}
+
 TEST(SurfaceShading, AStripeDoesNotChangeTheShading) {
   const auto shade = [](const Eigen::Vector3d& normal) {
     return Eigen::Vector3d(Eigen::Vector3d(60, 50, 210) * (0.6 + 0.3 * normal.y()));
@@ -393,7 +404,7 @@ TEST(SurfaceShading, AStripeDoesNotChangeTheShading) {
   for (int k = 0; k < kPoints; ++k) {
     const double turn = 2 * 3.14159265 * k / kPoints, sine = k % 2 == 0 ? 0.9 : 0.75;
     const Eigen::Vector3d normal(sine * std::cos(turn), sine * std::sin(turn), std::sqrt(1 - sine * sine));
-    surface.push_back({normal, k < kWhite ? Eigen::Vector3d(225, 230, 230) : shade(normal)});
+    surface.push_back(surface_colour(normal, k < kWhite ? Eigen::Vector3d(225, 230, 230) : shade(normal)));
   }
   SurfaceShading plain, robust;
   plain.fit(surface, true);
@@ -401,8 +412,8 @@ TEST(SurfaceShading, AStripeDoesNotChangeTheShading) {
   const auto error = [&](const SurfaceShading& fitted) {
     double largest = 0;
     for (const SurfaceColour& point : surface) {
-      const Eigen::Vector3d colour = fitted.shading().colour(Shading::terms_of(point.normal));
-      largest = std::max(largest, (colour - shade(point.normal)).norm());
+      const Eigen::Vector3d colour = fitted.shading().colour(point.terms()), normal = point.terms().segment<3>(1);
+      largest = std::max(largest, (colour - shade(normal)).norm());
     }
     return largest;
   };
@@ -448,6 +459,24 @@ TEST(SphereContourFit, AnswersWhateverTheBlobIs) {
     EXPECT_TRUE(disc.value.allFinite() && disc.covariance.allFinite());
     EXPECT_GT(disc.covariance(0, 0), 0);
   }
+}
+
+TEST(SphereContourFit, DoesNotDependOnTheInstructionSet) {
+  const CameraModel c = camera(true);
+  Scene scene{.noise = 3, .light = Eigen::Vector3d(-0.4, -0.8, -0.45).normalized()};
+  scene.hides = [](double x, double) { return x < 150; };
+  const cv::Mat image = picture(c, {0, 0.01, 0.4}, 0.03, scene);
+  std::optional<SphereContour> widest;
+  for (const std::string& name : available_instruction_sets()) {
+    ASSERT_TRUE(select_instruction_set(name));
+    const SphereContour disc = measured(c, image);
+    if (!widest) widest = disc;
+    EXPECT_EQ(disc.kind, Kind::kEdges) << name;
+    EXPECT_EQ(disc.value, widest->value) << name;
+    EXPECT_EQ(disc.covariance, widest->covariance) << name;
+    EXPECT_EQ(disc.residual_px, widest->residual_px) << name;
+  }
+  select_instruction_set("");
 }
 
 TEST(SphereContourFit, KeepsNothingFromOneDiscToTheNext) {

@@ -8,42 +8,10 @@
 
 #include "numeric/random.hpp"
 #include "numeric/trigonometry.hpp"
+#include "vision/contour/contour_directions.hpp"
 
 namespace multireach::vision {
 namespace {
-
-/// A point's unit direction e and its derivative (per pixel) along the direction of measurement. For a point measured
-/// along the contour's normal: the derivatives along rows and along columns.
-struct Direction {
-  Eigen::Vector3d e, step, other_step;
-  bool normal;
-
-  Direction() = default;
-  Direction(const ContourPoint& point, const Eigen::Matrix2d& d_ray_d_pixel)
-      : normal(point.along == ContourPoint::Along::kNormal) {
-    const double x = point.ray.x(), y = point.ray.y(), inverse = 1 / std::sqrt(x * x + y * y + 1);
-    e = Eigen::Vector3d(x, y, 1) * inverse;
-    const auto tangent = [&](int axis) -> Eigen::Vector3d {
-      const Eigen::Vector3d d(d_ray_d_pixel(0, axis), d_ray_d_pixel(1, axis), 0);
-      return (d - e * e.dot(d)) * inverse;
-    };
-    step = tangent(point.along == ContourPoint::Along::kColumn ? 1 : 0);
-    other_step = normal ? tangent(1) : Eigen::Vector3d::Zero();
-  }
-
-  /// Derivative of e . n, per pixel, along the direction of measurement.
-  double slope(const Eigen::Vector3d& n) const {
-    double slope = step.dot(n);
-    if (normal) {
-      const double other = other_step.dot(n);
-      slope = std::sqrt(slope * slope + other * other);
-    }
-    // Bounded away from 0: the distance is unbounded where the contour is parallel to the direction of measurement.
-    constexpr double kSmallest = 1e-9;
-    return std::abs(slope) > kSmallest ? slope : std::copysign(kSmallest, slope);
-  }
-  double distance_px(const Eigen::Vector3d& n) const { return (1 - e.dot(n)) / slope(n); }
-};
 
 constexpr double kMissed = 1e-3;     // RANSAC stops below this probability that no trial had three inliers
 constexpr double kConverged = 1e-3;  // pixels: least squares stops at a smaller step
@@ -70,38 +38,28 @@ Eigen::Matrix3d ContourCone::jacobian() const {
 
 namespace {
 
-/// The points' directions, in the points' order.
-struct Directions {
-  int count = 0;
-  std::array<Direction, kMaxContourPoints> of;
-};
-
 /// RANSAC: the cone through three points that most of the others support, if enough do.
-std::optional<Eigen::Vector3d> best_of_trials(const Directions& directions, const RobustFit& options) {
-  const int count = directions.count;
-  // A subset of the points scores each candidate cone, to save time.
-  const int stride = 1 + (count - 1) / 64, voters = (count + stride - 1) / stride;
+std::optional<Eigen::Vector3d> best_of_trials(const ContourDirections& directions, const ContourDirections& voters,
+                                              const RobustFit& options) {
   std::optional<Eigen::Vector3d> n;
-  double best = voters * (1 - options.smallest_share);
+  double best = voters.count() * (1 - options.smallest_share);
   // Probability that no trial so far had three inliers, given the inlier share of the best cone.
   double missed = 1;
   const CounterRandom random(20081);
   for (int trial = 0; trial < options.trials && missed > kMissed; ++trial) {
-    const double good = n ? 1 - best / voters : 0;
+    const double good = n ? 1 - best / voters.count() : 0;
     missed *= 1 - good * good * good;
     Eigen::Matrix3d E;
-    const auto modulus = static_cast<uint64_t>(count);
-    for (int k = 0; k < 3; ++k)
-      E.row(k) = directions.of[random.bits(static_cast<uint64_t>(3 * trial + k)) % modulus].e.transpose();
+    const auto modulus = static_cast<uint64_t>(directions.count());
+    for (int k = 0; k < 3; ++k) {
+      const uint64_t drawn = random.bits(static_cast<uint64_t>(3 * trial + k)) % modulus;
+      E.row(k) = directions.direction(static_cast<int>(drawn)).transpose();
+    }
     const double det = E.determinant();
     if (!(std::abs(det) > 1e-12)) continue;
     const Eigen::Vector3d tried = E.inverse() * Eigen::Vector3d::Ones();
     if (!is_cone(tried)) continue;
-    double cost = 0;
-    for (int i = 0; i < count && cost < best; i += stride) {
-      const double z = directions.of[i].distance_px(tried) / options.gate_px;
-      cost += std::min(z * z, 1.0);
-    }
+    const double cost = voters.cost(tried, options.gate_px, best);
     if (cost >= best) continue;
     best = cost;
     n = tried;
@@ -109,69 +67,93 @@ std::optional<Eigen::Vector3d> best_of_trials(const Directions& directions, cons
   return n;
 }
 
-using Slopes = std::array<double, kMaxContourPoints>;
-
-/// Sets the points' residuals and their slopes at the cone `n`. Returns the robust standard deviation of residual /
-/// sigma of the points near the cone (the others are outliers); nothing when there are too few.
-std::optional<double> robust_scale(std::span<ContourPoint> points, const Directions& directions,
-                                   const Eigen::Vector3d& n, double largest_px, Slopes& slopes) {
+/// Robust standard deviation of residual / sigma of the points near a cone (the others are outliers); nothing when
+/// there are too few.
+std::optional<double> robust_scale(int count, const PointNumbers& residuals_px, const PointNumbers& sigmas_px,
+                                   double largest_px) {
   std::array<double, kMaxContourPoints> sizes;
   int near = 0;
-  for (int i = 0; i < directions.count; ++i) {
-    slopes[i] = directions.of[i].slope(n);
-    points[i].residual_px = (1 - directions.of[i].e.dot(n)) / slopes[i];
-    if (std::abs(points[i].residual_px) < largest_px)
-      sizes[near++] = std::abs(points[i].residual_px) / points[i].sigma_px;
+  for (int i = 0; i < count; ++i) {
+    const double size = std::abs(residuals_px[i]);
+    if (size < largest_px) sizes[near++] = size / sigmas_px[i];
   }
   if (near < 5) return std::nullopt;
   std::nth_element(sizes.begin(), sizes.begin() + near / 2, sizes.begin() + near);
   return sizes[near / 2] / 0.6745;
 }
 
+/// A symmetric matrix: xx, xy, xz, yy, yz, zz.
+struct Symmetric {
+  std::array<double, 6> of{};
+  void add(double weight, const Symmetric& other) {
+    for (size_t k = 0; k < of.size(); ++k) of[k] += weight * other.of[k];
+  }
+  Eigen::Matrix3d matrix() const {
+    Eigen::Matrix3d m;
+    m << of[0], of[1], of[2], of[1], of[3], of[4], of[2], of[4], of[5];
+    return m;
+  }
+};
+
 /// Sums of one step of iteratively reweighted least squares.
 struct WeightedSums {
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), G = Eigen::Matrix3d::Zero();
+  Symmetric A, G;
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double psi2 = 0, slope_of_psi = 0;  // of Tukey's biweight
   double points = 0;                  // sum of the weights
 };
 
-/// Weights the points by their residuals with Tukey's biweight, zero beyond `reach` sigmas, and sums them up.
-WeightedSums weigh(std::span<ContourPoint> points, const Directions& directions, const Slopes& slopes, double reach,
-                   double largest_px) {
+WeightedSums sum_up(const ContourDirections& directions, const PointWeights& weights) {
   WeightedSums sums;
-  for (int i = 0; i < directions.count; ++i) {
-    ContourPoint& point = points[i];
-    const double z = point.residual_px / point.sigma_px, t = z / reach;
-    point.weight = std::abs(t) < 1 && std::abs(point.residual_px) < largest_px ? (1 - t * t) * (1 - t * t) : 0;
-    point.pull.setZero();
-    if (point.weight == 0) continue;
-    const Eigen::Vector3d& e = directions.of[i].e;
-    const double slope = slopes[i];
-    const double w = point.weight / (slope * slope * point.sigma_px * point.sigma_px);
-    point.pull = -w * slope * e;
-    const Eigen::Matrix3d square = e * e.transpose();
-    sums.A += w * square;
-    sums.G += point.weight / (slope * slope) * square;
-    sums.b += w * e;
-    sums.psi2 += point.weight * point.weight * z * z;
-    sums.slope_of_psi += (1 - t * t) * (1 - 5 * t * t);
-    sums.points += point.weight;
+  Symmetric A, G;  // in registers
+  double x = 0, y = 0, z = 0;
+  for (int i = 0; i < directions.count(); ++i) {
+    if (weights.weight[i] == 0) continue;
+    const Eigen::Vector3d e = directions.direction(i);
+    const double w = weights.of_point[i];
+    const Symmetric square{{e.x() * e.x(), e.x() * e.y(), e.x() * e.z(), e.y() * e.y(), e.y() * e.z(), e.z() * e.z()}};
+    A.add(w, square);
+    G.add(weights.of_slope[i], square);
+    x += w * e.x();
+    y += w * e.y();
+    z += w * e.z();
+    sums.psi2 += weights.psi2[i];
+    sums.slope_of_psi += weights.psi_slope[i];
+    sums.points += weights.weight[i];
   }
+  sums.A = A;
+  sums.G = G;
+  sums.b = {x, y, z};
   return sums;
+}
+
+/// Tells the points their weights, residuals and pulls.
+void tell(const ContourDirections& directions, const PointWeights& weights, const PointNumbers& residuals_px,
+          const PointNumbers& slopes, std::span<ContourPoint> points) {
+  for (int i = 0; i < directions.count(); ++i) {
+    ContourPoint& point = points[static_cast<size_t>(i)];
+    point.weight = weights.weight[i];
+    point.residual_px = residuals_px[i];
+    point.pull.setZero();
+    if (point.weight != 0) point.pull = -weights.of_point[i] * slopes[i] * directions.direction(i);
+  }
 }
 
 }  // namespace
 
 std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
                                 const RobustFit& options, const ContourCone* start) {
-  Directions directions;
-  directions.count = static_cast<int>(std::min<size_t>(points.size(), kMaxContourPoints));
-  if (directions.count < 5) return std::nullopt;
-  for (int i = 0; i < directions.count; ++i) directions.of[i] = Direction(points[i], d_ray_d_pixel);
+  if (points.size() < 5) return std::nullopt;
+  ContourDirections directions;
+  directions.set(points, d_ray_d_pixel);
+  const int count = directions.count();
   std::optional<Eigen::Vector3d> found;
   if (options.trials > 0) {
-    found = best_of_trials(directions, options);
+    // A subset of the points scores each candidate cone, to save time.
+    constexpr int kVoters = 64;
+    ContourDirections some;
+    if (count > kVoters) some.set(points, d_ray_d_pixel, 1 + (count - 1) / kVoters);
+    found = best_of_trials(directions, count > kVoters ? some : directions, options);
   } else if (start) {
     found = start->n;
   }
@@ -179,24 +161,30 @@ std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Mat
 
   Eigen::Vector3d n = *found;
   ConeFit fit;
-  Slopes slopes;
+  PointNumbers sigmas_px, residuals_px, slopes;
+  PointWeights weights;
+  for (int i = 0; i < count; ++i) sigmas_px[i] = points[static_cast<size_t>(i)].sigma_px;
+  for (int i = count; i % kRowLanes != 0; ++i) sigmas_px[i] = 1;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
-    const auto scale = robust_scale(points, directions, n, options.largest_px, slopes);
+    directions.compare(n, slopes, residuals_px);
+    const auto scale = robust_scale(count, residuals_px, sigmas_px, options.largest_px);
     if (!scale) return std::nullopt;
     fit.scale = *scale;
-    const WeightedSums sums =
-        weigh(points, directions, slopes, options.tuning * std::max(1.0, fit.scale), options.largest_px);
+    weights.set(count, residuals_px, sigmas_px, slopes, options.tuning * std::max(1.0, fit.scale), options.largest_px);
+    const WeightedSums sums = sum_up(directions, weights);
     fit.points = sums.points;
-    const Eigen::LDLT<Eigen::Matrix3d> ldlt(sums.A);
+    const Eigen::Matrix3d A = sums.A.matrix();
+    const Eigen::LDLT<Eigen::Matrix3d> ldlt(A);
     if (ldlt.info() != Eigen::Success || fit.points < 5) return std::nullopt;
     const Eigen::Vector3d before = n;
     n = ldlt.solve(sums.b);
     if (!is_cone(n)) return std::nullopt;
     // A slope converts the step to pixels; the slopes of one contour are nearly equal, so the first one serves.
     if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
-    fit.covariance = sums.A.inverse();
-    fit.geometry = (sums.G / fit.points).inverse();
+    tell(directions, weights, residuals_px, slopes, points);
+    fit.covariance = A.inverse();
+    fit.geometry = (sums.G.matrix() / fit.points).inverse();
     // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), relative to the sum of
     // the weights.
     fit.spread = sums.psi2 * fit.points / std::max(1.0, sums.slope_of_psi * sums.slope_of_psi);

@@ -42,15 +42,14 @@ double neighbours_agree(const ContourEvidence& evidence) {
     weights[i] = point.weight;
     values[i] = point.weight * point.residual_px / point.sigma_px * edgel.edge.outward;
   }
-  std::array<double, kLags + 1> covariance{};
-  for (size_t lag = 0; lag <= kLags; ++lag) {
-    double product = 0, pairs = 0;
-    for (size_t i = 0; i < count; ++i) {
-      product += values[i] * values[i + lag];
-      pairs += weights[i] * weights[i + lag];
+  std::array<double, kLags + 1> covariance{}, pairs{};
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t lag = 0; lag <= kLags; ++lag) {
+      covariance[lag] += values[i] * values[i + lag];
+      pairs[lag] += weights[i] * weights[i + lag];
     }
-    if (pairs > 0) covariance[lag] = product / pairs;
   }
+  for (size_t lag = 0; lag <= kLags; ++lag) covariance[lag] = pairs[lag] > 0 ? covariance[lag] / pairs[lag] : 0;
   if (covariance[0] == 0) return 1;
   double factor = 1, squares = 0;
   for (size_t lag = 1; lag <= kLags; ++lag) {

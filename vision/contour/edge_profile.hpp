@@ -6,7 +6,14 @@
 #include <cstdlib>
 #include <opencv2/core.hpp>
 
+#include "vision/contour/shading.hpp"
+
 namespace multireach::vision {
+
+/// The direction of brightness in BGR (Rec. 601), of unit length.
+inline Eigen::Vector3d luma_direction() {
+  return Eigen::Vector3d(0.114, 0.587, 0.299) / 0.66856;
+}
 
 /// Where to measure an edge of a sphere contour: a row or column, the expected position on it and the outward
 /// direction.
@@ -23,9 +30,12 @@ struct Edgel {
 struct EdgeProfile {
   static constexpr int kReach = 6;  ///< number of pixels on each side of the middle one
   int middle = 0;                   ///< column or row of the middle pixel
-  std::array<Eigen::Vector3d, 2 * kReach + 1> bgr;
+  std::array<cv::Vec3b, 2 * kReach + 1> bgr;
 
-  const Eigen::Vector3d& at(int outwards) const { return bgr[static_cast<size_t>(kReach + outwards)]; }
+  Eigen::Vector3d at(int outwards) const {
+    const cv::Vec3b& pixel = bgr[static_cast<size_t>(kReach + outwards)];
+    return {double(pixel[0]), double(pixel[1]), double(pixel[2])};
+  }
 };
 
 /// Reads the pixels around an edgel of an 8-bit BGR image; false when some are outside of `readable`, a part of the
@@ -43,38 +53,6 @@ struct EdgeModel {
   double blur2 = -1;               ///< variance of the blur across the edges, px^2; negative: not known
   double chroma_error = 0;         ///< chroma error next to an edge, relative to the colour difference of both sides
   double shading_error = 0.15;     ///< relative error of the object's predicted brightness at its rim
-};
-
-/// Surface normal of the sphere, in the camera's axes, at a pixel of a profile: at the centre of the part of the pixel
-/// that is inside the contour.
-Eigen::Vector3d surface_normal(const EdgeProfile& profile, const Edgel& edgel, double radius_px, int outwards);
-
-/// Shading model: the object's colour as second-order polynomials of the surface normal, fitted to pixels inside the
-/// contour. They represent any distant light on a matt surface to about 1 % (Ramamoorthi & Hanrahan, SIGGRAPH 2001).
-class Shading {
- public:
-  static constexpr int kTerms = 9;
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
-  static Terms terms_of(const Eigen::Vector3d& normal);
-
-  void clear();
-  /// Adds the colour of a surface point.
-  void add(const Eigen::Vector3d& normal, const Eigen::Vector3d& bgr);
-  /// Fits the model to all points added, by ridge regression: terms that few points determine stay small.
-  void solve();
-  bool known() const { return known_; }
-  /// The colour for a sum of terms; zero before `solve`.
-  Eigen::Vector3d colour(const Terms& terms) const { return terms_.transpose().lazyProduct(terms); }
-  /// Variance of colour(terms) in each channel, for points whose colours have variance 1.
-  double variance(const Terms& terms) const { return terms.dot(covariance_.lazyProduct(terms)); }
-  /// Covariance of each channel's coefficients, likewise for variance 1.
-  const Matrix& covariance() const { return covariance_; }
-
- private:
-  Matrix normal_equations_, covariance_;
-  Eigen::Matrix<double, kTerms, 3> products_, terms_;
-  bool known_ = false;
 };
 
 /// Slope of the background's colour per pixel, from the pixels outside the window.
@@ -96,17 +74,6 @@ struct EdgeBlur {
   double luma2 = 0;       ///< of the brightness only: smaller where the image has subsampled chroma
   double luma_share = 0;  ///< brightness's share of the colour difference; `luma2` is meaningless when this is small
 };
-EdgeBlur blur_of(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model);
-
-/// Measures an edge by the partial-area principle: the object's shares of the pixels across the edge add up to the
-/// length of the object's part. Unbiased for pixels that average over their area and for any symmetric blur narrower
-/// than the window. Where the blur is known (`model.blur2`), least squares then fits an edge of that blur to the pixels
-/// that it touches, which excludes the noise of the others. The colours of both sides are taken next to the window and
-/// extrapolated to the edge: inside by `shading`, outside by the background's slope. They are compared along the most
-/// discriminative direction in colour space, given that brightness at the rim is less certain than hue. False when
-/// there is no edge near the expected position.
-[[nodiscard]] bool measure_edge(const EdgeProfile& profile, const Edgel& edgel, const EdgeModel& model,
-                                const Shading& shading, Edge& edge);
 
 /// Estimates an image's noise from second differences of neighbouring pixels inside the object.
 class NoiseEstimator {

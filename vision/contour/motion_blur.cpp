@@ -10,10 +10,10 @@ double MotionBlur::length_px() const {
   return std::sqrt(12 * variance);
 }
 
-MotionBlur motion_blur_of(std::span<const ContourEdgel> edgels, std::span<const ContourPoint> points,
-                          std::span<const EdgeProfile> profiles) {
-  using Terms = Eigen::Matrix<double, 5, 1>;
-  Eigen::Matrix<double, 5, 5> A = Eigen::Matrix<double, 5, 5>::Zero();
+MotionBlur motion_blur_of(std::span<const ContourEdgel> edgels, std::span<const ContourPoint> points) {
+  constexpr int kTerms = 5;
+  using Terms = Eigen::Matrix<double, kTerms, 1>;
+  Eigen::Matrix<double, kTerms, kTerms> A = Eigen::Matrix<double, kTerms, kTerms>::Zero();  // its lower triangle
   Terms b = Terms::Zero();
   for (const ContourEdgel& edgel : edgels) {
     if (edgel.point < 0 || points[static_cast<size_t>(edgel.point)].weight == 0) continue;
@@ -22,8 +22,10 @@ MotionBlur motion_blur_of(std::span<const ContourEdgel> edgels, std::span<const 
     terms << m.x() * m.x(), 2 * m.x() * m.y(), m.y() * m.y(), m.x(), m.y();
     constexpr double kSharpest = -3, kMost = 8;  // px^2: outliers have little weight
     const double cosine2 = edgel.edge.cosine * edgel.edge.cosine;
-    const double blur2 = cosine2 * blur_of(profiles[edgel.profile], edgel.edge, EdgeModel()).colour2;
-    A += terms * terms.transpose();
+    const double blur2 = cosine2 * edgel.blur.colour2;
+    for (int column = 0; column < kTerms; ++column) {
+      for (int row = column; row < kTerms; ++row) A(row, column) += terms[row] * terms[column];
+    }
     b += terms * std::clamp(blur2, kSharpest, kMost);
   }
   constexpr double kRidge = 1;  // edges: where few of them fit, there is no motion

@@ -2,10 +2,12 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "numeric/trigonometry.hpp"
 #include "vision/contour/contour_covariance.hpp"
+#include "vision/contour/measure_edges.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -80,17 +82,28 @@ void SphereContourFitter::find_extents(const Blob& blob) {
   }
 }
 
-ContourPoint SphereContourFitter::contour_point(double x, double y, Along along, double sigma_px) const {
-  const Eigen::Vector2d pixel(x, y);
-  return {.ray = ray_of(camera_, pixel, middle_ray_ + d_ray_d_pixel_ * (pixel - middle_px_)),
-          .along = along,
-          .sigma_px = sigma_px};
+/// Adds a point without its ray.
+void SphereContourFitter::add_point(double x, double y, Along along, double sigma_px) {
+  points_.push_back({.ray = {0, 0}, .along = along, .sigma_px = sigma_px});
+  pixels_.emplace_back(x, y);
+}
+
+void SphereContourFitter::find_rays() {
+  rays_.clear();
+  for (const Eigen::Vector2d& pixel : pixels_) rays_.emplace_back(middle_ray_ + d_ray_d_pixel_ * (pixel - middle_px_));
+  rays_of(camera_, pixels_, rays_);
+  for (size_t k = 0; k < points_.size(); ++k) points_[k].ray = rays_[k];
+}
+
+void SphereContourFitter::clear_points() {
+  points_.clear();
+  pixels_.clear();
 }
 
 void SphereContourFitter::find_border_points() {
-  points_.clear();
+  clear_points();
   constexpr double kSigma = 0.5;  // px, standard deviation of a mask's border
-  const auto add = [this](double x, double y) { points_.push_back(contour_point(x, y, Along::kNormal, kSigma)); };
+  const auto add = [this](double x, double y) { add_point(x, y, Along::kNormal, kSigma); };
   const int row_stride = 1 + (box_.height - 1) / kMaxBorder, column_stride = 1 + (box_.width - 1) / kMaxBorder;
   for (int k = 0; k < box_.height; k += row_stride) {
     const Extent& row = rows_[static_cast<size_t>(k)];
@@ -104,51 +117,28 @@ void SphereContourFitter::find_border_points() {
     if (column.begin > 0) add(box_.x + k, column.begin - 0.5);
     if (column.end < camera_.height) add(box_.x + k, column.end - 0.5);
   }
+  find_rays();
 }
 
-void SphereContourFitter::place_edgels(const ContourPolygon& polygon, double radius_px, int most) {
-  edgels_.clear();
-  const int stride = 1 + static_cast<int>(4 * std::numbers::sqrt2 * radius_px / most);
-  double area = 0;
-  for (size_t k = 0; k < polygon.size(); ++k) {
-    const Eigen::Vector2d &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-    area += a.x() * b.y() - a.y() * b.x();
-  }
-  const int turn = area > 0 ? 1 : -1;
-  for (size_t k = 0; k < polygon.size(); ++k) {
-    const Eigen::Vector2d a = polygon[k], d = polygon[(k + 1) % polygon.size()] - a;
-    // Along rows where the contour is steep, along columns where it is flat.
-    const bool along_row = std::abs(d.y()) >= std::abs(d.x());
-    const double from = along_row ? a.y() : a.x(), way = along_row ? d.y() : d.x();
-    const double start = along_row ? a.x() : a.y(), slope = (along_row ? d.x() : d.y()) / way;
-    const int step = way > 0 ? stride : -stride;
-    // The lines in (from, from + way], in order along the contour.
-    int line = static_cast<int>(way > 0 ? std::floor(from) + 1 : std::ceil(from) - 1);
-    while (line % stride != 0) line += way > 0 ? 1 : -1;
-    for (; way > 0 ? line <= from + way : line >= from + way; line += step) {
-      ContourEdgel edgel;
-      edgel.edge = {.along_row = along_row,
-                    .line = line,
-                    .at = start + (line - from) * slope,
-                    .outward = (way > 0 ? 1 : -1) * (along_row ? turn : -turn),
-                    .cosine = 1 / std::sqrt(1 + slope * slope)};
-      edgel.edge.normal = turn * Eigen::Vector2d(d.y(), -d.x()) / d.norm();
-      edgel.part = k;
-      edgel.length = stride / edgel.edge.cosine;
-      edgel.profile = edgels_.size();
-      if (edgel.profile < profiles_.size()) edgels_.push_back(edgel);
-    }
+template <class Chosen>
+void SphereContourFitter::choose_edgels(const Chosen& chosen) {
+  which_.clear();
+  for (size_t k = 0; k < edgels_.size(); ++k) {
+    if (std::invoke(chosen, edgels_[k])) which_.push_back(static_cast<int>(k));
   }
 }
 
 void SphereContourFitter::learn_blur(const Search& search) {
+  choose_edgels([&](const ContourEdgel& edgel) {
+    return edgel.point >= 0 && points_[static_cast<size_t>(edgel.point)].weight != 0;
+  });
+  measure_blur(which_, profiles_, edgels_);
   samples_.clear();
   wider_samples_.clear();
-  for (const ContourEdgel& edgel : edgels_) {
-    if (edgel.point < 0 || points_[static_cast<size_t>(edgel.point)].weight == 0) continue;
-    const EdgeBlur blur = blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel());
-    samples_.push_back(blur.colour2);
-    if (blur.luma_share > kLumaEdge) wider_samples_.push_back(blur.colour2 - blur.luma2);
+  for (const int k : which_) {
+    const ContourEdgel& edgel = edgels_[static_cast<size_t>(k)];
+    samples_.push_back(edgel.blur.colour2);
+    if (edgel.blur.luma_share > kLumaEdge) wider_samples_.push_back(edgel.blur.colour2 - edgel.blur.luma2);
   }
   const Median colour = median_with_sigma(samples_), wider = median_with_sigma(wider_samples_);
   constexpr double kLowResolution = 0.15, kSure = 2;  // px^2, a third of what halved chroma adds; standard deviations
@@ -187,17 +177,14 @@ void SphereContourFitter::learn_sides(EdgeModel& model) {
 }
 
 void SphereContourFitter::learn_shading(const EdgeModel& model) {
-  surface_.clear();
   constexpr size_t kEnough = 64;  // edgels to sample, at most about
   const size_t stride = 1 + (edgels_.size() - 1) / kEnough;
+  which_.clear();
   for (size_t i = 0; i < edgels_.size(); i += stride) {
-    const ContourEdgel& edgel = edgels_[i];
     // Next to an occluder, the pixels inside the contour are not the ball's.
-    if (!edgel.readable || !fits_[edgel.part]) continue;
-    for (int k = EdgeProfile::kReach; k > edgel.half; k -= 2)
-      surface_.push_back(
-          {surface_normal(profiles_[edgel.profile], edgel.edge, model.radius_px, -k), profiles_[edgel.profile].at(-k)});
+    if (edgels_[i].readable && fits_[edgels_[i].part]) which_.push_back(static_cast<int>(i));
   }
+  read_surface(which_, profiles_, model.radius_px, edgels_, surface_);
   // A small contour has too few pixels to tell paint from shading; blur mixes the surface with what is around it.
   constexpr double kSharpEnough = 1, kStillEnough = 0.6;  // px^2
   const bool plain = model.radius_px < kLargeEnough || colour_blur2_ > kSharpEnough || motion_.variance > kStillEnough;
@@ -212,31 +199,46 @@ void SphereContourFitter::choose_windows(EdgeModel& model) {
   // With subsampled chroma, luma and chroma have different blurs: no single edge shape fits.
   model.blur2 = hues_blurred_ || colour_blur2_ > kWide ? -1 : std::max(0.0, colour_blur2_);
   model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
-  for (ContourEdgel& edgel : edgels_) {
-    if (!edgel.readable) continue;
-    const bool by_luma =
-        hues_blurred_ && blur_of(profiles_[edgel.profile], edgel.edge, EdgeModel()).luma_share > kLumaEdge;
+  choose_edgels(&ContourEdgel::readable);
+  if (hues_blurred_) measure_blur(which_, profiles_, edgels_);
+  for (const int k : which_) {
+    ContourEdgel& edgel = edgels_[static_cast<size_t>(k)];
+    const bool by_luma = hues_blurred_ && edgel.blur.luma_share > kLumaEdge;
     edgel.half = half(by_luma ? luma_blur2_ : colour_blur2_);
   }
 }
 
-/// Measures one edge, at the expected position or, where there is none, at the nearest one within the search's reach.
-bool SphereContourFitter::measure_edgel(const cv::Mat& bgr, const EdgeModel& model, const Search& search,
-                                        ContourEdgel& edgel, Edge& edge) {
-  EdgeProfile& profile = profiles_[edgel.profile];
-  const auto again_at = [&](double at) {
-    edgel.edge.at = at;
-    return read_profile(bgr, readable_, edgel.edge, profile) &&
-           measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
+/// Measures the edges at their expected positions or, where there is none, at the nearest one within the search's
+/// reach.
+void SphereContourFitter::find_edges(const cv::Mat& bgr, const EdgeModel& model, const Search& search) {
+  const auto measure_where = [&](const auto& chosen) {
+    choose_edgels([&](ContourEdgel& edgel) { return edgel.readable && chosen(edgel); });
+    measure_edges(which_, profiles_, model, shading_.shading(), edgels_);
   };
-  bool found = measure_edge(profile, edgel.edge, model, shading_.shading(), edge);
-  const double expected = edgel.edge.at;
-  for (int away = 1; away <= search.reach_px && !found; ++away)
-    found = again_at(expected + away) || again_at(expected - away);
-  // Centre the window on the edge.
-  for (int again = 0; again < 2 && found && std::abs(edge.at - edgel.edge.at) > 0.75; ++again)
-    found = again_at(edge.at);
-  return found;
+  /// Moves an edgel; whether its pixels can be read there.
+  const auto move = [&](ContourEdgel& edgel, double at) {
+    edgel.edge.at = at;
+    edgel.is_edge = false;
+    return read_profile(bgr, readable_, edgel.edge, profiles_[edgel.profile]);
+  };
+  measure_where([](const ContourEdgel&) { return true; });
+  for (ContourEdgel& edgel : edgels_) edgel.expected = edgel.edge.at;
+  for (int away = 1; away <= search.reach_px; ++away) {
+    for (const int side : {away, -away})
+      measure_where([&](ContourEdgel& edgel) { return !edgel.is_edge && move(edgel, edgel.expected + side); });
+  }
+  constexpr double kCentred = 0.75;  // pixels between the edge and the middle of its window
+  for (int again = 0; again < 2; ++again) {
+    measure_where([&](ContourEdgel& edgel) {
+      return edgel.is_edge && std::abs(edgel.found.at - edgel.edge.at) > kCentred && move(edgel, edgel.found.at);
+    });
+  }
+}
+
+void SphereContourFitter::find_paint(const EdgeModel& model) {
+  if (!shading_.shading().known()) return;
+  choose_edgels(&ContourEdgel::readable);
+  mark_painted(which_, profiles_, shading_.shading(), model.radius_px, shading_.most_apart(model.noise), edgels_);
 }
 
 /// Share of the contour's length whose surface is painted; `missing`: of that without an edge.
@@ -260,29 +262,29 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
   } else {
     shading_.clear();
   }
-  points_.clear();
+  find_edges(bgr, model, search);
+  find_paint(model);
+  clear_points();
   for (ContourEdgel& edgel : edgels_) {
     edgel.point = -1;
-    edgel.painted = false;
-    if (!edgel.readable || points_.size() == kMaxContourPoints) continue;
-    model.half = edgel.half;
-    Edge edge;
-    const bool found = measure_edgel(bgr, model, search, edgel, edge);
-    edgel.painted = shading_.painted(profiles_[edgel.profile], edgel, model.radius_px, model.noise);
-    if (!found) continue;
+    if (!edgel.is_edge) continue;
+    Edge& edge = edgel.found;
     // Correct for the contour's curvature: the mean of the circle's second-order term over the line's width of 1 px.
     const double cosine = edgel.edge.cosine;
     edge.at += edgel.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
     edgel.point = static_cast<int>(points_.size());
-    edgel.found = edge;
     const double of_fit2 =
         model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.shading().variance(edge.shading_terms);
     const double line = edgel.edge.line, of_paint = edgel.painted ? kPaintedEdge : 0,
                  sigma = std::sqrt(edge.sigma_px * edge.sigma_px + edge.shading_px * edge.shading_px + of_fit2 +
                                    kModelEdge * kModelEdge + of_paint * of_paint);
-    points_.push_back(edgel.edge.along_row ? contour_point(edge.at, line, Along::kRow, sigma)
-                                           : contour_point(line, edge.at, Along::kColumn, sigma));
+    if (edgel.edge.along_row) {
+      add_point(edge.at, line, Along::kRow, sigma);
+    } else {
+      add_point(line, edge.at, Along::kColumn, sigma);
+    }
   }
+  find_rays();
 }
 
 SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search,
@@ -302,7 +304,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
     const auto polygon = polygon_of(fit->cone, camera_);
     const double radius_px = fit->cone.sine() * focal;
     if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return Verdict::kNothing;
-    place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels);
+    place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels, edgels_);
     model.radius_px = radius_px;
     measure_edgels(bgr, pass > 0, search, model);
     RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
@@ -311,7 +313,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
     learn_parts();
     if (pass == kPasses - 1) break;
     learn_blur(search);
-    motion_ = motion_blur_of(edgels_, points_, profiles_);
+    motion_ = motion_blur_of(edgels_, points_);
   }
   describe(*fit, model.noise, result);
   result.motion_px = motion_.length_px();

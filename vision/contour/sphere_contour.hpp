@@ -77,10 +77,14 @@ class SphereContourFitter {
 
   void find_extents(const Blob& blob);
   void find_border_points();
-  ContourPoint contour_point(double x, double y, ContourPoint::Along along, double sigma_px) const;
-  void place_edgels(const ContourPolygon& polygon, double radius_px, int most);
+  void add_point(double x, double y, ContourPoint::Along along, double sigma_px);
+  void find_rays();
+  void clear_points();
+  template <class Chosen>
+  void choose_edgels(const Chosen& chosen);
   void choose_windows(EdgeModel& model);
-  bool measure_edgel(const cv::Mat& bgr, const EdgeModel& model, const Search& search, ContourEdgel& edgel, Edge& edge);
+  void find_edges(const cv::Mat& bgr, const EdgeModel& model, const Search& search);
+  void find_paint(const EdgeModel& model);
   void measure_edgels(const cv::Mat& bgr, bool refined, const Search& search, EdgeModel& model);
   void learn_sides(EdgeModel& model);
   void learn_blur(const Search& search);
@@ -106,9 +110,11 @@ class SphereContourFitter {
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box
   Eigen::Matrix2d d_ray_d_pixel_;           // at the box's middle
   std::vector<ContourEdgel> edgels_;        // in order along the contour
+  std::vector<int> which_;                  // indices of chosen edgels
   std::vector<EdgeProfile> profiles_ = std::vector<EdgeProfile>(kMaxContourPoints);
   std::vector<ContourPoint> points_;
-  std::vector<SurfaceColour> surface_;  // colours that the shading is fitted to
+  std::vector<Eigen::Vector2d> pixels_, rays_;  // of the points
+  std::vector<SurfaceColour> surface_;          // colours that the shading is fitted to
   SurfaceShading shading_;
   std::array<bool, kContourCorners> fits_;  // sides of the polygon where most edges fitted in the last pass
   // Variance of the blur across the edges, px^2: of the colour, and of the brightness only.
