@@ -11,7 +11,7 @@ constexpr int64_t kPrefetchDepth = 24;  // messages decoded ahead; some 300 MB w
 
 PrefetchingVisionNode::PrefetchingVisionNode(const ReplayOptions& options)
     : vision_(*options.vision), session_(options.session, options.from, false) {
-  for (int i = 0; i < options.threads; ++i) {
+  for (int i = 1; i < options.threads; ++i) {  // besides the caller's
     threads_.emplace_back([this] {
       try {
         work();

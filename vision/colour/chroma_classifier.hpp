@@ -1,10 +1,28 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "vision/colour/colour_model.hpp"
 
 namespace multireach::vision {
+
+/// What a pixel is compared with: a colour model for given white-balance gains.
+struct ChromaTest {
+  struct Component {
+    double u, v;        // mean
+    double uu, uv, vv;  // covariance
+    double handicap;  // log det - 2 log weight, added to the squared distance gives -2 log likelihood up to a constant
+    Rgb colour;       // mean colour at Y = 1
+  };
+  std::vector<Component> object, background;
+  WhiteBalanceGains gains;
+  double min_luma, max_luma;
+  double tolerance2;        // squared
+  double variance;          // of a pixel's noise, grey levels^2
+  double largest_variance;  // of Y times U or V from it
+};
 
 /// A colour model for given white-balance gains, prepared for classifying many pixels.
 class ChromaClassifier {
@@ -14,6 +32,8 @@ class ChromaClassifier {
 
   void set_gains(const WhiteBalanceGains& gains);
   bool contains(const Rgb& pixel) const;
+  /// The same for 32 pixels of these blues, in SIMD lanes; one bit for each. Does not depend on the instruction set.
+  uint32_t contains(double red, double green, const std::array<double, 32>& blues) const;
   /// The colour that an object pixel (neither clipped nor black) would have in the light in which the model was
   /// learned: the mean of the nearest component at the pixel's brightness.
   Rgb expected(const Rgb& pixel) const;
@@ -22,28 +42,7 @@ class ChromaClassifier {
   double deviation(const Rgb& colour) const;
 
  private:
-  struct Component {
-    double u, v;        // mean
-    double uu, uv, vv;  // covariance
-    double handicap;    // log det - 2 log weight, added to distance2 gives -2 log likelihood up to a constant
-    Rgb colour;         // mean colour at Y = 1
-  };
-  /// Chroma of a pixel with its covariance.
-  struct Chroma {
-    double u, v, uu, uv, vv;
-  };
-  /// Squared Mahalanobis distance; the covariances of the component and of the chroma add up.
-  static double distance2(const Component& component, const Chroma& chroma);
-  static Component component_of(const ChromaComponent& component);
-  Chroma chroma_of_pixel(double r, double g, double b) const;
-  bool may_fit(const Component& component, const Rgb& pixel) const;
-  bool fits(const Component& component, Rgb pixel) const;
-  Rgb unclipped(const Component& component, const Rgb& pixel) const;
-
-  ColourModel model_;
-  WhiteBalanceGains gains_;
-  std::vector<Component> object_, background_;
-  double tolerance2_, variance_, largest_variance_;
+  ChromaTest test_;
 };
 
 }  // namespace multireach::vision

@@ -58,14 +58,10 @@ ColourTable::ColourTable(const ColourModel& model, const WhiteBalanceGains& gain
     : ColourTable(ChromaClassifier(model, gains)) {}
 
 ColourTable::ColourTable(const ChromaClassifier& test) : ColourTable() {
-  for (int r = 0; r < kCodes; ++r) {
-    for (int g = 0; g < kCodes; ++g) {
-      uint32_t row = 0;
-      for (int b = 0; b < kCodes; ++b) {
-        if (test.contains({middle_of(r), middle_of(g), middle_of(b)})) row |= 1U << b;
-      }
-      rows_[static_cast<size_t>(r) << 5 | static_cast<size_t>(g)] = row;
-    }
+  std::array<double, kCodes> middles;
+  for (int code = 0; code < kCodes; ++code) middles[static_cast<size_t>(code)] = middle_of(code);
+  for (size_t r = 0; r < kCodes; ++r) {
+    for (size_t g = 0; g < kCodes; ++g) rows_[r << 5 | g] = test.contains(middles[r], middles[g], middles);
   }
   find_boxes();
 }
