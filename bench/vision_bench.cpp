@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 #include <turbojpeg.h>
 
+#include <array>
 #include <map>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
@@ -12,6 +13,7 @@
 #include "numeric/instruction_set.hpp"
 #include "runtime/channels.hpp"
 #include "vision/colour/find.hpp"
+#include "vision/contour/sphere_contour.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
@@ -86,6 +88,31 @@ void prepare_class(benchmark::State& state, size_t components, size_t background
     model.background.push_back({{0.1 * static_cast<double>(i), 0.1}, 0.02 * Eigen::Matrix2d::Identity()});
   }
   for (auto _ : state) benchmark::DoNotOptimize(vision::ColourTable(model, {1.1, 0.9}));
+}
+
+/// Fits the contours of the ball in both JPEGs (q 90), decoded before.
+void fit_contours(benchmark::State& state, int width, int height) {
+  ImageCodec codec;
+  const vision::ColourTable colours(model_of(ball_colours()));
+  vision::SphereContourFitter fitter(camera(width, height));
+  std::array<cv::Mat, 2> images;
+  std::array<vision::Blob, 2> blobs;
+  for (size_t k = 0; k < 2; ++k) {
+    const std::vector<uint8_t> jpeg = codec.encode_jpeg(scene(width, height, k), 90);
+    if (!codec.decode({.width = width, .height = height, .format = PixelFormat::kMjpeg, .data = jpeg}, images[k]))
+      state.SkipWithError("not decoded");
+    vision::BlobFinder finder;
+    const vision::FoundBlobs found = finder.find(images[k], {0, 0, width, height}, colours);
+    if (found.blobs.size() != 1) return state.SkipWithError("not one blob");
+    blobs[k] = found.blobs[0];
+  }
+  const cv::Rect whole(0, 0, width, height);
+  for (auto _ : state) {
+    for (size_t k = 0; k < 2; ++k) {
+      if (fitter.fit(images[k], blobs[k], whole, true).kind != vision::SphereContour::Kind::kEdges)
+        state.SkipWithError("no contour");
+    }
+  }
 }
 
 /// Decodes two JPEGs of quality 90 in one thread: the share of the vision stage's time spent on decoding.
@@ -190,6 +217,7 @@ void register_all() {
     benchmark::RegisterBenchmark(("pair_to_target/" + size).c_str(), pair_to_target, width, height, false)->Unit(kUnit);
     benchmark::RegisterBenchmark(("pair_to_target_when_lost/" + size).c_str(), pair_to_target, width, height, true)
         ->Unit(kUnit);
+    benchmark::RegisterBenchmark(("fit_contours/" + size).c_str(), fit_contours, width, height)->Unit(kUnit);
     benchmark::RegisterBenchmark(("sum_of_bytes/" + size).c_str(), memory, width, height)->Unit(kUnit);
   }
   benchmark::RegisterBenchmark("prepare_class/1+0", prepare_class, 1, 0)->Unit(kUnit);

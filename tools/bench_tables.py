@@ -66,6 +66,7 @@ def vision_times():
     times("find in a quarter-size window", "find_in_window/{}")
     times("OpenCV: HSV, inRange, open, findContours", "opencv_find/{}")
     times("turbojpeg alone: decode two JPEGs (q 90)", "turbojpeg_pair/{}")
+    times("fitting the contour of the ball in both", "fit_contours/{}", "turbojpeg_pair/{}", "turbojpeg alone")
     times("message with these two JPEGs to `TARGET`, tracked", "pair_to_target/{}", "turbojpeg_pair/{}", "turbojpeg alone")
     times("the same, target lost before every pair", "pair_to_target_when_lost/{}", "turbojpeg_pair/{}", "turbojpeg alone")
 
