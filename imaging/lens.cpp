@@ -1,5 +1,7 @@
 #include "imaging/lens.hpp"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "imaging/lens.cpp"
 #include <hwy/foreach_target.h>
@@ -13,10 +15,11 @@ namespace HWY_NAMESPACE {
 
 #include "imaging/lens.inl.hpp"
 
-/// Newton steps from x and y, the rays of pixels nearby, to the rays of the pixels px and py.
-void refine_rays(const CameraModel& camera, const Row& px, const Row& py, Row& x, Row& y) {
+/// Newton steps from x and y, the rays of pixels nearby, to the rays of the pixels px and py, in the first `count`
+/// lanes.
+void refine_rays(const CameraModel& camera, int count, const Row& px, const Row& py, Row& x, Row& y) {
   constexpr int kSteps = 20;  // three or four suffice from a start nearby
-  for (int first = 0; first < kRowLanes; first += kWidth) {
+  for (int first = 0; first < count; first += kWidth) {
     const Lanes target_x = load(px, first), target_y = load(py, first);
     Lanes ray_x = load(x, first), ray_y = load(y, first);
     LanesMask open = !no_lane();
@@ -68,7 +71,7 @@ void rays_of(const CameraModel& camera, std::span<const Eigen::Vector2d> pixels,
       x.lane[to] = rays[from].x();
       y.lane[to] = rays[from].y();
     }
-    HWY_DYNAMIC_DISPATCH(refine_rays)(camera, px, py, x, y);
+    HWY_DYNAMIC_DISPATCH(refine_rays)(camera, static_cast<int>(count), px, py, x, y);
     for (size_t lane = 0; lane < count; ++lane) rays[begin + lane] = {x.lane[lane], y.lane[lane]};
   }
 }

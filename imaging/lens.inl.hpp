@@ -1,4 +1,4 @@
-// Include inside a namespace that has lanes.hpp's functions for Lanes.
+// Include inside a namespace, after camera_model.hpp. `Lanes` is double or SIMD lanes.
 
 /// image_of(): the pixel, and its derivative with respect to the direction (x, y), by rows.
 template <class Lanes>

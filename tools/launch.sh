@@ -100,7 +100,7 @@ check_options() {
   fi
   [ -z "$camera" ] || [ "$installed" = no ] || [ -x "$bin/multireach-camera" ] ||
     fail "the program multireach-camera is not installed; it is in the Debian package multireach-camera" 1
-  [ -n "$camera$session" ] || [ "$role" = robot ] || [ "$(readlink -f "$robot")" = "$(readlink -f "$root/robots/hoap2")" ] ||
+  [ -n "$camera$session" ] || [ "$role" = robot ] || [ "$robot" -ef "$root/robots/hoap2" ] ||
     fail "--robot: '$robot' has no scene.yaml; expected --camera, e.g. --camera 'device --left 0 --right 2', or --session FILE"
   : "${session:=$root/logs/reach.lcm}"
   [ -n "$camera" ] || [ -r "$session" ] || fail "--session: '$session' cannot be read"
@@ -243,6 +243,7 @@ make_folder() {
   (cd "$robot" && pwd) >"$work/robot"
   trap clean_up EXIT
   trap 'interrupted=yes' INT TERM HUP
+  trap '' TSTP  # Ctrl-Z would leave the robot moving without this script
 }
 
 keep_folder=no  # while it holds a recording that is not merged
@@ -421,7 +422,8 @@ report() {
   return $code
 }
 
-# Without a trap, bash forgets a Ctrl-C that comes while a command runs that then ends as if there had been none.
+# Without a trap, bash ignores Ctrl-C when the command that it waits for ends as usual. With one, no command may have two substitutions
+# $(): in bash 5.2, a trap that runs between them is a syntax error.
 trap 'exit 130' INT
 read_options "$@"
 check_options

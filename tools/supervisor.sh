@@ -24,9 +24,9 @@ start() {
   parts[$name]=$((${parts[$name]:--1} + 1))
   command_of "$name" "${parts[$name]}"
   [[ $name != *_log ]] || signal=INT
-  local run=(setsid setpriv --pdeathsig "$signal" -- "${command[@]}")
+  local run=(setpriv --pdeathsig "$signal" -- setsid "${command[@]}")
   if [ "$name" = view ]; then  # writes to this terminal
-    "${run[@]}" 2> >(grep --line-buffered -v '\[info\]' >&2) {lock}>&- &
+    "${run[@]}" 2> >(setsid grep --line-buffered -v '\[info\]' >&2) {lock}>&- &
   else
     "${run[@]}" >>"$work/$name.out" 2>>"$work/$name.err" {lock}>&- &
   fi
@@ -43,7 +43,7 @@ stop() {
   for name in "$@"; do
     [ -n "${pids[$name]:-}" ] || continue
     for _ in $(seq 125); do kill -0 "${pids[$name]}" 2>/dev/null || break; sleep 0.02; done
-    # Without `wait`: after Ctrl-C, when this script and many processes get a signal at once, bash 5.2 may wait for one that is gone.
+    # Without `wait`: bash 5.2 may wait for one that is gone.
     disown "${pids[$name]}" 2>/dev/null
     kill -KILL "${pids[$name]}" 2>/dev/null
     while kill -0 "${pids[$name]}" 2>/dev/null; do sleep 0.02; done

@@ -10,7 +10,7 @@ ln -s "$root/robots" "$root/logs" "$work/tree/"
 mkdir "$work/tree/tools"
 cp "$root"/tools/*.sh "$work/tree/tools/"
 
-for signal in INT TERM KILL; do
+for signal in INT TERM HUP KILL; do
   # A shell lets what it puts in the background ignore Ctrl-C; a terminal does not.
   env --default-signal=INT setsid "$work/tree/tools/launch.sh" --no-setup 2>"$work/launch.err" >/dev/null & script=$!
   sleep 6
@@ -32,6 +32,8 @@ for seconds in 0.05 0.1 0.2 0.3 0.6 1 1.5 2 2.5 3 4; do
   wait $script
   code=$?
   [ $code -eq 130 ] || failed "exit code $code after Ctrl-C, $seconds s after the start: $(cat "$work/launch.err")"
+  for _ in $(seq 20); do [ "$(left_over)" -eq 0 ] && break; sleep 0.1; done
+  [ "$(left_over)" -eq 0 ] || failed "after Ctrl-C, $seconds s after the start, still running: $(pgrep -af "$work/")"
   grep -q 'started again' "$work/launch.err" && failed "after Ctrl-C, $seconds s after the start: $(cat "$work/launch.err")"
 done
 finish

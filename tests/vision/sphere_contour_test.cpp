@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -391,7 +392,7 @@ SurfaceColour surface_colour(const Eigen::Vector3d& normal, const Eigen::Vector3
   const std::array<double, SurfaceColour::kNumbers> numbers = {
       1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1, bgr.x(), bgr.y(), bgr.z()};
   SurfaceColour colour;
-  for (size_t k = 0; k < numbers.size(); ++k) colour[static_cast<int>(k)] = numbers[k];
+  std::ranges::copy(numbers, colour.numbers.begin());
   return colour;
 }
 

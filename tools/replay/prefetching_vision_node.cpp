@@ -1,5 +1,7 @@
 #include "tools/replay/prefetching_vision_node.hpp"
 
+#include <algorithm>
+
 #include "runtime/channels.hpp"
 
 namespace multireach {
@@ -11,7 +13,8 @@ constexpr int64_t kPrefetchDepth = 24;  // messages decoded ahead; some 300 MB w
 
 PrefetchingVisionNode::PrefetchingVisionNode(const ReplayOptions& options)
     : vision_(*options.vision), session_(options.session, options.from, false) {
-  for (int i = 1; i < options.threads; ++i) {  // besides the caller's
+  const int threads = std::max(1, options.threads - 1);  // one of them runs the loop
+  for (int i = 0; i < threads; ++i) {
     threads_.emplace_back([this] {
       try {
         work();

@@ -30,7 +30,7 @@ struct ReplayOptions {
   RobotConfig config;
   std::optional<VisionConfig> vision;  ///< needed to replay from images
   double until_s = 1e9;                ///< end, seconds after the session's first input
-  int threads = 1;                     ///< 2 or more: images are decoded in parallel
+  int threads = 1;                     ///< one runs the loop, the others decode images ahead of it
 };
 
 /// The result of a replay.

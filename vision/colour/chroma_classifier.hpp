@@ -9,7 +9,7 @@
 namespace multireach::vision {
 
 /// What a pixel is compared with: a colour model for given white-balance gains.
-struct ChromaTest {
+struct ChromaCriterion {
   struct Component {
     double u, v;        // mean
     double uu, uv, vv;  // covariance
@@ -19,9 +19,9 @@ struct ChromaTest {
   std::vector<Component> object, background;
   WhiteBalanceGains gains;
   double min_luma, max_luma;
-  double tolerance2;        // squared
+  double tolerance2;        // square of the largest Mahalanobis distance
   double variance;          // of a pixel's noise, grey levels^2
-  double largest_variance;  // of Y times U or V from it
+  double largest_variance;  // bound of the variance that this noise gives to Y times U and to Y times V
 };
 
 /// A colour model for given white-balance gains, prepared for classifying many pixels.
@@ -32,7 +32,8 @@ class ChromaClassifier {
 
   void set_gains(const WhiteBalanceGains& gains);
   bool contains(const Rgb& pixel) const;
-  /// The same for 32 pixels of these blues, in SIMD lanes; one bit for each. Does not depend on the instruction set.
+  /// The same for the pixels of 32 blues, in SIMD lanes: bit k tells it for blues[k]. Does not depend on the
+  /// instruction set.
   uint32_t contains(double red, double green, const std::array<double, 32>& blues) const;
   /// The colour that an object pixel (neither clipped nor black) would have in the light in which the model was
   /// learned: the mean of the nearest component at the pixel's brightness.
@@ -42,7 +43,7 @@ class ChromaClassifier {
   double deviation(const Rgb& colour) const;
 
  private:
-  ChromaTest test_;
+  ChromaCriterion criterion_;
 };
 
 }  // namespace multireach::vision

@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "numeric/random.hpp"
-#include "numeric/trigonometry.hpp"
 #include "vision/contour/contour_directions.hpp"
 
 namespace multireach::vision {
@@ -110,15 +110,15 @@ WeightedSums sum_up(const ContourDirections& directions, const PointWeights& wei
   for (int i = 0; i < directions.count(); ++i) {
     if (weights.weight[i] == 0) continue;
     const Eigen::Vector3d e = directions.direction(i);
-    const double w = weights.of_point[i];
+    const double w = weights.by_sigma[i];
     const Symmetric square{{e.x() * e.x(), e.x() * e.y(), e.x() * e.z(), e.y() * e.y(), e.y() * e.z(), e.z() * e.z()}};
     A.add(w, square);
-    G.add(weights.of_slope[i], square);
+    G.add(weights.by_slope[i], square);
     x += w * e.x();
     y += w * e.y();
     z += w * e.z();
     sums.psi2 += weights.psi2[i];
-    sums.slope_of_psi += weights.psi_slope[i];
+    sums.slope_of_psi += weights.psi_derivative[i];
     sums.points += weights.weight[i];
   }
   sums.A = A;
@@ -127,15 +127,15 @@ WeightedSums sum_up(const ContourDirections& directions, const PointWeights& wei
   return sums;
 }
 
-/// Tells the points their weights, residuals and pulls.
-void tell(const ContourDirections& directions, const PointWeights& weights, const PointNumbers& residuals_px,
-          const PointNumbers& slopes, std::span<ContourPoint> points) {
+/// Sets the weights, residuals and pulls of the points.
+void store_results(const ContourDirections& directions, const PointWeights& weights, const PointNumbers& residuals_px,
+                   const PointNumbers& slopes, std::span<ContourPoint> points) {
   for (int i = 0; i < directions.count(); ++i) {
     ContourPoint& point = points[static_cast<size_t>(i)];
     point.weight = weights.weight[i];
     point.residual_px = residuals_px[i];
     point.pull.setZero();
-    if (point.weight != 0) point.pull = -weights.of_point[i] * slopes[i] * directions.direction(i);
+    if (point.weight != 0) point.pull = -weights.by_sigma[i] * slopes[i] * directions.direction(i);
   }
 }
 
@@ -144,6 +144,7 @@ void tell(const ContourDirections& directions, const PointWeights& weights, cons
 std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Matrix2d& d_ray_d_pixel,
                                 const RobustFit& options, const ContourCone* start) {
   if (points.size() < 5) return std::nullopt;
+  points = points.first(std::min<size_t>(points.size(), kMaxContourPoints));
   ContourDirections directions;
   directions.set(points, d_ray_d_pixel);
   const int count = directions.count();
@@ -182,7 +183,7 @@ std::optional<ConeFit> fit_cone(std::span<ContourPoint> points, const Eigen::Mat
     if (!is_cone(n)) return std::nullopt;
     // A slope converts the step to pixels; the slopes of one contour are nearly equal, so the first one serves.
     if (round < kRounds - 1 && (n - before).norm() > kConverged * std::abs(slopes[0])) continue;
-    tell(directions, weights, residuals_px, slopes, points);
+    store_results(directions, weights, residuals_px, slopes, points);
     fit.covariance = A.inverse();
     fit.geometry = (sums.G.matrix() / fit.points).inverse();
     // The asymptotic variance of an M-estimator (Huber, Robust Statistics, Sect. 7.6), relative to the sum of

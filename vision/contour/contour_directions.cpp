@@ -101,14 +101,14 @@ void weigh_rows(int count, const PointNumbers& residuals_px, const PointNumbers&
   for_lanes(count, [&](int block, int first) {
     const Lanes residual = load(residuals_px.row(block), first), sigma = load(sigmas_px.row(block), first);
     const Lanes slope = load(slopes.row(block), first), z = residual / sigma, t = z / reach;
-    const Lanes beside = 1.0 - t * t;
+    const Lanes rest = 1.0 - t * t;
     const LanesMask counts = (absolute(t) < 1.0) & (absolute(residual) < largest_px);
-    const Lanes weight = where(counts, beside * beside, 0.0), slope2 = slope * slope;
+    const Lanes weight = where(counts, rest * rest, 0.0), slope2 = slope * slope;
     store(weight, weights.weight.row(block), first);
-    store(weight / (slope2 * sigma * sigma), weights.of_point.row(block), first);
-    store(weight / slope2, weights.of_slope.row(block), first);
+    store(weight / (slope2 * sigma * sigma), weights.by_sigma.row(block), first);
+    store(weight / slope2, weights.by_slope.row(block), first);
     store(weight * weight * z * z, weights.psi2.row(block), first);
-    store(beside * (1.0 - 5.0 * t * t), weights.psi_slope.row(block), first);
+    store(rest * (1.0 - 5.0 * t * t), weights.psi_derivative.row(block), first);
   });
 }
 

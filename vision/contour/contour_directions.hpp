@@ -18,6 +18,7 @@ class PointNumbers {
   const Row& row(int block) const { return rows_[static_cast<size_t>(block)]; }
 
  private:
+  static_assert(kMaxContourPoints % kRowLanes == 0);
   std::array<Row, kMaxContourPoints / kRowLanes> rows_;
 };
 
@@ -42,7 +43,7 @@ class ContourDirections {
   /// n along it, pixels.
   void compare(const Eigen::Vector3d& n, PointNumbers& slopes, PointNumbers& distances_px) const;
   /// Sum over the points of the squared distance of the cone n, in units of `gate_px` and at most 1 for each; stops
-  /// where it exceeds `most`.
+  /// soon after it exceeds `most`.
   double cost(const Eigen::Vector3d& n, double gate_px, double most) const;
 
  private:
@@ -50,14 +51,16 @@ class ContourDirections {
   int count_ = 0;
 };
 
-/// A point's part in a step of iteratively reweighted least squares, for a residual and standard deviation in pixels.
+/// The points' parts in a step of iteratively reweighted least squares.
 struct PointWeights {
-  PointNumbers weight;     ///< Tukey's biweight, zero beyond `reach` sigmas and `largest_px`
-  PointNumbers of_point;   ///< weight / (slope sigma)^2
-  PointNumbers of_slope;   ///< weight / slope^2
-  PointNumbers psi2;       ///< the square of Tukey's psi
-  PointNumbers psi_slope;  ///< its derivative
+  PointNumbers weight;          ///< Tukey's biweight, zero beyond `reach` sigmas and `largest_px`
+  PointNumbers by_sigma;        ///< weight / (slope sigma)^2
+  PointNumbers by_slope;        ///< weight / slope^2
+  PointNumbers psi2;            ///< the square of Tukey's psi
+  PointNumbers psi_derivative;  ///< the derivative of psi, where the weight is not 0
 
+  /// From the points' distances from a cone, the slopes of ContourDirections::compare() and the standard deviations of
+  /// the points. These must be positive in all lanes of the last block, also in those without a point.
   void set(int count, const PointNumbers& residuals_px, const PointNumbers& sigmas_px, const PointNumbers& slopes,
            double reach, double largest_px);
 };

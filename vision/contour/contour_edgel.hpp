@@ -17,15 +17,16 @@ struct ContourEdgel {
   size_t profile = 0;     ///< index among the profiles
   bool readable = false;  ///< its profile lies inside the image
   bool painted = false;   ///< the surface beside it has another colour than most of it
-  int half = 2;           ///< of the window, see EdgeModel
+  int half = 2;           ///< the window is 2 half + 1 pixels wide, at most EdgeModel::kWidestHalf
   bool is_edge = false;   ///< there is an edge, `found`
   Edge found;
-  EdgeBlur blur;   ///< valid where the edge fits the contour
+  EdgeBlur blur;   ///< set by measure_blur()
   int point = -1;  ///< index among the contour's points; -1: no edge found
 };
 
 /// Sets `edgels`, in order along the contour, to where a polygon crosses rows (where it is steep) and columns (where it
-/// is flat): every row or column, or every second, third ... of a contour with more than about `most`.
+/// is flat): every row or column, or every second, third ... of a contour with more than about
+/// `most`; at most kMaxContourPoints of them.
 void place_edgels(const ContourPolygon& polygon, double radius_px, int most, std::vector<ContourEdgel>& edgels);
 
 }  // namespace multireach::vision

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "numeric/rows.hpp"
@@ -15,8 +16,8 @@ struct EdgeBlock {
   Row at, middle, outward, along_row, cosine, normal_x, normal_y;
   std::array<std::array<Row, 3>, 2 * EdgeProfile::kReach + 1> bgr;  ///< from inside to outside
 
-  // What measure_edges() computes of the lanes whose bit is set in `marked`.
-  uint32_t marked = 0;
+  uint32_t marked = 0;  ///< a bit for each lane that has an edge (measure_edges), or paint (mark_painted)
+  // What measure_edges() computes where there is an edge.
   Row found_at, sigma_px, shading_px;
   std::array<Row, Shading::kTerms> shading_terms;
   std::array<Row, 3> shading_gain;
@@ -24,8 +25,9 @@ struct EdgeBlock {
   Row colour_blur2, luma_blur2, luma_share;  ///< what measure_blur() computes
 
   /// What read_surface() computes: the terms of the surface's normals at every second pixel, from the innermost.
-  static constexpr int surface_pixel(size_t i) { return EdgeProfile::kReach - 2 * static_cast<int>(i); }
-  std::array<std::array<Row, Shading::kTerms>, 3> surface_terms;
+  std::array<std::array<Row, Shading::kTerms>, EdgeProfile::kReach / 2> surface_terms;
+  /// How far inside of the middle one the pixel of surface_terms[i] is.
+  static constexpr int pixels_inside(size_t i) { return EdgeProfile::kReach - 2 * static_cast<int>(i); }
 
   void set(int lane, const Edgel& edgel, const EdgeProfile& profile) {
     at[lane] = edgel.at;
@@ -54,9 +56,9 @@ struct EdgeBlock {
   }
   SurfaceColour surface_colour(size_t i, int lane) const {
     SurfaceColour colour;
-    for (int k = 0; k < Shading::kTerms; ++k) colour[k] = surface_terms[i][static_cast<size_t>(k)][lane];
-    const auto& pixel = bgr[static_cast<size_t>(EdgeProfile::kReach - surface_pixel(i))];
-    for (int k = 0; k < 3; ++k) colour[Shading::kTerms + k] = pixel[static_cast<size_t>(k)][lane];
+    for (size_t k = 0; k < Shading::kTerms; ++k) colour.numbers[k] = surface_terms[i][k][lane];
+    const auto& pixel = bgr[static_cast<size_t>(EdgeProfile::kReach - pixels_inside(i))];
+    for (size_t k = 0; k < 3; ++k) colour.numbers[Shading::kTerms + k] = pixel[k][lane];
     return colour;
   }
   Edge edge(int lane) const {

@@ -52,7 +52,8 @@ HWY_INLINE Terms terms_of(const std::array<Lanes, 3>& n) {
   return {1.0, x, y, z, x * y, x * z, y * z, x * x - y * y, 3.0 * z * z - 1.0};
 }
 
-/// Shading::colour().
+/// Shading::colour(). The sums of this file and of discriminant() have the order that Eigen gives them on two lanes:
+/// another one changes the last bits of every position.
 HWY_INLINE Colour colour_of(const Shading& shading, const Terms& t) {
   const auto channel = [&](int k) -> Lanes {
     const double* c = shading.coefficients(k);

@@ -1,14 +1,10 @@
 #include "vision/contour/edge_profile.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace multireach::vision {
-namespace {
-
-constexpr int kSide = EdgeModel::kSide;
-
-}  // namespace
-
 bool read_profile(const cv::Mat& image, const cv::Rect& readable, const Edgel& edgel, EdgeProfile& profile) {
   constexpr int kReach = EdgeProfile::kReach;
   const cv::Point begin = readable.tl(), end = readable.br();
@@ -29,8 +25,8 @@ bool read_profile(const cv::Mat& image, const cv::Rect& readable, const Edgel& e
   return true;
 }
 
-Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model) {
-  return (profile.at(model.half + kSide) - profile.at(model.half + 1)) / (kSide - 1);
+Eigen::Vector3d outside_slope(const EdgeProfile& profile, int half) {
+  return (profile.at(half + EdgeModel::kSide) - profile.at(half + 1)) / (EdgeModel::kSide - 1);
 }
 
 void NoiseEstimator::add(const EdgeProfile& profile) {

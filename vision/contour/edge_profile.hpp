@@ -1,9 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <opencv2/core.hpp>
 
 #include "vision/contour/shading.hpp"
@@ -45,18 +43,19 @@ struct EdgeProfile {
 
 /// Parameters common to all edges of one contour.
 struct EdgeModel {
-  static constexpr int kSide = 3;  ///< pixels on each side of the window that give that side's colour
-  int half = 2;                    ///< the window is 2 half + 1 pixels wide, at most 7
-  double noise = 2;                ///< standard deviation of a pixel's independent noise, grey levels
-  double radius_px = 1e3;          ///< of the contour
-  double outside_slope2 = 0;       ///< variance of the background's slope, grey levels^2 per pixel^2
-  double blur2 = -1;               ///< variance of the blur across the edges, px^2; negative: not known
-  double chroma_error = 0;         ///< chroma error next to an edge, relative to the colour difference of both sides
-  double shading_error = 0.15;     ///< relative error of the object's predicted brightness at its rim
+  static constexpr int kSide = 3;        ///< pixels on each side of the window that give that side's colour
+  static constexpr int kWidestHalf = 3;  ///< a window has 2 half + 1 pixels; half is 1 at least
+  static_assert(kWidestHalf + kSide <= EdgeProfile::kReach);
+  double noise = 2;             ///< standard deviation of a pixel's independent noise, grey levels
+  double radius_px = 1e3;       ///< of the contour
+  double outside_slope2 = 0;    ///< variance of the background's slope, grey levels^2 per pixel^2
+  double blur2 = -1;            ///< variance of the blur across the edges, px^2; negative: not known
+  double chroma_error = 0;      ///< chroma error next to an edge, relative to the colour difference of both sides
+  double shading_error = 0.15;  ///< relative error of the object's predicted brightness at its rim
 };
 
-/// Slope of the background's colour per pixel, from the pixels outside the window.
-Eigen::Vector3d outside_slope(const EdgeProfile& profile, const EdgeModel& model);
+/// Slope of the background's colour per pixel, from the pixels outside a window of 2 half + 1 pixels.
+Eigen::Vector3d outside_slope(const EdgeProfile& profile, int half);
 
 /// A measured edge.
 struct Edge {

@@ -1,7 +1,6 @@
 #include "vision/contour/measure_edges.hpp"
 
 #include <array>
-#include <cmath>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "vision/contour/measure_edges.cpp"
@@ -49,7 +48,7 @@ class Coverage {
 
 /// The object's share of each pixel in a window, and the derivative of the edge position with respect to each share.
 struct Window {
-  static constexpr int kMost = 7;
+  static constexpr int kMost = 2 * EdgeModel::kWidestHalf + 1;
   int half;
   std::array<Lanes, kMost> share, influence;
 
@@ -70,7 +69,7 @@ struct Window {
     constexpr int kSteps = 3;
     constexpr double kLeast = 0.1;
     Lanes at = position;
-    LanesMask fits = at == at;
+    LanesMask fits = !no_lane();
     std::array<Lanes, kMost> slopes;
     for (int step = 0; step < kSteps; ++step) {
       Lanes squares = 0.0, sum = 0.0;
@@ -294,7 +293,7 @@ void find_surface_block(double radius_px, EdgeBlock& block) {
   for (int first = 0; first < block.count; first += kWidth) {
     const EdgeLanes edge(block, first);
     for (size_t i = 0; i < block.surface_terms.size(); ++i) {
-      const Terms terms = terms_of(edge.surface_normal(radius_px, Lanes(-EdgeBlock::surface_pixel(i))));
+      const Terms terms = terms_of(edge.surface_normal(radius_px, Lanes(-EdgeBlock::pixels_inside(i))));
       for (size_t k = 0; k < terms.size(); ++k) store(terms[k], block.surface_terms[i][k], first);
     }
   }
@@ -362,8 +361,8 @@ void for_blocks(const BlockPixels& pixels, std::span<const int> which, std::span
 template <class Compute, class Take>
 void for_blocks(bool inside, std::span<const int> which, std::span<const EdgeProfile> profiles,
                 std::span<ContourEdgel> edgels, const Compute& compute, const Take& take) {
-  constexpr int kWidest = 3, kSide = EdgeModel::kSide;
-  for (int half = 1; half <= kWidest; ++half) {
+  constexpr int kSide = EdgeModel::kSide;
+  for (int half = 1; half <= EdgeModel::kWidestHalf; ++half) {
     const auto chosen = [half](const ContourEdgel& edgel) { return edgel.half == half; };
     const BlockPixels pixels = {half, -half - kSide, inside ? -half : half + kSide + 1};
     for_blocks(pixels, which, profiles, edgels, chosen, compute, take);
@@ -376,8 +375,10 @@ void measure_edges(std::span<const int> which, std::span<const EdgeProfile> prof
                    const Shading& shading, std::span<ContourEdgel> edgels) {
   for_blocks(
       false, which, profiles, edgels,
-      [&](EdgeBlock& block) { HWY_DYNAMIC_DISPATCH(measure_block)
-                              (model, shading, block); },
+      [&](EdgeBlock& block) {
+        HWY_DYNAMIC_DISPATCH(measure_block)
+        (model, shading, block);
+      },
       [](const EdgeBlock& block, int lane, ContourEdgel& edgel) {
         edgel.is_edge = block.marked >> lane & 1;
         if (edgel.is_edge) edgel.found = block.edge(lane);
@@ -388,8 +389,10 @@ void measure_blur(std::span<const int> which, std::span<const EdgeProfile> profi
   constexpr int kHalf = 2, kSide = EdgeModel::kSide;
   for_blocks(
       {kHalf, -kHalf - kSide, kHalf + kSide + 1}, which, profiles, edgels, [](const ContourEdgel&) { return true; },
-      [](EdgeBlock& block) { HWY_DYNAMIC_DISPATCH(measure_blur_block)
-                             (block); },
+      [](EdgeBlock& block) {
+        HWY_DYNAMIC_DISPATCH(measure_blur_block)
+        (block);
+      },
       [](const EdgeBlock& block, int lane, ContourEdgel& edgel) { edgel.blur = block.blur(lane); });
 }
 
@@ -398,11 +401,13 @@ void read_surface(std::span<const int> which, std::span<const EdgeProfile> profi
   surface.clear();
   for_blocks(
       {0, -EdgeProfile::kReach, 0}, which, profiles, edgels, [](const ContourEdgel&) { return true; },
-      [&](EdgeBlock& block) { HWY_DYNAMIC_DISPATCH(find_surface_block)
-                              (radius_px, block); },
+      [&](EdgeBlock& block) {
+        HWY_DYNAMIC_DISPATCH(find_surface_block)
+        (radius_px, block);
+      },
       [&](const EdgeBlock& block, int lane, const ContourEdgel& edgel) {
         for (size_t i = 0; i < block.surface_terms.size(); ++i) {
-          if (EdgeBlock::surface_pixel(i) > edgel.half) surface.push_back(block.surface_colour(i, lane));
+          if (EdgeBlock::pixels_inside(i) > edgel.half) surface.push_back(block.surface_colour(i, lane));
         }
       });
 }
@@ -411,8 +416,10 @@ void mark_painted(std::span<const int> which, std::span<const EdgeProfile> profi
                   double radius_px, double most, std::span<ContourEdgel> edgels) {
   for_blocks(
       true, which, profiles, edgels,
-      [&](EdgeBlock& block) { HWY_DYNAMIC_DISPATCH(mark_painted_block)
-                              (shading, radius_px, most, block); },
+      [&](EdgeBlock& block) {
+        HWY_DYNAMIC_DISPATCH(mark_painted_block)
+        (shading, radius_px, most, block);
+      },
       [](const EdgeBlock& block, int lane, ContourEdgel& edgel) { edgel.painted = block.marked >> lane & 1; });
 }
 

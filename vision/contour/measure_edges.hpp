@@ -9,7 +9,7 @@
 namespace multireach::vision {
 
 // Several edges at a time, in SIMD lanes. Every operation follows IEEE 754 in each lane, so the results do not depend
-// on the instruction set. The window of each edge is its own (`ContourEdgel::half`, not `EdgeModel::half`).
+// on the instruction set.
 
 /// Measures the edges of the edgels `which` (indices) in their profiles by the partial-area principle: the object's
 /// shares of the pixels across the edge add up to the length of the object's part. Unbiased for pixels that average

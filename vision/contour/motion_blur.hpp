@@ -16,7 +16,8 @@ struct MotionBlur {
 };
 
 /// Motion blurs the edges that it crosses, and not those along it: the variance of the blur across an edge with normal
-/// m is m^T B m, fitted to the edges that support the contour (points of weight > 0).
+/// m is m^T B m, fitted to the edges that support the contour (points of weight > 0), of
+/// which measure_blur() was called before.
 [[nodiscard]] MotionBlur motion_blur_of(std::span<const ContourEdgel> edgels, std::span<const ContourPoint> points);
 
 }  // namespace multireach::vision

@@ -10,11 +10,8 @@
 #include "numeric/wide_lanes-inl.hpp"
 
 namespace multireach::vision {
-#if !defined(MULTIREACH_SHADING_SUMS)
-#define MULTIREACH_SHADING_SUMS
 /// Of each term, the sums over the points of its product with every number.
 using ShadingSums = std::array<SurfaceColour, Shading::kTerms>;
-#endif
 }  // namespace multireach::vision
 
 HWY_BEFORE_NAMESPACE();
@@ -23,23 +20,23 @@ namespace HWY_NAMESPACE {
 
 using multireach::HWY_NAMESPACE::kWidth;
 using multireach::HWY_NAMESPACE::Lanes;
+using multireach::HWY_NAMESPACE::LanesTag;
+namespace hn = hwy::HWY_NAMESPACE;
 
 void add_up(std::span<const SurfaceColour> points, ShadingSums& sums) {
+  const LanesTag lanes;
   constexpr int kParts = (SurfaceColour::kNumbers + kWidth - 1) / kWidth;
-  constexpr int kPartsOfRow = kRowLanes / kWidth;
   std::array<std::array<Lanes, kParts>, Shading::kTerms> total;
   for (auto& of_term : total) of_term.fill(0.0);
   for (const SurfaceColour& point : points) {
     for (int part = 0; part < kParts; ++part) {
-      const Lanes numbers =
-          multireach::HWY_NAMESPACE::load(point.numbers[part / kPartsOfRow], part % kPartsOfRow * kWidth);
-      for (int term = 0; term < Shading::kTerms; ++term) total[term][part] += Lanes(point[term]) * numbers;
+      const Lanes numbers = hn::Load(lanes, point.numbers.data() + part * kWidth);
+      for (size_t term = 0; term < total.size(); ++term) total[term][part] += Lanes(point.numbers[term]) * numbers;
     }
   }
-  for (int term = 0; term < Shading::kTerms; ++term) {
+  for (size_t term = 0; term < total.size(); ++term) {
     for (int part = 0; part < kParts; ++part)
-      multireach::HWY_NAMESPACE::store(total[term][part], sums[term].numbers[part / kPartsOfRow],
-                                       part % kPartsOfRow * kWidth);
+      hn::Store(total[term][part].v, lanes, sums[term].numbers.data() + part * kWidth);
   }
 }
 

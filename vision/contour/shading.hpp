@@ -12,14 +12,14 @@ namespace multireach::vision {
 struct SurfaceColour {
   static constexpr int kTerms = 9;
   static constexpr int kNumbers = kTerms + 3;
-  std::array<Row, 2> numbers{};  ///< the terms of the normal (Shading), then blue, green and red, grey levels
+  /// The terms of the normal (Shading), then blue, green and red, grey levels; the rest, which fills SIMD lanes, is 0.
+  alignas(Row) std::array<double, 2 * kRowLanes> numbers{};
+  static_assert(kNumbers <= 2 * kRowLanes);
 
-  double& operator[](int number) { return numbers[static_cast<size_t>(number / kRowLanes)][number % kRowLanes]; }
-  double operator[](int number) const { return numbers[static_cast<size_t>(number / kRowLanes)][number % kRowLanes]; }
   Eigen::Map<const Eigen::Matrix<double, kTerms, 1>> terms() const {
-    return Eigen::Map<const Eigen::Matrix<double, kTerms, 1>>(numbers[0].lane);
+    return Eigen::Map<const Eigen::Matrix<double, kTerms, 1>>(numbers.data());
   }
-  Eigen::Vector3d bgr() const { return {(*this)[kTerms], (*this)[kTerms + 1], (*this)[kTerms + 2]}; }
+  Eigen::Vector3d bgr() const { return {numbers[kTerms], numbers[kTerms + 1], numbers[kTerms + 2]}; }
 };
 
 /// Shading model: the object's colour as second-order polynomials of the surface normal, fitted to pixels inside the

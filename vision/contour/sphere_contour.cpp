@@ -1,6 +1,7 @@
 #include "vision/contour/sphere_contour.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -122,9 +123,9 @@ void SphereContourFitter::find_border_points() {
 
 template <class Chosen>
 void SphereContourFitter::choose_edgels(const Chosen& chosen) {
-  which_.clear();
+  chosen_.clear();
   for (size_t k = 0; k < edgels_.size(); ++k) {
-    if (std::invoke(chosen, edgels_[k])) which_.push_back(static_cast<int>(k));
+    if (std::invoke(chosen, edgels_[k])) chosen_.push_back(static_cast<int>(k));
   }
 }
 
@@ -132,10 +133,10 @@ void SphereContourFitter::learn_blur(const Search& search) {
   choose_edgels([&](const ContourEdgel& edgel) {
     return edgel.point >= 0 && points_[static_cast<size_t>(edgel.point)].weight != 0;
   });
-  measure_blur(which_, profiles_, edgels_);
+  measure_blur(chosen_, profiles_, edgels_);
   samples_.clear();
   wider_samples_.clear();
-  for (const int k : which_) {
+  for (const int k : chosen_) {
     const ContourEdgel& edgel = edgels_[static_cast<size_t>(k)];
     samples_.push_back(edgel.blur.colour2);
     if (edgel.blur.luma_share > kLumaEdge) wider_samples_.push_back(edgel.blur.colour2 - edgel.blur.luma2);
@@ -167,8 +168,7 @@ void SphereContourFitter::learn_sides(EdgeModel& model) {
   for (ContourEdgel& edgel : edgels_) {
     if (!edgel.readable) continue;
     noise_estimator.add(profiles_[edgel.profile]);
-    model.half = edgel.half;
-    samples_.push_back(outside_slope(profiles_[edgel.profile], model).squaredNorm() / 3);
+    samples_.push_back(outside_slope(profiles_[edgel.profile], edgel.half).squaredNorm() / 3);
   }
   if (samples_.empty()) return;
   model.noise = noise_estimator.sigma();
@@ -179,12 +179,12 @@ void SphereContourFitter::learn_sides(EdgeModel& model) {
 void SphereContourFitter::learn_shading(const EdgeModel& model) {
   constexpr size_t kEnough = 64;  // edgels to sample, at most about
   const size_t stride = 1 + (edgels_.size() - 1) / kEnough;
-  which_.clear();
+  chosen_.clear();
   for (size_t i = 0; i < edgels_.size(); i += stride) {
     // Next to an occluder, the pixels inside the contour are not the ball's.
-    if (edgels_[i].readable && fits_[edgels_[i].part]) which_.push_back(static_cast<int>(i));
+    if (edgels_[i].readable && fits_[edgels_[i].part]) chosen_.push_back(static_cast<int>(i));
   }
-  read_surface(which_, profiles_, model.radius_px, edgels_, surface_);
+  read_surface(chosen_, profiles_, model.radius_px, edgels_, surface_);
   // A small contour has too few pixels to tell paint from shading; blur mixes the surface with what is around it.
   constexpr double kSharpEnough = 1, kStillEnough = 0.6;  // px^2
   const bool plain = model.radius_px < kLargeEnough || colour_blur2_ > kSharpEnough || motion_.variance > kStillEnough;
@@ -200,8 +200,8 @@ void SphereContourFitter::choose_windows(EdgeModel& model) {
   model.blur2 = hues_blurred_ || colour_blur2_ > kWide ? -1 : std::max(0.0, colour_blur2_);
   model.shading_error = std::clamp(0.05 * std::sqrt(20 / model.radius_px), 0.03, 0.15);
   choose_edgels(&ContourEdgel::readable);
-  if (hues_blurred_) measure_blur(which_, profiles_, edgels_);
-  for (const int k : which_) {
+  if (hues_blurred_) measure_blur(chosen_, profiles_, edgels_);
+  for (const int k : chosen_) {
     ContourEdgel& edgel = edgels_[static_cast<size_t>(k)];
     const bool by_luma = hues_blurred_ && edgel.blur.luma_share > kLumaEdge;
     edgel.half = half(by_luma ? luma_blur2_ : colour_blur2_);
@@ -211,34 +211,41 @@ void SphereContourFitter::choose_windows(EdgeModel& model) {
 /// Measures the edges at their expected positions or, where there is none, at the nearest one within the search's
 /// reach.
 void SphereContourFitter::find_edges(const cv::Mat& bgr, const EdgeModel& model, const Search& search) {
-  const auto measure_where = [&](const auto& chosen) {
-    choose_edgels([&](ContourEdgel& edgel) { return edgel.readable && chosen(edgel); });
-    measure_edges(which_, profiles_, model, shading_.shading(), edgels_);
-  };
-  /// Moves an edgel; whether its pixels can be read there.
-  const auto move = [&](ContourEdgel& edgel, double at) {
+  const auto measure = [&] { measure_edges(chosen_, profiles_, model, shading_.shading(), edgels_); };
+  // Measures an edgel at another place, if its pixels can be read there, the next time.
+  const auto move = [&](size_t k, double at) {
+    ContourEdgel& edgel = edgels_[k];
     edgel.edge.at = at;
     edgel.is_edge = false;
-    return read_profile(bgr, readable_, edgel.edge, profiles_[edgel.profile]);
+    if (read_profile(bgr, readable_, edgel.edge, profiles_[edgel.profile])) chosen_.push_back(static_cast<int>(k));
   };
-  measure_where([](const ContourEdgel&) { return true; });
+  choose_edgels(&ContourEdgel::readable);
+  measure();
   for (ContourEdgel& edgel : edgels_) edgel.expected = edgel.edge.at;
   for (int away = 1; away <= search.reach_px; ++away) {
-    for (const int side : {away, -away})
-      measure_where([&](ContourEdgel& edgel) { return !edgel.is_edge && move(edgel, edgel.expected + side); });
+    for (const int side : {away, -away}) {
+      chosen_.clear();
+      for (size_t k = 0; k < edgels_.size(); ++k) {
+        if (edgels_[k].readable && !edgels_[k].is_edge) move(k, edgels_[k].expected + side);
+      }
+      measure();
+    }
   }
   constexpr double kCentred = 0.75;  // pixels between the edge and the middle of its window
   for (int again = 0; again < 2; ++again) {
-    measure_where([&](ContourEdgel& edgel) {
-      return edgel.is_edge && std::abs(edgel.found.at - edgel.edge.at) > kCentred && move(edgel, edgel.found.at);
-    });
+    chosen_.clear();
+    for (size_t k = 0; k < edgels_.size(); ++k) {
+      const ContourEdgel& edgel = edgels_[k];
+      if (edgel.is_edge && std::abs(edgel.found.at - edgel.edge.at) > kCentred) move(k, edgel.found.at);
+    }
+    measure();
   }
 }
 
 void SphereContourFitter::find_paint(const EdgeModel& model) {
   if (!shading_.shading().known()) return;
   choose_edgels(&ContourEdgel::readable);
-  mark_painted(which_, profiles_, shading_.shading(), model.radius_px, shading_.most_apart(model.noise), edgels_);
+  mark_painted(chosen_, profiles_, shading_.shading(), model.radius_px, shading_.most_apart(model.noise), edgels_);
 }
 
 /// Share of the contour's length whose surface is painted; `missing`: of that without an edge.

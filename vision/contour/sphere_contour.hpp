@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -110,7 +111,7 @@ class SphereContourFitter {
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box
   Eigen::Matrix2d d_ray_d_pixel_;           // at the box's middle
   std::vector<ContourEdgel> edgels_;        // in order along the contour
-  std::vector<int> which_;                  // indices of chosen edgels
+  std::vector<int> chosen_;                 // indices of edgels
   std::vector<EdgeProfile> profiles_ = std::vector<EdgeProfile>(kMaxContourPoints);
   std::vector<ContourPoint> points_;
   std::vector<Eigen::Vector2d> pixels_, rays_;  // of the points

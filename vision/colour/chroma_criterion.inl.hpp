@@ -12,8 +12,8 @@ template <class Lanes>
 struct ChromaOf {
   Lanes u, v, uu, uv, vv;
 
-  ChromaOf(const ChromaTest& test, PixelOf<Lanes> pixel) {
-    const auto [red, blue] = test.gains;
+  ChromaOf(const ChromaCriterion& criterion, PixelOf<Lanes> pixel) {
+    const auto [red, blue] = criterion.gains;
     pixel.r = pixel.r * red;
     pixel.b = pixel.b * blue;
     const Lanes y = pixel.luma();
@@ -22,14 +22,14 @@ struct ChromaOf {
     // Derivatives with respect to the camera's R, G and B, times Y.
     const Lanes ur = (1 - u / 4) * red, ug = -1 - u / 2, ub = -u / 4 * blue;
     const Lanes vr = -v / 4 * red, vg = -1 - v / 2, vb = (1 - v / 4) * blue;
-    const Lanes scale = test.variance / (y * y);
+    const Lanes scale = criterion.variance / (y * y);
     uu = scale * (ur * ur + ug * ug + ub * ub);
     uv = scale * (ur * vr + ug * vg + ub * vb);
     vv = scale * (vr * vr + vg * vg + vb * vb);
   }
 
   /// Squared Mahalanobis distance; the covariances of the component and of the chroma add up.
-  Lanes distance2(const ChromaTest::Component& component) const {
+  Lanes distance2(const ChromaCriterion::Component& component) const {
     const Lanes du = u - component.u, dv = v - component.v;
     const Lanes a = component.uu + uu, b = component.uv + uv, c = component.vv + vv;
     return (c * du * du - 2 * b * du * dv + a * dv * dv) / (a * c - b * b);
@@ -38,19 +38,20 @@ struct ChromaOf {
 
 /// Whether distance2() may be within the tolerance: a bound without a division.
 template <class Lanes>
-inline auto may_fit(const ChromaTest& test, const ChromaTest::Component& component, const PixelOf<Lanes>& pixel) {
-  const Lanes r = pixel.r * test.gains.red, b = pixel.b * test.gains.blue, y = 0.25 * (r + 2 * pixel.g + b);
+inline auto may_fit(const ChromaCriterion& criterion, const ChromaCriterion::Component& component,
+                    const PixelOf<Lanes>& pixel) {
+  const Lanes r = pixel.r * criterion.gains.red, b = pixel.b * criterion.gains.blue, y = 0.25 * (r + 2 * pixel.g + b);
   const Lanes du = r - pixel.g - component.u * y, dv = b - pixel.g - component.v * y;  // times Y
-  return (du * du <= test.tolerance2 * (component.uu * y * y + test.largest_variance)) &
-         (dv * dv <= test.tolerance2 * (component.vv * y * y + test.largest_variance));
+  return (du * du <= criterion.tolerance2 * (component.uu * y * y + criterion.largest_variance)) &
+         (dv * dv <= criterion.tolerance2 * (component.vv * y * y + criterion.largest_variance));
 }
 
-/// The pixel with its clipped channels as bright as the object's brightness, estimated by least squares from the other
-/// channels, makes them.
+/// Replaces clipped channels: the object's brightness is estimated by least squares from the others.
 template <class Lanes>
-inline PixelOf<Lanes> unclipped(const ChromaTest& test, const ChromaTest::Component& component,
+inline PixelOf<Lanes> unclipped(const ChromaCriterion& criterion, const ChromaCriterion::Component& component,
                                 const PixelOf<Lanes>& pixel) {
-  const Rgb colour{component.colour.r / test.gains.red, component.colour.g, component.colour.b / test.gains.blue};
+  const Rgb colour{component.colour.r / criterion.gains.red, component.colour.g,
+                   component.colour.b / criterion.gains.blue};
   Lanes top = 0, bottom = 0;
   const auto count = [&](Lanes value, double of_unit) {
     top += where(value >= kClipped, 0, value * of_unit);
@@ -68,30 +69,30 @@ inline PixelOf<Lanes> unclipped(const ChromaTest& test, const ChromaTest::Compon
 
 /// ChromaClassifier::contains().
 template <class Lanes>
-inline auto contains(const ChromaTest& test, const PixelOf<Lanes>& pixel) {
+inline auto contains(const ChromaCriterion& criterion, const PixelOf<Lanes>& pixel) {
   using Mask = decltype(pixel.r < pixel.g);
   constexpr double kBrightest = 360;  // see ColourModel: three times as bright as an object of Y = 120
   const Lanes luma = pixel.luma();
-  const Mask in_range = (luma >= test.min_luma) & (luma <= test.max_luma), black = !(luma > 0);
+  const Mask in_range = (luma >= criterion.min_luma) & (luma <= criterion.max_luma), black = !(luma > 0);
   const Mask r = pixel.r >= kClipped, g = pixel.g >= kClipped, b = pixel.b >= kClipped, clipped = r | g | b;
   const Mask usable = in_range & !black & !(r & g & b);
   Mask found = in_range & black;  // min_luma is 0: black pixels belong, although their chroma is undefined
-  for (const ChromaTest::Component& component : test.object) {
+  for (const ChromaCriterion::Component& component : criterion.object) {
     Mask fits = usable & !found;
     if (!any(fits)) break;
     PixelOf<Lanes> tested = pixel;
     if (any(clipped & fits)) {
-      const PixelOf<Lanes> brighter = unclipped(test, component, pixel);
+      const PixelOf<Lanes> brighter = unclipped(criterion, component, pixel);
       tested = {where(clipped, brighter.r, pixel.r), where(clipped, brighter.g, pixel.g),
                 where(clipped, brighter.b, pixel.b)};
       fits = fits & !(clipped & (tested.luma() > kBrightest));
     }
-    fits = fits & may_fit(test, component, tested);
+    fits = fits & may_fit(criterion, component, tested);
     if (!any(fits)) continue;
-    const ChromaOf<Lanes> chroma(test, tested);
+    const ChromaOf<Lanes> chroma(criterion, tested);
     const Lanes own = chroma.distance2(component);
-    fits = fits & (own <= test.tolerance2);
-    for (const ChromaTest::Component& other : test.background) {
+    fits = fits & (own <= criterion.tolerance2);
+    for (const ChromaCriterion::Component& other : criterion.background) {
       if (!any(fits)) break;
       fits = fits & !(chroma.distance2(other) + other.handicap < own + component.handicap);
     }
