@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "numeric/median.hpp"
 #include "numeric/random.hpp"
 #include "vision/contour/contour_directions.hpp"
 
@@ -78,8 +79,7 @@ std::optional<double> robust_scale(int count, const PointNumbers& residuals_px, 
     if (size < largest_px) sizes[near++] = size / sigmas_px[i];
   }
   if (near < 5) return std::nullopt;
-  std::nth_element(sizes.begin(), sizes.begin() + near / 2, sizes.begin() + near);
-  return sizes[near / 2] / 0.6745;
+  return median_of(std::span(sizes).first(static_cast<size_t>(near))) / 0.6745;
 }
 
 /// A symmetric matrix: xx, xy, xz, yy, yz, zz.

@@ -48,4 +48,9 @@ double half_length(const ContourPolygon& polygon) {
   return 0.5 * longest;
 }
 
+double half_length(const Blob& blob) {
+  const double middle = 0.5 * blob.spread.trace(), apart = 0.5 * (blob.spread(0, 0) - blob.spread(1, 1));
+  return 2 * std::sqrt(middle + std::hypot(apart, blob.spread(0, 1)));
+}
+
 }  // namespace multireach::vision

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "imaging/camera_model.hpp"
+#include "vision/colour/blob.hpp"
 #include "vision/contour/contour_cone.hpp"
 
 namespace multireach::vision {
@@ -23,5 +24,7 @@ void cross_rows(const ContourPolygon& polygon, int row, double& from, double& to
 
 /// Half the longest diameter of a contour, pixels.
 [[nodiscard]] double half_length(const ContourPolygon& polygon);
+/// The same of the ellipse that has the blob's second moments.
+[[nodiscard]] double half_length(const Blob& blob);
 
 }  // namespace multireach::vision

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "numeric/median.hpp"
 #include "numeric/trigonometry.hpp"
 #include "vision/contour/contour_covariance.hpp"
 #include "vision/contour/measure_edges.hpp"
@@ -32,18 +33,6 @@ constexpr double kExplained = 0.4;  // of the area that missing edges make expec
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
 constexpr double kMovedShare = 0.25;       // of the variance from a moved contour's distance to the blob's centroid
 constexpr double kBothEndsMissing = 0.65;  // share of the contour of a moved ball that its sides, and more, must show
-
-/// Half the length of the ellipse that has the blob's second moments.
-double half_length(const Blob& blob) {
-  const double middle = 0.5 * blob.spread.trace(), apart = 0.5 * (blob.spread(0, 0) - blob.spread(1, 1));
-  return 2 * std::sqrt(middle + std::hypot(apart, blob.spread(0, 1)));
-}
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Median {
   double value = 0, sigma = 0;  // and its standard deviation, from the scatter of the values

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "numeric/median.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -25,9 +27,7 @@ void SurfaceShading::fit(std::span<const SurfaceColour> surface, bool plain) {
     apart_.clear();
     for (const SurfaceColour& point : surface) apart_.push_back((point.bgr() - shading_.colour(point.terms())).norm());
     sorted_ = apart_;
-    const auto middle = sorted_.begin() + static_cast<ptrdiff_t>(sorted_.size() / 2);
-    std::nth_element(sorted_.begin(), middle, sorted_.end());
-    other_paint_ = std::max(kLeast, kMedians * *middle);
+    other_paint_ = std::max(kLeast, kMedians * median_of(sorted_));
     if (*std::ranges::max_element(apart_) <= other_paint_) break;
     same_paint_.clear();
     for (size_t i = 0; i < surface.size(); ++i) {
