@@ -139,6 +139,12 @@ void CommandLine::fallthrough() {
   app_->fallthrough();
 }
 
+std::vector<std::string> CommandLine::order() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app_->parse_order()) names.push_back(option->get_single_name());
+  return names;
+}
+
 bool CommandLine::given() const {
   return app_->parsed();
 }

@@ -62,6 +62,9 @@ class CommandLine {
   void require_subcommand();
   /// Options of the whole program may also follow the subcommand; of a subcommand: this one lets them.
   void fallthrough();
+  /// The names, without dashes, of the options and arguments that were given to this command line, in their order: a
+  /// name once for each of its values.
+  std::vector<std::string> order() const;
   /// Whether this subcommand was given.
   bool given() const;
 

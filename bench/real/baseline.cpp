@@ -27,6 +27,14 @@ Baseline::Baseline(const cv::Mat& bgr, const cv::Point& click) {
   high_ = {median[0] + kHue, 255, 255};
 }
 
+void Baseline::widen(const Baseline& other) {
+  // Its hues are turned by another angle, of which the nearer way round counts.
+  const double turned = (other.clicked_hue_ - clicked_hue_ + 270) % 180 - 90;
+  low_ = {std::min(low_[0], other.low_[0] + turned), std::min(low_[1], other.low_[1]),
+          std::min(low_[2], other.low_[2])};
+  high_[0] = std::max(high_[0], other.high_[0] + turned);
+}
+
 void Baseline::turn(cv::Mat& hsv) const {
   for (int row = 0; row < hsv.rows; ++row) {
     auto* pixels = hsv.ptr<cv::Vec3b>(row);

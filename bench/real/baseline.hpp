@@ -10,6 +10,8 @@ namespace multireach::bench {
 class Baseline {
  public:
   Baseline(const cv::Mat& bgr, const cv::Point& click);
+  /// Takes the limits of another click as well: everything from the lower ones to the higher ones.
+  void widen(const Baseline& other);
   std::optional<cv::Point2d> find(const cv::Mat& bgr) const;
 
  private:

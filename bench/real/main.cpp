@@ -1,11 +1,14 @@
 // multireach-bench-real: learns colours from clicks on real images and tracks the objects, beside the usual OpenCV
 // baseline on the same images.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <ranges>
 
 #include "bench/real/baseline.hpp"
 #include "bench/real/causes.hpp"
@@ -20,6 +23,14 @@ namespace multireach::bench {
 namespace {
 
 using vision::TargetTrack;
+
+/// What the command line chooses.
+struct Choices {
+  int clicks = 5;         // images of each object to learn from
+  bool together = false;  // one colour from all clicks, instead of one from each
+  bool refused = false;   // track also with colours that are refused
+  bool causes = false, verbose = false;
+};
 
 /// Answers of one method to the labelled images.
 struct Score {
@@ -47,10 +58,12 @@ struct Score {
   }
 };
 
-/// One object, learned from one click, through a whole video.
+/// One object, learned from one click or from several, through a whole video.
 struct Run {
-  size_t object = 0, click_image = 0;
-  std::string fault;  // why the colour was not learned, or is refused
+  size_t object = 0;
+  std::vector<size_t> click_images;
+  size_t clicks = 1, used = 1;  // learned from these; of several, those that are not left out
+  std::string fault;            // why the colour was not learned, or is refused
   std::unique_ptr<vision::StereoVision> ours;
   std::unique_ptr<Baseline> baseline;
   Score ours_score, baseline_score;
@@ -69,22 +82,59 @@ vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourMode
 struct Clicked {
   std::optional<vision::ColourModel> model;
   std::string fault;
+  std::vector<size_t> used;  // numbers of the clicks
 };
 
-Clicked learn_click(const cv::Mat& image, const cv::Point& click, const cv::Rect& within) {
-  try {
-    const ObjectColour object = learn_object(image, region_around(image, click), within);
-    return {object.colour.model, object.fault};
-  } catch (const std::runtime_error& fault) {
-    return {std::nullopt, fault.what()};
+/// A click on an object in an image, of which only a part may count.
+struct Click {
+  cv::Mat image;
+  cv::Point at;
+  cv::Rect within{};
+};
+
+/// Several clicks are learned as the documentation says: pictures that `calibrate colour` names as faulty are left out,
+/// while there are others.
+Clicked learn_clicks(const std::vector<Click>& clicks) {
+  std::vector<ObjectPicture> pictures;
+  Clicked clicked;
+  for (const Click& click : clicks) {
+    clicked.used.push_back(pictures.size());
+    pictures.push_back({.bgr = click.image, .region = region_around(click.image, click.at), .within = click.within});
   }
+  const auto leave_out = [&](size_t k) {
+    pictures.erase(pictures.begin() + static_cast<ptrdiff_t>(k));
+    clicked.used.erase(clicked.used.begin() + static_cast<ptrdiff_t>(k));
+  };
+  ObjectColour object = learn_object(pictures);
+  if (!object.fault.empty() && pictures.size() > 1) {
+    for (const size_t k : std::views::reverse(faulty_alone(pictures))) {
+      if (pictures.size() > 1) leave_out(k);
+    }
+    object = learn_object(pictures);
+  }
+  while (object.faulty && pictures.size() > 1) {
+    leave_out(*object.faulty);
+    object = learn_object(pictures);
+  }
+  clicked.fault = object.fault;
+  if (object.colour.status == vision::LearnedColour::Status::kLearned) clicked.model = object.colour.model;
+  return clicked;
 }
 
 /// `all`: also tracks with a colour that is refused.
-void learn(const RealSet& set, const cv::Mat& image, const cv::Point& click, bool all, Run& run) {
-  run.baseline = std::make_unique<Baseline>(image, click);
-  const Clicked learned = learn_click(image, click, {0, 0, image.cols, image.rows});
+void learn(const RealSet& set, const std::vector<Click>& clicks, bool all, Run& run) {
+  const Clicked learned = learn_clicks(clicks);
+  for (const size_t k : learned.used) {
+    const Baseline baseline(clicks[k].image, clicks[k].at);
+    if (run.baseline) {
+      run.baseline->widen(baseline);
+    } else {
+      run.baseline = std::make_unique<Baseline>(baseline);
+    }
+  }
   run.fault = learned.fault;
+  run.clicks = clicks.size();
+  run.used = learned.used.size();
   if (!learned.model || (!run.fault.empty() && !all)) return;
   run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, *learned.model, *learned.model)});
 }
@@ -100,20 +150,28 @@ std::vector<size_t> click_images(const LabelledObject& object, int clicks) {
   return images;
 }
 
-/// The runs of a video: each object, learned from each of its clicks.
-std::vector<Run> runs_of(const RealSet& set, int clicks, bool all) {
+/// The runs of a video: each object, learned from each of its clicks, or from all of them together.
+std::vector<Run> runs_of(const RealSet& set, const Choices& choices) {
   std::vector<Run> runs;
   for (size_t k = 0; k < set.labelled.size(); ++k) {
-    for (const size_t number : click_images(set.labelled[k], clicks)) {
+    std::vector<Click> clicks;
+    std::vector<size_t> numbers;
+    for (const size_t number : click_images(set.labelled[k], choices.clicks)) {
       const cv::Mat image = read_image(set.images[number]);
       const cv::Point2d centre = set.labelled[k].centres.at(number).front();
       const cv::Point point(cvRound(centre.x), cvRound(centre.y));
       if (!cv::Rect({0, 0}, image.size()).contains(point)) continue;
+      clicks.push_back({image, point});
+      numbers.push_back(number);
+    }
+    const auto add = [&](const std::vector<Click>& some, const std::vector<size_t>& images) {
       Run& run = runs.emplace_back();
       run.object = k;
-      run.click_image = number;
-      learn(set, image, point, all, run);
-    }
+      run.click_images = images;
+      learn(set, some, choices.refused, run);
+    };
+    if (choices.together && !clicks.empty()) add(clicks, numbers);
+    for (size_t j = 0; j < clicks.size() && !choices.together; ++j) add({clicks[j]}, {numbers[j]});
   }
   return runs;
 }
@@ -181,11 +239,11 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
   for (size_t k = 0; k < set.labelled.size(); ++k) {
     Score ours, baseline;
     double least = 100, most_wrong = 0, baseline_least = 100;
-    int clicks = 0, refused = 0;
+    size_t clicks = 0, refused = 0;
     for (const Run& run : runs) {
       if (run.object != k) continue;
-      ++clicks;
-      refused += !run.ours || !run.fault.empty();
+      clicks += run.clicks;
+      refused += run.ours && run.fault.empty() ? run.clicks - run.used : run.clicks;
       add(baseline, run.baseline_score);
       baseline_least = std::min(baseline_least, percent(run.baseline_score.right, run.baseline_score.labelled));
       if (run.ours) {
@@ -194,13 +252,15 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
         most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
       }
       if (!verbose) continue;
-      std::printf("  %s, clicked in image %zu: right %d, wrong %d of %d; baseline %d, %d. %s\n",
-                  set.labelled[k].name.c_str(), run.click_image, run.ours_score.right, run.ours_score.wrong,
-                  run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong, run.fault.c_str());
+      std::printf("  %s, clicked in image %s: right %d, wrong %d of %d; baseline %d, %d; used %zu of %zu. %s\n",
+                  set.labelled[k].name.c_str(), fmt::format("{}", fmt::join(run.click_images, " ")).c_str(),
+                  run.ours_score.right, run.ours_score.wrong, run.ours_score.labelled, run.baseline_score.right,
+                  run.baseline_score.wrong, run.used, run.clicks, run.fault.c_str());
     }
     const int taken = ours.labelled, all = baseline.labelled;
     std::printf(
-        "| %s | %s | %s | %d of %d | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | %.1f "
+        "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
+        "%.1f "
         "|\n",
         set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), refused, clicks,
         percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong,
@@ -225,17 +285,17 @@ void print_causes(const RealSet& set, const std::vector<Run>& runs) {
 }
 
 /// Tracks a video's objects and prints its lines of the table. The runs are returned.
-std::vector<Run> run_video(const RealSet& set, int clicks, bool all, bool verbose) {
-  std::vector<Run> runs = runs_of(set, clicks, all);
+std::vector<Run> run_video(const RealSet& set, const Choices& choices) {
+  std::vector<Run> runs = runs_of(set, choices);
   for (size_t k = 0; k < set.images.size(); ++k) {
     const cv::Mat left = read_image(set.images[k]);
     cv::Mat right(left.size(), left.type());
     cv::copyMakeBorder(left.colRange(set.disparity_px, left.cols), right, 0, 0, 0, set.disparity_px,
                        cv::BORDER_REPLICATE);
     const bool chroma_subsampled = jpeg_chroma_subsampled(read_binary_file(set.images[k]));
-    for (Run& run : runs) take(set, k, left, right, chroma_subsampled, run, verbose);
+    for (Run& run : runs) take(set, k, left, right, chroma_subsampled, run, choices.verbose);
   }
-  print_video(set, runs, verbose);
+  print_video(set, runs, choices.verbose);
   return runs;
 }
 
@@ -260,8 +320,8 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   const cv::Rect whole({0, 0}, set.left.size());
   const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
   const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
-  const Clicked left = learn_click(set.left, object.click, in_left_image);
-  const Clicked right = learn_click(set.right, in_right, in_right_image);
+  const Clicked left = learn_clicks({{set.left, object.click, in_left_image}});
+  const Clicked right = learn_clicks({{set.right, in_right, in_right_image}});
   const std::string fault = left.fault.empty() ? right.fault : left.fault;
   if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
   options.colour = {*left.model, *right.model};
@@ -305,7 +365,7 @@ void run_still(const RealSet& set, bool all) {
   std::fflush(stdout);
 }
 
-int measure(const std::vector<std::string>& folders, int clicks, bool all, bool causes, bool verbose) {
+int measure(const std::vector<std::string>& folders, const Choices& choices) {
   std::vector<RealSet> videos, pairs;
   for (const std::string& folder : folders) {
     RealSet set = RealSet::load(folder);
@@ -314,15 +374,16 @@ int measure(const std::vector<std::string>& folders, int clicks, bool all, bool 
   if (!videos.empty()) {
     std::printf(
         "Per cent of labelled images, over all clicks that are not refused (%d for an object, or those that the set "
-        "names); in brackets the worst click. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. Of "
+        "names)%s; in brackets the worst click. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. Of "
         "all: a refused click counts as no answer. Ambiguous: of no answer. The baseline answers to every click.\n\n"
         "| video | use | object | clicks refused | right | wrong | no answer | ambiguous | by contour | median px "
         "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-        clicks, kRight, kWrong);
+        choices.clicks, choices.together ? ", which together teach one colour, also the baseline's" : "", kRight,
+        kWrong);
   }
   std::vector<std::vector<Run>> runs;
-  for (const RealSet& set : videos) runs.push_back(run_video(set, clicks, all, verbose));
-  if (causes && !videos.empty()) {
+  for (const RealSet& set : videos) runs.push_back(run_video(set, choices));
+  if (choices.causes && !videos.empty()) {
     std::printf(
         "\nWhy images have no right answer, per cent of labelled images:\n\n"
         "| video | object | cause | images |\n|---|---|---|---|\n");
@@ -335,7 +396,7 @@ int measure(const std::vector<std::string>& folders, int clicks, bool all, bool 
         "| with a search region: answer | outside by, mm | in sigmas | baseline outside by, mm |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   }
-  for (const RealSet& set : pairs) run_still(set, all);
+  for (const RealSet& set : pairs) run_still(set, choices.refused);
   return 0;
 }
 
@@ -346,18 +407,19 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV baseline.");
   std::vector<std::string> folders;
-  int clicks = 5;
-  bool verbose = false, all = false, causes = false;
+  multireach::bench::Choices choices;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
-  app.add_option("--clicks", clicks, "images of each object that the colour is learned from, one after the other")
+  app.add_option("--clicks", choices.clicks,
+                 "images of each object that the colour is learned from, one after the other")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  app.add_flag("--refused", all, "track also with colours that calibrate colour refuses");
-  app.add_flag("--causes", causes, "also print why images have no right answer");
-  app.add_flag("--verbose", verbose, "a line for each run and image as well");
+  app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");
+  app.add_flag("--refused", choices.refused, "track also with colours that calibrate colour refuses");
+  app.add_flag("--causes", choices.causes, "also print why images have no right answer");
+  app.add_flag("--verbose", choices.verbose, "a line for each run and image as well");
   CLI11_PARSE(app, argc, argv);
   try {
-    return multireach::bench::measure(folders, clicks, all, causes, verbose);
+    return multireach::bench::measure(folders, choices);
   } catch (const std::exception& fault) {
     std::fprintf(stderr, "multireach-bench-real: %s\n", fault.what());
     return 2;

@@ -84,6 +84,16 @@ if [ -d "$photographs" ]; then
   refuses "--click-left: '12' is not X,Y in pixels" $(colour --click-left 12)
   refuses "there is no display" env -u DISPLAY -u WAYLAND_DISPLAY $(colour --in-window)
   refuses "nothing.png" $(colour --click-left 225,245 --right "$work/nothing.png" --click-right 1,1)
+  # Several pictures: each has the clicks that follow it.
+  right="$photographs/view5.png"
+  "$bin/multireach-calibrate" colour --left "$photographs/view1.png" --click-left 225,245 --left "$right" --click-left 182,248 \
+    --without-left $data/left01.jpg -o "$work/two.yaml" --json "$work/two.json" 2>"$work/err" || fail "two pictures: $(cat "$work/err")"
+  [ "$(grep -c '"kept"' "$work/two.json")" -eq 6 ] || fail "expected the rates of two cameras and of two pictures of each"
+  [ "$(grep -c '"file"' "$work/two.json")" -eq 6 ] || fail "expected three pictures of each camera"
+  refuses "--click-left 225,245: with several pictures, give it after the --left" \
+    "$calibrate" colour --click-left 225,245 --left "$right" --left "$right" -o "$work/none.yaml"
+  refuses "view5.png: say where the object is" $(colour --click-left 225,245 --left "$right")
+  refuses "expected one --rectangle-left, or --click-left only" $(colour --click-left 225,245 --rectangle-left 200,230,40,40)
   ends_with 1 "at least 40 of its pixels" $(colour --rectangle-left 1,1,3,3)
   [ ! -e "$work/none.yaml" ] || fail "a refused run leaves a file"
 fi

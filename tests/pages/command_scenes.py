@@ -218,6 +218,8 @@ ELSEWHERE = {
     "--json calibration.json --leave-one-out": ("tests/live/calibrate.sh",),
     "multireach-calibrate colour --left left.png --click-left 225,245 --right right.png --rectangle-right 160,221,66,58 -o ball.colour.yaml "
     "--picture check.png": ("tests/live/calibrate.sh",),
+    "multireach-calibrate colour --left near.png --click-left 225,245 --left far.png --click-left 310,190 --without-left empty.png "
+    "-o ball.colour.yaml": ("tests/live/calibrate.sh",),
     "multireach-calibrate hand-eye --log run.lcm --robot robot.yaml --vision vision.yaml -o pose.yaml": ("tests/live/calibrate.sh",),
     "parallel --retries 3 multireach-study --urdf arm.urdf --base base --tip hand --samples 100000000 --threads 1 --shard {}/64 --json "
     "shard{}.json ::: $(seq 0 63)": ("tests/full/many_machines.sh",),

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -97,7 +98,7 @@ TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
 
 /// A colour learned from a click at the middle of a ball.
 ObjectColour learned(const cv::Mat& image, const Ball& ball) {
-  return learn_object(image, region_around(image, ball.centre));
+  return learn_object({.bgr = image, .region = region_around(image, ball.centre)});
 }
 
 TEST(ObjectColourOf, IsCutByColoursNearIt) {
@@ -170,7 +171,7 @@ TEST(ObjectColourOf, WhatIsBeyondTheSearchedPartMayHaveItsColours) {
   const Ball ball{{60, 110}, 20, kOrange}, near{{100, 60}, 18, kOrange}, beyond{{240, 110}, 24, kOrange};
   const cv::Rect searched(10, 20, 140, 160);
   const auto within = [&](const cv::Mat& image) {
-    return learn_object(image, region_around(image, ball.centre), searched);
+    return learn_object({.bgr = image, .region = region_around(image, ball.centre), .within = searched});
   };
   const cv::Mat two = picture({ball, beyond}, {}, 12);
   EXPECT_NE(learned(two, ball).fault, "") << "the other ball has its colour";
@@ -192,7 +193,69 @@ TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   region.mask = cv::Mat::zeros(image.size(), CV_8UC1);
   cv::circle(region.mask, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
   cv::rectangle(region.mask, {120, 106, 60, 9}, cv::Scalar(0), cv::FILLED);
-  EXPECT_EQ(learn_object(image, region).fault, "");
+  EXPECT_EQ(learn_object({.bgr = image, .region = region}).fault, "");
+}
+
+/// Area of what a model finds in an image around a place, pixels.
+double found_at(const ObjectColour& object, const cv::Mat& image, const cv::Point& place) {
+  vision::BlobFinder finder;
+  const auto found = finder.find(image, {0, 0, kWidth, kHeight}, vision::ColourTable(object.colour.model));
+  double area = 0;
+  for (const vision::Blob& blob : found.blobs) area += blob.box.contains(place) ? blob.area : 0;
+  return area;
+}
+
+ObjectPicture clicked(const cv::Mat& image, const Ball& ball, const std::string& name) {
+  return {.bgr = image, .region = region_around(image, ball.centre), .name = name};
+}
+
+TEST(ObjectColourOf, SeveralPicturesIsThatOfAllTheirLights) {
+  // The same ball in clear light, in haze, and, larger, in yellow light.
+  const std::vector<Ball> balls{
+      {{80, 110}, 20, kOrange}, {{150, 60}, 16, {205, 145, 95}}, {{220, 150}, 26, {200, 135, 15}}};
+  std::vector<ObjectPicture> pictures;
+  for (size_t k = 0; k < balls.size(); ++k)
+    pictures.push_back(clicked(picture({balls[k]}, {}, 20 + k), balls[k], std::to_string(k)));
+  const ObjectColour together = learn_object(pictures);
+  EXPECT_EQ(together.fault, "");
+  for (size_t k = 0; k < balls.size(); ++k) {
+    const double area = 3.14159 * balls[k].radius * balls[k].radius;
+    EXPECT_GT(together.colour.rates[k].kept, 0.8) << k;
+    EXPECT_GT(found_at(together, pictures[k].bgr, balls[k].centre), 0.7 * area) << k;
+    const size_t other = (k + 1) % balls.size();
+    EXPECT_LT(found_at(learn_object(pictures[other]), pictures[k].bgr, balls[k].centre), 0.5 * area)
+        << "learned in the light of " << other << " alone, that of " << k << " is another colour";
+  }
+}
+
+TEST(ObjectColourOf, IsNotThatOfAPictureWithoutTheObject) {
+  const Ball ball{{80, 110}, 20, kOrange};
+  const cv::Point place(220, 110);
+  const Patch box{{place.x - 30, place.y - 30, 60, 60}, {215, 105, 32}};
+  const ObjectPicture with = clicked(picture({ball}, {}, 30), ball, "with");
+  const ObjectPicture without{.bgr = picture({}, {box}, 31), .name = "without"};
+  const double area = 3.14159 * ball.radius * ball.radius;
+  EXPECT_GT(found_at(learn_object(with), without.bgr, place), 0.5 * area) << "a box of nearly its colour";
+  const ObjectColour object = learn_object(std::array{with, without});
+  EXPECT_EQ(object.fault, "");
+  EXPECT_LT(found_at(object, without.bgr, place), 0.2 * area);
+  EXPECT_GT(found_at(object, with.bgr, ball.centre), 0.5 * area);
+
+  const ObjectPicture twin{.bgr = picture({{place, 20, kOrange}}, {}, 32), .name = "twin"};
+  const ObjectColour refused = learn_object(std::array{with, twin});
+  EXPECT_EQ(refused.faulty, size_t{1});
+  EXPECT_EQ(refused.fault.find("twin: with the learned colours something is found at 2"), 0U) << refused.fault;
+}
+
+TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
+  const Ball ball{{60, 110}, 20, kOrange};
+  const std::vector<ObjectPicture> pictures{
+      clicked(picture({ball}, {}, 40), ball, "good.png"),
+      clicked(picture({ball, {{220, 120}, 30, kOrange}}, {}, 41), ball, "bad.png")};
+  const ObjectColour object = learn_object(pictures);
+  EXPECT_EQ(object.faulty, size_t{1});
+  EXPECT_EQ(object.fault.find("bad.png: with the learned colours another object is found"), 0U) << object.fault;
+  EXPECT_EQ(faulty_alone(pictures), std::vector<size_t>{1});
 }
 
 }  // namespace

@@ -130,5 +130,45 @@ TEST(LearnColour, FindsTheSolidsOfAPhotographInBothViews) {
   }
 }
 
+TEST(LearnColour, GivesUpTheDarkestPartForColouredEdgesOfDarkThings) {
+  // A disc whose lowest twelfth is nearly black, and a black cloth with edges of the disc's chroma, as lenses leave
+  // them: as dark as that part. A narrow strip is no other object of this colour.
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(150, 150, 150)), mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  cv::circle(mask, kCentre, kRadius, cv::Scalar(255), cv::FILLED);
+  cv::rectangle(image, {220, 20, 60, 200}, cv::Scalar(12, 12, 12), cv::FILLED);
+  const cv::Rect edges[]{{216, 20, 4, 200}, {280, 20, 4, 200}};
+  for (const cv::Rect& edge : edges) cv::rectangle(image, edge, cv::Scalar(4, 12, 28), cv::FILLED);
+  const int dark = kCentre.y + kRadius * 3 / 4;
+  image.setTo(cv::Scalar(32, 96, 224), mask);
+  image.rowRange(dark, kHeight).setTo(cv::Scalar(4, 12, 28), mask.rowRange(dark, kHeight));
+  const LearnedColour learned = learn_colour_of(image, mask);
+  ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(image, {0, 0, kWidth, kHeight}, ColourTable(learned.model));
+  ASSERT_EQ(found.blobs.size(), 1U);
+  EXPECT_NEAR(found.blobs[0].centroid.x(), kCentre.x, 1);
+  EXPECT_GT(learned.kept, 0.85);
+}
+
+TEST(LearnColour, IsNotCutByTheObjectsOtherPatches) {
+  // A disc of two patches with a grey band between them, of which a click proposes the upper one. The lower one, in
+  // other light, is partly of its colours, and partly paler: it is not taken for another thing that must not be found.
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(150, 150, 150)), disc = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  cv::circle(disc, kCentre, kRadius, cv::Scalar(255), cv::FILLED);
+  const int above = kCentre.y - 4, below = kCentre.y + 6;
+  for (int column = 0; column < kWidth; ++column) {
+    const double pale = std::clamp((column - kCentre.x + kRadius) / (2.0 * kRadius), 0.0, 1.0);
+    const auto paint = [&](int first, int end, double paleness) {
+      const cv::Range rows(first, end), columns(column, column + 1);
+      image(rows, columns).setTo(cv::Scalar(32 + 70 * paleness, 96, 224 - 60 * paleness), disc(rows, columns));
+    };
+    paint(0, above, pale);
+    paint(below, kHeight, 0.5 + pale);
+  }
+  cv::Mat upper = disc.clone();
+  upper.rowRange(above, kHeight).setTo(0);
+  EXPECT_GT(learn_colour_of(image, upper).kept, 0.9);
+}
+
 }  // namespace
 }  // namespace multireach::vision

@@ -18,17 +18,52 @@
 namespace multireach {
 namespace {
 
-/// User input for one camera: a picture, and where the object is in it.
-struct Picture {
-  std::string name, file, rectangle{}, within{};
-  std::vector<std::string> clicks{};
+/// User input for one camera.
+struct CameraInput {
+  std::string name;
+  // Values of the options, in their order.
+  std::vector<std::string> files{}, clicks{}, rectangles{}, without{};
+  std::string within{};
 };
 
 struct ColourOptions {
-  Picture left{"left", {}}, right{"right", {}};
+  CameraInput left{"left"}, right{"right"};
   bool in_window = false;
   std::string output, check_picture, json;
 };
+
+/// One picture of the object, and where the object is in it.
+struct Shown {
+  std::string file;
+  std::vector<std::string> clicks{}, rectangles{};
+};
+
+/// Gives each picture the clicks and rectangles that follow it on the command line, whose options are in `order`. With
+/// one picture they may also precede it.
+std::vector<Shown> pictures_of(const CameraInput& input, const std::vector<std::string>& order) {
+  std::vector<Shown> pictures;
+  if (input.files.size() == 1) return {{input.files[0], input.clicks, input.rectangles}};
+  size_t click = 0, rectangle = 0;
+  const auto last = [&](const std::string& option, const std::string& value) -> Shown& {
+    if (pictures.empty()) {
+      throw InputError(fmt::format("--{} {}: with several pictures, give it after the --{} that it belongs to", option,
+                                   value, input.name));
+    }
+    return pictures.back();
+  };
+  for (const std::string& option : order) {
+    if (option == input.name) {
+      pictures.push_back({input.files[pictures.size()]});
+    } else if (option == "click-" + input.name) {
+      const std::string& value = input.clicks[click++];
+      last(option, value).clicks.push_back(value);
+    } else if (option == "rectangle-" + input.name) {
+      const std::string& value = input.rectangles[rectangle++];
+      last(option, value).rectangles.push_back(value);
+    }
+  }
+  return pictures;
+}
 
 std::vector<int> integers(const std::string& option, const std::string& text, size_t count, const char* form) {
   std::vector<int> values;
@@ -48,44 +83,47 @@ std::vector<int> integers(const std::string& option, const std::string& text, si
   return values;
 }
 
-cv::Rect rectangle_in_window(const Picture& picture, const cv::Mat& bgr) {
+cv::Rect rectangle_in_window(const std::string& camera, const std::string& file, const cv::Mat& bgr) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) {
     throw InputError("--in-window: there is no display; give --rectangle-left and --rectangle-right instead");
   }
-  const std::string title = "multireach: the object in the " + picture.name + " image, then Enter";
+  const std::string title = fmt::format("multireach: the object in the {} image {}, then Enter", camera, file);
   const cv::Rect rectangle = cv::selectROI(title, bgr, false, false);
   cv::destroyAllWindows();
-  if (rectangle.empty()) throw std::runtime_error("nothing was chosen in the " + picture.name + " image");
+  if (rectangle.empty()) throw std::runtime_error("nothing was chosen in " + file);
   return rectangle;
 }
 
 /// A rectangle that an option gives, inside the picture.
-cv::Rect rectangle_of(const std::string& option, const std::string& text, const Picture& picture, const cv::Mat& bgr) {
+cv::Rect rectangle_of(const std::string& option, const std::string& text, const std::string& file, const cv::Mat& bgr) {
   const std::vector<int> v = integers(option, text, 4, "X,Y,WIDTH,HEIGHT in pixels");
   const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
   if (v[2] <= 0 || v[3] <= 0 || (rectangle & cv::Rect({0, 0}, bgr.size())) != rectangle) {
-    throw InputError(fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, text, picture.file,
-                                 bgr.cols, bgr.rows));
+    throw InputError(
+        fmt::format("{}: {} is not inside {}, which is {} x {} pixels", option, text, file, bgr.cols, bgr.rows));
   }
   return rectangle;
 }
 
 /// Where the object is: a rectangle around it, or also its pixels, as clicks show them.
-ObjectRegion region_of(const Picture& picture, const cv::Mat& bgr, bool in_window) {
-  const std::string option = "--rectangle-" + picture.name;
-  if (in_window) return {rectangle_in_window(picture, bgr), {}};
-  if (!picture.rectangle.empty()) {
-    return {rectangle_of(option, picture.rectangle, picture, bgr), {}};
+ObjectRegion region_of(const std::string& camera, const Shown& picture, const cv::Mat& bgr, bool in_window) {
+  const std::string option = "--rectangle-" + camera;
+  if (in_window) return {rectangle_in_window(camera, picture.file, bgr), {}};
+  if (picture.rectangles.size() > 1 || (!picture.rectangles.empty() && !picture.clicks.empty())) {
+    throw InputError(fmt::format("{}: expected one {}, or --click-{} only", picture.file, option, camera));
   }
+  if (!picture.rectangles.empty()) return {rectangle_of(option, picture.rectangles[0], picture.file, bgr), {}};
   if (picture.clicks.empty()) {
-    throw InputError(fmt::format("say where the object is: {} X,Y,WIDTH,HEIGHT, or --click-{} X,Y, or --in-window",
-                                 option, picture.name));
+    throw InputError(
+        fmt::format("{}: say where the object is: {} X,Y,WIDTH,HEIGHT, or --click-{} X,Y, or --in-window; a picture "
+                    "without the object is --without-{}",
+                    picture.file, option, camera, camera));
   }
   std::vector<cv::Point> clicks;
   for (const std::string& click : picture.clicks) {
-    const std::vector<int> v = integers("--click-" + picture.name, click, 2, "X,Y in pixels");
+    const std::vector<int> v = integers("--click-" + camera, click, 2, "X,Y in pixels");
     if (!cv::Rect({0, 0}, bgr.size()).contains({v[0], v[1]})) {
-      throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", picture.name, click,
+      throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", camera, click,
                                    picture.file, bgr.cols, bgr.rows));
     }
     clicks.emplace_back(v[0], v[1]);
@@ -93,59 +131,107 @@ ObjectRegion region_of(const Picture& picture, const cv::Mat& bgr, bool in_windo
   return region_around(bgr, clicks);
 }
 
+/// Refuses a part of the picture that does not contain the object.
+void require_inside(const ObjectPicture& picture, const std::string& option, const std::string& text) {
+  const ObjectRegion& region = *picture.region;
+  const cv::Rect& box = region.box;
+  // A region that clicks propose may reach beyond, into what is alike.
+  const bool known = !region.mask.empty();
+  const double inside = known ? cv::countNonZero(region.mask(picture.within)) : (box & picture.within).area();
+  const double all = known ? cv::countNonZero(region.mask) : box.area();
+  if (inside >= 0.5 * all) return;
+  throw InputError(fmt::format("{}: {} does not contain the object, which is at {},{},{},{} in {}", option, text, box.x,
+                               box.y, box.width, box.height, picture.name));
+}
+
+/// The pictures of one camera: first those of the object, then those without it.
+std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::vector<std::string>& order,
+                                         bool in_window) {
+  std::vector<ObjectPicture> pictures;
+  const std::string option = "--within-" + input.name;
+  const auto add = [&](const std::string& file) -> ObjectPicture& {
+    const cv::Mat bgr = read_image(file);
+    const cv::Rect within = input.within.empty() ? cv::Rect() : rectangle_of(option, input.within, file, bgr);
+    return pictures.emplace_back(ObjectPicture{.bgr = bgr, .within = within, .name = file});
+  };
+  for (const Shown& shown : pictures_of(input, order)) {
+    ObjectPicture& picture = add(shown.file);
+    picture.region = region_of(input.name, shown, picture.bgr, in_window);
+    if (!picture.within.empty()) require_inside(picture, option, input.within);
+  }
+  for (const std::string& file : input.without) add(file);
+  return pictures;
+}
+
+/// What to do about a fault of several pictures, as the rest of a sentence.
+std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColour& object) {
+  if (pictures.size() == 1) return {};
+  std::vector<std::string> names;
+  for (const size_t k : faulty_alone(pictures)) names.push_back(pictures[k].name);
+  if (!names.empty())
+    return fmt::format("; refused also alone: {}: click elsewhere in it, or leave it out", fmt::join(names, ", "));
+  return object.faulty ? "; without this picture the others may do" : "";
+}
+
 struct Learned {
-  vision::LearnedColour colour;
+  vision::ColourModel model;
   nlohmann::json json;
-  cv::Mat shown;
+  std::vector<cv::Mat> shown;
   std::string fault;  // why the model is of no use; empty when it is
 };
 
-Learned learn(const Picture& picture, const ColourOptions& options) {
-  const cv::Mat bgr = read_image(picture.file);
-  const ObjectRegion region = region_of(picture, bgr, options.in_window);
-  const cv::Rect& rectangle = region.box;
-  const std::string within_option = "--within-" + picture.name;
-  const cv::Rect within =
-      picture.within.empty() ? cv::Rect({0, 0}, bgr.size()) : rectangle_of(within_option, picture.within, picture, bgr);
-  // A region that clicks propose may reach beyond, into what is alike.
-  const double inside = region.mask.empty() ? (rectangle & within).area() : cv::countNonZero(region.mask(within));
-  const double all = region.mask.empty() ? rectangle.area() : cv::countNonZero(region.mask);
-  if (inside < 0.5 * all) {
-    throw InputError(fmt::format("{}: {} does not contain the object, which is at {},{},{},{} in {}", within_option,
-                                 picture.within, rectangle.x, rectangle.y, rectangle.width, rectangle.height,
-                                 picture.file));
+Learned learn(const std::vector<ObjectPicture>& pictures) {
+  const ObjectColour object = learn_object(pictures);
+  if (object.colour.status != vision::LearnedColour::Status::kLearned)
+    throw std::runtime_error(object.fault + advice(pictures, object));
+  for (const std::string& sentence : object.warnings) spdlog::warn("{}", sentence);
+  const vision::LearnedColour& colour = object.colour;
+  Learned learned{.model = colour.model, .json = {}, .shown = {}, .fault = object.fault};
+  if (!object.fault.empty()) learned.fault += advice(pictures, object);
+  learned.json = {{"kept", colour.kept}, {"background", colour.background}, {"by_brightness", colour.by_brightness}};
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    const ObjectPicture& picture = pictures[k];
+    nlohmann::json of_picture{{"file", picture.name}, {"background", colour.rates[k].background}};
+    if (picture.region) {
+      const cv::Rect& box = picture.region->box;
+      of_picture["rectangle_px"] = {box.x, box.y, box.width, box.height};
+      of_picture["kept"] = colour.rates[k].kept;
+    }
+    learned.json["pictures"].push_back(of_picture);
+    learned.shown.push_back(members_picture(picture, colour.model));
   }
-  Learned learned;
-  ObjectColour object;
-  try {
-    object = learn_object(bgr, region, within);
-  } catch (const std::runtime_error& fault) {
-    throw std::runtime_error(picture.file + ": " + fault.what());
-  }
-  learned.colour = object.colour;
-  const vision::LearnedColour& colour = learned.colour;
-  for (const std::string& sentence : object.warnings) spdlog::warn("{}: {}", picture.file, sentence);
-  learned.json = {{"file", picture.file},
-                  {"rectangle_px", {rectangle.x, rectangle.y, rectangle.width, rectangle.height}},
-                  {"kept", colour.kept},
-                  {"background", colour.background},
-                  {"by_brightness", colour.by_brightness}};
-  if (!options.check_picture.empty()) learned.shown = members_picture(bgr, colour.model, region);
-  if (!object.fault.empty()) learned.fault = picture.file + ": " + object.fault;
   return learned;
 }
 
-int learn_both(const ColourOptions& options) {
+/// The pictures of both cameras side by side, one pair below the other.
+cv::Mat side_by_side(const std::vector<cv::Mat>& left, const std::vector<cv::Mat>& right) {
+  std::vector<cv::Size> sizes;
+  cv::Size whole;
+  for (size_t k = 0; k < std::max(left.size(), right.size()); ++k) {
+    const cv::Size a = k < left.size() ? left[k].size() : cv::Size(),
+                   b = k < right.size() ? right[k].size() : cv::Size();
+    sizes.emplace_back(a.width + b.width, std::max(a.height, b.height));
+    whole = {std::max(whole.width, sizes.back().width), whole.height + sizes.back().height};
+  }
+  cv::Mat all(whole, CV_8UC3, cv::Scalar(0, 0, 0));
+  int row = 0;
+  for (size_t k = 0; k < sizes.size(); ++k) {
+    const int width = k < left.size() ? left[k].cols : 0;
+    if (k < left.size()) left[k].copyTo(all(cv::Rect({0, row}, left[k].size())));
+    if (k < right.size()) right[k].copyTo(all(cv::Rect({width, row}, right[k].size())));
+    row += sizes[k].height;
+  }
+  return all;
+}
+
+int learn_both(const ColourOptions& options, const std::vector<std::string>& order) {
   for (const std::string& path : {options.output, options.check_picture, options.json}) check_writable(path);
-  const Learned left = learn(options.left, options);
-  const Learned right = options.right.file.empty() ? left : learn(options.right, options);
-  if (options.right.file.empty()) spdlog::info("no --right: both cameras are taken to see the same colours");
+  const bool one = options.right.files.empty();
+  const Learned left = learn(read_pictures(options.left, order, options.in_window));
+  const Learned right = one ? left : learn(read_pictures(options.right, order, options.in_window));
+  if (one) spdlog::info("no --right: both cameras are taken to see the same colours");
   if (!options.check_picture.empty()) {
-    cv::Mat both(std::max(left.shown.rows, right.shown.rows), left.shown.cols + right.shown.cols, CV_8UC3,
-                 cv::Scalar(0, 0, 0));
-    left.shown.copyTo(both(cv::Rect({0, 0}, left.shown.size())));
-    right.shown.copyTo(both(cv::Rect({left.shown.cols, 0}, right.shown.size())));
-    const std::vector<uint8_t> png = encode_png(both);
+    const std::vector<uint8_t> png = encode_png(side_by_side(left.shown, right.shown));
     OutputFile file(options.check_picture);
     file.write(png);
     file.finish();
@@ -154,7 +240,7 @@ int learn_both(const ColourOptions& options) {
   for (const Learned* learned : {&left, &right}) {
     if (!learned->fault.empty()) throw std::runtime_error(learned->fault + "; see --picture");
   }
-  write_text_file(options.output, colour_text({left.colour.model, right.colour.model}));
+  write_text_file(options.output, colour_text({left.model, right.model}));
   return 0;
 }
 
@@ -162,23 +248,34 @@ int learn_both(const ColourOptions& options) {
 
 Command colour_command(CommandLine& cli) {
   const auto options = std::make_shared<ColourOptions>();
-  CommandLine app = cli.subcommand("colour", "an object's colours, from a picture of it by each camera");
-  for (Picture* picture : {&options->left, &options->right}) {
-    const std::string& name = picture->name;
-    CommandOption file = app.option("--" + name, picture->file, "the " + name + " camera's picture");
-    if (picture == &options->left) file.required();
-    app.option("--rectangle-" + name, picture->rectangle, "X,Y,WIDTH,HEIGHT: filled by the object, pixels").needs(file);
-    app.option(
-           "--within-" + name, picture->within,
-           "X,Y,WIDTH,HEIGHT: the part of the picture that shows vision's search_region_m, pixels; the rest is ignored")
+  CommandLine app = cli.subcommand("colour", "an object's colours, from one or several pictures of it by each camera");
+  for (CameraInput* input : {&options->left, &options->right}) {
+    const std::string& name = input->name;
+    const bool left = input == &options->left;
+    CommandOption file = app.option("--" + name, input->files,
+                                    "the " + name +
+                                        " camera's picture; several, for several lights and places: each with "
+                                        "its clicks, or its rectangle, after it");
+    file.repeated();
+    if (left) file.required();
+    app.option("--click-" + name, input->clicks, "X,Y: a point on the object, pixels; may be repeated").needs(file);
+    app.option("--rectangle-" + name, input->rectangles, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
+        .repeated()
         .needs(file);
-    app.option("--click-" + name, picture->clicks, "X,Y: a point on the object, pixels; may be repeated").needs(file);
+    app.option("--without-" + name, input->without,
+               "a picture without the object: nothing in it may have the object's colours; may be repeated")
+        .repeated()
+        .needs(file);
+    app.option("--within-" + name, input->within,
+               "X,Y,WIDTH,HEIGHT: the part of the pictures that shows vision's search_region_m, pixels; the rest is "
+               "ignored")
+        .needs(file);
   }
   app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
   app.option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}").required();
   app.option("--picture", options->check_picture, "PNG in which pixels of other colours are dark grey");
   app.option("--json", options->json, "quality report of the colour models; - for standard output");
-  return {app, [options] { return learn_both(*options); }};
+  return {app, [options, app] { return learn_both(*options, app.order()); }};
 }
 
 }  // namespace multireach

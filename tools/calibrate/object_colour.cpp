@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
 
 #include "vision/colour/colour_table.hpp"
 #include "vision/colour/find.hpp"
@@ -13,6 +14,10 @@ namespace {
 
 constexpr double kFewest = 0.25;  // least share of the region's area that the finder must find
 constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
+
+double area_of(const ObjectRegion& region) {
+  return region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
+}
 
 /// How many of a blob's pixels are in a region's mask, or box.
 double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
@@ -85,43 +90,112 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one",
                        position_of(blob, corner), 100 * blob.area / object->area);
   }
-  const double whole = region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
+  const double whole = area_of(region);
   if (all_inside < kFewest * whole)
     return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole) +
            others_like_it(bgr, region, corner);
   return {};
 }
 
+/// Why the finder finds something in a picture without the object, which has `area` pixels elsewhere; empty when it
+/// does not.
+std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, double area, const cv::Point& corner) {
+  vision::BlobFinder finder;
+  const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
+  if (found.too_many_runs) return "the learned colours are all over the picture, which does not have the object";
+  for (const vision::Blob& blob : found.blobs) {
+    if (blob.area < kSimilar * area) continue;
+    return fmt::format(
+        "with the learned colours something is found at {}, {:.0f} % as large as the object, which is not there",
+        position_of(blob, corner), 100 * blob.area / area);
+  }
+  return {};
+}
+
+/// The part of a picture that counts, with what it shows of the object.
+struct Part {
+  cv::Mat bgr;
+  std::optional<ObjectRegion> region;
+  cv::Point corner;  // in the picture
+};
+
+Part part_of(const ObjectPicture& picture) {
+  const cv::Rect within = picture.within.empty() ? cv::Rect({0, 0}, picture.bgr.size()) : picture.within;
+  Part part{picture.bgr(within), std::nullopt, within.tl()};
+  if (picture.region) {
+    const ObjectRegion& region = *picture.region;
+    part.region =
+        ObjectRegion{(region.box & within) - within.tl(), region.mask.empty() ? cv::Mat() : region.mask(within)};
+  }
+  return part;
+}
+
+std::string about(const ObjectPicture& picture, const std::string& sentence) {
+  return picture.name.empty() ? sentence : picture.name + ": " + sentence;
+}
+
+/// What is doubtful about the colours in one picture.
+void warn(const ObjectPicture& picture, const vision::LearnedColour::Rates& rates, std::vector<std::string>& warnings) {
+  constexpr double kFew = 0.8, kMuch = 0.01;
+  if (picture.region && rates.kept < kFew)
+    warnings.push_back(
+        about(picture, fmt::format("only {:.0f} % of the object has the learned colours", 100 * rates.kept)));
+  if (rates.background > kMuch)
+    warnings.push_back(
+        about(picture, fmt::format("{:.1f} % of the background has the learned colours", 100 * rates.background)));
+}
+
 }  // namespace
 
-ObjectColour learn_object(const cv::Mat& picture, const ObjectRegion& in_picture, const cv::Rect& within) {
-  const cv::Mat bgr = picture(within);
-  const ObjectRegion region{(in_picture.box & within) - within.tl(),
-                            in_picture.mask.empty() ? cv::Mat() : in_picture.mask(within)};
-  ObjectColour object{.colour = region.mask.empty() ? vision::learn_colour(bgr, region.box)
-                                                    : vision::learn_colour_of(bgr, region.mask)};
+ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
+  std::vector<Part> parts;
+  std::vector<vision::TrainingPicture> training;
+  double smallest = 0;  // area of the object, pixels
+  for (const ObjectPicture& picture : pictures) {
+    const Part& part = parts.emplace_back(part_of(picture));
+    const ObjectRegion region = part.region.value_or(ObjectRegion{});
+    training.push_back(
+        {.bgr = part.bgr, .has_object = part.region.has_value(), .rectangle = region.box, .mask = region.mask});
+    if (part.region) smallest = smallest > 0 ? std::min(smallest, area_of(region)) : area_of(region);
+  }
+  ObjectColour object{.colour = vision::learn_colour(training)};
   const vision::LearnedColour& colour = object.colour;
-  if (colour.status != vision::LearnedColour::Status::kLearned) throw std::runtime_error(description(colour.status));
-  constexpr double kFew = 0.8, kMuch = 0.01;
-  if (colour.kept < kFew)
-    object.warnings.push_back(fmt::format("only {:.0f} % of the object has the learned colours", 100 * colour.kept));
-  if (colour.background > kMuch) {
-    object.warnings.push_back(
-        fmt::format("{:.1f} % of the background has the learned colours", 100 * colour.background));
+  if (colour.status != vision::LearnedColour::Status::kLearned) {
+    object.faulty = colour.picture;
+    const std::string sentence = description(colour.status);
+    object.fault = object.faulty ? about(pictures[*object.faulty], sentence) : sentence;
+    return object;
+  }
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    warn(pictures[k], colour.rates[k], object.warnings);
+    if (!object.fault.empty()) continue;
+    const Part& part = parts[k];
+    const std::string fault = part.region ? finder_fault(part.bgr, colour.model, *part.region, part.corner)
+                                          : finder_fault(part.bgr, colour.model, smallest, part.corner);
+    if (fault.empty()) continue;
+    object.faulty = k;
+    object.fault = about(pictures[k], fault);
   }
   if (colour.by_brightness)
-    object.warnings.push_back("only brightness distinguishes the object; lock the camera's exposure");
-  object.fault = finder_fault(bgr, colour.model, region, within.tl());
+    object.warnings.emplace_back("only brightness distinguishes the object; lock the camera's exposure");
   return object;
 }
 
-ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region) {
-  return learn_object(bgr, region, {0, 0, bgr.cols, bgr.rows});
+ObjectColour learn_object(const ObjectPicture& picture) {
+  return learn_object(std::span(&picture, 1));
 }
 
-cv::Mat members_picture(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region) {
+std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures) {
+  std::vector<size_t> faulty;
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    if (pictures[k].region && !learn_object(pictures[k]).fault.empty()) faulty.push_back(k);
+  }
+  return faulty;
+}
+
+cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model) {
   const vision::ColourTable members(model);
-  cv::Mat shown = bgr.clone();
+  cv::Mat shown = picture.bgr.clone();
   for (int row = 0; row < shown.rows; ++row) {
     for (int column = 0; column < shown.cols; ++column) {
       auto& p = shown.at<cv::Vec3b>(row, column);
@@ -130,6 +204,8 @@ cv::Mat members_picture(const cv::Mat& bgr, const vision::ColourModel& model, co
       p = {grey, grey, grey};
     }
   }
+  if (!picture.region) return shown;
+  const ObjectRegion& region = *picture.region;
   if (region.mask.empty()) {
     cv::rectangle(shown, region.box, {0, 255, 0});
   } else {

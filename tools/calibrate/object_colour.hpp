@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,20 +10,34 @@
 
 namespace multireach {
 
-/// The colours of an object in one picture.
+/// A picture of an object, or of the same scene without it.
+struct ObjectPicture {
+  cv::Mat bgr;                           ///< 8-bit
+  std::optional<ObjectRegion> region{};  ///< where the object is; where its mask is empty, it fills most of the box
+  /// The part that counts, where vision will look for the object: what is outside may have its colours. Empty: all.
+  cv::Rect within{};
+  std::string name{};  ///< of its file: sentences about this picture begin with it
+};
+
+/// The colours of an object in pictures of it.
 struct ObjectColour {
   vision::LearnedColour colour;
   std::vector<std::string> warnings{};  ///< sentences
-  std::string fault{};  ///< why vision would not find the object by them in this picture; empty when it would
+  /// Why the colours cannot be learned, or why vision would not find the object by them in one of the pictures, or
+  /// would find something else; empty when it would find the object in all pictures that have it.
+  std::string fault{};
+  std::optional<size_t> faulty{};  ///< number of the picture that the fault is about; nothing: all of them
 };
 
-/// Learns the colours of the object in a region, or, where its mask is empty, in its box. Throws std::runtime_error
-/// when they cannot be learned. Only the part `within` of the picture counts, where vision will look for the object:
-/// what is outside may have its colours.
-ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region, const cv::Rect& within);
-ObjectColour learn_object(const cv::Mat& bgr, const ObjectRegion& region);
+/// Learns the colours of an object. At least one picture must have it.
+ObjectColour learn_object(std::span<const ObjectPicture> pictures);
+ObjectColour learn_object(const ObjectPicture& picture);
 
-/// The picture, with pixels outside the colour class shown grey and dark, and the object's region drawn.
-cv::Mat members_picture(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region);
+/// The numbers of the pictures that have the object, but from which alone it is not learned without a fault: a click
+/// beside the object, or another thing of its colours, spoils what is learned from all.
+std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures);
+
+/// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.
+cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model);
 
 }  // namespace multireach

@@ -38,14 +38,12 @@ ObjectLook look_at_object(const images_t& message, const std::array<std::vector<
     for (const cv::Point2d& click : clicks[side])
       pixels.emplace_back(cv::saturate_cast<int>(click.x * (bgr.cols - 1)),
                           cv::saturate_cast<int>(click.y * (bgr.rows - 1)));
-    try {
-      const ObjectRegion region = region_around(bgr, pixels);
-      look.colours[side] = learn_object(bgr, region);
-      shown[side] = members_picture(bgr, look.colours[side]->colour.model, region);
-      if (!look.colours[side]->fault.empty()) look.fault = fmt::format("{} image: {}", name, look.colours[side]->fault);
-    } catch (const std::runtime_error& fault) {
-      look.fault = fmt::format("{} image: {}", name, fault.what());
-    }
+    const ObjectPicture picture{.bgr = bgr, .region = region_around(bgr, pixels)};
+    const ObjectColour object = learn_object(picture);
+    if (!object.fault.empty()) look.fault = fmt::format("{} image: {}", name, object.fault);
+    if (object.colour.status != vision::LearnedColour::Status::kLearned) continue;
+    shown[side] = members_picture(picture, object.colour.model);
+    look.colours[side] = object;
   }
   cv::hconcat(shown[0], shown[1], look.picture);
   return look;

@@ -22,4 +22,10 @@ struct Blob {
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< covariance of the pixels' positions, pixels^2
 };
 
+/// How much a shape resembles a disc: 1 for a disc, less for an ellipse and for a ragged shape. The ratio of the axes
+/// of the ellipse with the shape's moments, times the share of this ellipse that the shape fills. `area`: pixels;
+/// `spread`: covariance of their positions, pixels^2.
+double compactness(double area, const Eigen::Matrix2d& spread);
+double compactness(const Blob& blob);
+
 }  // namespace multireach::vision

@@ -1,38 +1,57 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "vision/colour/colour_model.hpp"
 
 namespace multireach::vision {
 
-/// A colour model learned from an image, with its classification rates on that image.
+/// A picture to learn an object's colours from.
+struct TrainingPicture {
+  cv::Mat bgr;             ///< 8-bit
+  bool has_object = true;  ///< false: nothing in it is the object, and nothing may have its colours
+  cv::Rect rectangle{};    ///< the object fills most of it; its corners, and spots and stripes, may show other things
+  cv::Mat mask{};          ///< where its pixels are known: 8-bit, of the picture's size, not 0 for them
+};
+
+/// A colour model learned from pictures, with its classification rates on them.
 struct LearnedColour {
   enum class Status {
     kLearned,
-    kBadImage,      ///< not an 8-bit BGR image
-    kBadRectangle,  ///< fewer than 40 of its pixels are in the image
+    kBadImage,      ///< a picture, or a mask, is not as TrainingPicture says
+    kBadRectangle,  ///< fewer than 40 pixels of the rectangle or the mask are in the picture
     kOverexposed,   ///< most of the object is overexposed, so that its colour is unknown
     kIndistinct,    ///< the rectangle's colours are as frequent elsewhere in the image
   };
+  /// Shares of pixels that the model contains.
+  struct Rates {
+    double kept = 0;        ///< of the object's
+    double background = 0;  ///< of the others
+  };
   Status status = Status::kBadImage;
-  ColourModel model;      ///< valid when kLearned
-  double kept = 0;        ///< share of the object's pixels that the model contains; at least 0.8 is good
+  std::optional<size_t> picture{};  ///< number of the picture that the status is about; nothing: all of them
+  ColourModel model;                ///< valid when kLearned
+  double kept = 0;                  ///< share of the object's pixels that the model contains; at least 0.8 is good
   double background = 0;  ///< share of the pixels outside that it contains; up to 0.01 is good; 0 if there are none
+  std::vector<Rates> rates{};  ///< of each picture
   bool by_brightness = false;  ///< chroma alone does not separate the object: the exposure must not change
 };
 
 /// The status as a sentence.
 const char* description(LearnedColour::Status status);
 
-/// Learns the colours of an object from one 8-bit BGR image. The object fills most of `rectangle`; its corners, and
-/// spots and stripes on the object, may show other things. The rest of the image is background, except a margin around
-/// the rectangle. Object colours are those that are more frequent in the rectangle than in the background.
-LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle);
+/// Learns the colours of an object from pictures of it: all of them count the same. Where its pixels are known, the
+/// background is what is more than a few pixels away from them, but not other objects that look the same; of several
+/// models, it chooses the one that finds most of the object, and least of anything else, in these pictures. In a
+/// rectangle, object colours are those that are more frequent there than in the rest of the picture, of which a margin
+/// around the rectangle does not count. At least one picture must have the object.
+LearnedColour learn_colour(std::span<const TrainingPicture> pictures);
 
-/// The same for an object whose pixels are known: those that are not 0 in `mask`, 8-bit, of the image's size. The
-/// background is what is more than a few pixels away from them. Of several models, it chooses the one that finds most
-/// of the object, and least of anything else, in this image.
+/// The same from one picture, by a rectangle, or by a mask.
+LearnedColour learn_colour(const cv::Mat& bgr, const cv::Rect& rectangle);
 LearnedColour learn_colour_of(const cv::Mat& bgr, const cv::Mat& mask);
 
 }  // namespace multireach::vision

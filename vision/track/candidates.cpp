@@ -108,14 +108,6 @@ bool same_thing(const Candidate& a, const Candidate& b) {
 
 }  // namespace
 
-double compactness(const Blob& blob) {
-  const double half_trace = 0.5 * blob.spread.trace(), determinant = std::max(0.0, blob.spread.determinant());
-  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
-  const double ellipse = 4 * std::numbers::pi * std::sqrt(determinant);
-  if (!(ellipse > 0)) return 0;
-  return std::min(1.0, blob.area / ellipse) * std::sqrt((half_trace - root) / (half_trace + root));
-}
-
 double Evidence::sum() const {
   return std::accumulate(term.begin(), term.end(), 0.0);
 }

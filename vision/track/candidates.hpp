@@ -13,13 +13,9 @@ namespace multireach::vision {
 /// What one blob shows of a thing besides its contour.
 struct Appearance {
   double background = 0;    ///< share of its pixels that the remembered background explains, 0 to 1
-  double compactness = 0;   ///< 1 for a disc, less for an ellipse and for a ragged blob
+  double compactness = 0;   ///< 1 for a disc, less for other shapes: compactness() in colour/blob.hpp
   double colour_share = 0;  ///< share of its pixels that are well inside the colour model, 0 to 1
 };
-
-/// See Appearance::compactness: the ratio of the axes of the ellipse with the blob's moments, times the share of this
-/// ellipse that the blob fills.
-double compactness(const Blob& blob);
 
 /// Evidence that a candidate is the target, by terms: logarithms of likelihood ratios between the target and another
 /// thing of its colour, up to constants that are the same for all candidates of a pair of images. They add.

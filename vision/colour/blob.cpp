@@ -1,0 +1,22 @@
+#include "vision/colour/blob.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace multireach::vision {
+
+double compactness(double area, const Eigen::Matrix2d& spread) {
+  const double half_trace = 0.5 * spread.trace(), determinant = std::max(0.0, spread.determinant());
+  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));
+  const double ellipse = 4 * std::numbers::pi * std::sqrt(determinant);
+  if (!(ellipse > 0)) return 0;
+  return std::min(1.0, area / ellipse) * std::sqrt((half_trace - root) / (half_trace + root));
+}
+
+double compactness(const Blob& blob) {
+  return compactness(blob.area, blob.spread);
+}
+
+}  // namespace multireach::vision

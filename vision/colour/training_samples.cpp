@@ -1,0 +1,250 @@
+#include "vision/colour/training_samples.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+
+#include "vision/colour/colour_table.hpp"
+#include "vision/colour/find.hpp"
+
+namespace multireach::vision {
+namespace {
+
+using Status = LearnedColour::Status;
+
+constexpr int kFewest = 40;          // pixels, smallest area of the object
+constexpr double kDark = 12;         // grey levels, below which chroma is noise
+constexpr double kMoreFrequent = 2;  // an object colour is this many times more frequent inside than outside
+constexpr double kMinObject = 0.2;   // smallest share of object colours in the rectangle
+constexpr double kEnough = 0.3;      // smallest share of object pixels with known colour, i.e. not overexposed
+constexpr double kObjectSamples = 8000, kRestSamples = 30000;  // of all pictures, about
+
+ChromaSample sample_of(const cv::Vec3b& pixel) {
+  ChromaSample sample;
+  sample.colour = {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])};
+  sample.luma = luma_of(sample.colour);
+  if (sample.luma >= kDark) sample.chroma = chroma_of(sample.colour);
+  return sample;
+}
+
+/// Samples the pixels of `part` outside `without` on a grid, at most about `most` of them.
+std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Rect& without, double most) {
+  const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
+  std::vector<ChromaSample> samples;
+  for (int row = part.y; row < part.br().y; row += step) {
+    for (int column = part.x; column < part.br().x; column += step) {
+      if (without.contains({column, row})) continue;
+      ChromaSample sample = sample_of(bgr.at<cv::Vec3b>(row, column));
+      // The middle of the rectangle shows the object more likely than its corners.
+      const double x = (column + 0.5 - part.x) / part.width * 2 - 1, y = (row + 0.5 - part.y) / part.height * 2 - 1;
+      if (without.empty()) sample.weight = std::max(0.0, 1 - 0.6 * (x * x + y * y));
+      samples.push_back(sample);
+    }
+  }
+  return samples;
+}
+
+/// Samples the pixels of `part` that are inside, or outside, a mask, on a grid, at most about `most` of them.
+std::vector<ChromaSample> samples_of(const cv::Mat& bgr, const cv::Rect& part, const cv::Mat& mask, bool inside,
+                                     double most) {
+  const int step = std::max(1, static_cast<int>(std::sqrt(part.area() / most)));
+  std::vector<ChromaSample> samples;
+  for (int row = part.y; row < part.br().y; row += step) {
+    for (int column = part.x; column < part.br().x; column += step) {
+      if ((mask.at<uint8_t>(row, column) != 0) == inside) samples.push_back(sample_of(bgr.at<cv::Vec3b>(row, column)));
+    }
+  }
+  return samples;
+}
+
+bool is_overexposed(const ChromaSample& sample) {
+  const Rgb& c = sample.colour;
+  return (c.r >= kClipped) + (c.g >= kClipped) + (c.b >= kClipped) > 1;
+}
+
+/// Histogram of samples over chroma and brightness, as shares.
+class Frequencies {
+ public:
+  explicit Frequencies(const std::vector<ChromaSample>& samples) : shares_(kChroma * kChroma * kLuma) {
+    const double total = total_weight(samples);
+    for (const ChromaSample& sample : samples) shares_[cell(sample)] += sample.weight / total;
+  }
+  double of(const ChromaSample& sample) const { return shares_[cell(sample)]; }
+
+ private:
+  static constexpr int kChroma = 24, kLuma = 8;
+  static size_t cell(const ChromaSample& sample) {
+    const auto chroma = [](double value) { return std::clamp(static_cast<int>((value + 2) * 4), 0, kChroma - 1); };
+    const int luma = std::min(static_cast<int>(std::sqrt(sample.luma) / 2), kLuma - 1);
+    return static_cast<size_t>((luma * kChroma + chroma(sample.chroma.y())) * kChroma + chroma(sample.chroma.x()));
+  }
+  std::vector<double> shares_;
+};
+
+/// Whether the mean chroma of a blob is that of a component: within its standard deviation, not only in its tails.
+bool is_alike(const cv::Mat& bgr, const Blob& blob, const ChromaComponent& component) {
+  constexpr double kDistance = 1.2;
+  Eigen::Vector2d sum(0, 0);
+  for (const Run& run : blob.runs) {
+    for (int column = run.begin; column < run.end; ++column)
+      sum += sample_of(bgr.at<cv::Vec3b>(run.row, column)).chroma;
+  }
+  const Eigen::Vector2d from = sum / blob.area - component.mean;
+  return from.dot(component.covariance.inverse() * from) < kDistance * kDistance;
+}
+
+/// Marks other objects of the object's main colour, with a border in which colours mix.
+cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& trial) {
+  constexpr double kTolerance = 2, kLeastArea = 0.1, kMostArea = 25;
+  constexpr double kSolid = 0.4;  // least share of its box: a ball's is 0.8, that of a texture is less
+  constexpr double kShape = 0.2;  // least compactness, as a share of the object's: a coloured edge is no such object
+  constexpr int kBorder = 7;      // pixels
+  ColourModel main;
+  main.object = fit_chroma(coloured_samples(object), 1);
+  main.tolerance = kTolerance;
+  if (main.object.empty()) return {};
+  BlobFinder finder;
+  const FoundBlobs found = finder.find(trial.bgr, {0, 0, trial.bgr.cols, trial.bgr.rows}, ColourTable(main),
+                                       {.min_area = kLeastArea * trial.area, .most = 64});
+  const cv::Moments moments = cv::moments(trial.mask, true);
+  Eigen::Matrix2d spread;
+  spread << moments.mu20, moments.mu11, moments.mu11, moments.mu02;
+  const double least_compact = kShape * compactness(moments.m00, spread / moments.m00);
+  cv::Mat alike = cv::Mat::zeros(trial.mask.size(), CV_8UC1);
+  for (const Blob& blob : found.blobs) {
+    if (!(blob.box & trial.box).empty() || blob.area > kMostArea * trial.area) continue;
+    if (blob.area < kSolid * blob.box.area() || compactness(blob) < least_compact) continue;
+    if (!is_alike(trial.bgr, blob, main.object[0])) continue;
+    for (const Run& run : blob.runs) alike.row(run.row).colRange(run.begin, run.end) = 255;
+  }
+  cv::dilate(alike, alike, cv::getStructuringElement(cv::MORPH_ELLIPSE, {kBorder, kBorder}));
+  return alike;
+}
+
+TrainingSamples failed(Status status) {
+  return {.status = status, .object = {}, .rest = {}, .trials = {}};
+}
+
+/// Of a picture in which the object fills most of a rectangle.
+TrainingSamples in_rectangle(const cv::Mat& bgr, const cv::Rect& rectangle, double share) {
+  const cv::Rect image(0, 0, bgr.cols, bgr.rows), inside = rectangle & image;
+  if (inside.area() < kFewest) return failed(Status::kBadRectangle);
+  const cv::Point margin(inside.width / 4, inside.height / 4);
+  const cv::Rect around(inside.tl() - margin, inside.br() + margin);
+  const std::vector<ChromaSample> in_it = samples_of(bgr, inside, {}, share * kObjectSamples);
+  TrainingSamples samples;
+  samples.rest = samples_of(bgr, image, around, share * kRestSamples);
+
+  const Frequencies here(in_it), elsewhere(samples.rest);
+  const bool nothing_else = samples.rest.empty();
+  for (const ChromaSample& sample : in_it) {
+    if (nothing_else || here.of(sample) > kMoreFrequent * elsewhere.of(sample)) samples.object.push_back(sample);
+  }
+  if (total_weight(samples.object) < kMinObject * total_weight(in_it)) return failed(Status::kIndistinct);
+  return samples;
+}
+
+/// Of a picture in which the object's pixels are known.
+TrainingSamples in_mask(const cv::Mat& bgr, const cv::Mat& mask, double share) {
+  cv::Mat inner, outer;
+  constexpr int kBorder = 7;  // pixels in which object and background mix
+  const auto disc = [](int size) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size}); };
+  cv::erode(mask, inner, disc(3));
+  if (cv::countNonZero(inner) < kFewest / 2) inner = mask;
+  cv::dilate(mask, outer, disc(2 * kBorder + 1));
+  const cv::Rect whole(0, 0, bgr.cols, bgr.rows), box = cv::boundingRect(mask);
+  const cv::Size margin(box.width / 2, box.height / 2);
+  const cv::Rect around = (box + margin + margin - cv::Point(margin)) & whole;
+  Trial trial{bgr, mask, {}, around, static_cast<double>(cv::countNonZero(mask))};
+  if (trial.area < kFewest) return failed(Status::kBadRectangle);
+  TrainingSamples samples;
+  samples.object = samples_of(bgr, box, inner, true, share * kObjectSamples);
+  if (samples.object.empty()) return failed(Status::kBadRectangle);
+  // Other objects of the same colour must not cut this one up: they are not background.
+  trial.alike = objects_alike(samples.object, trial);
+  if (cv::countNonZero(trial.alike) > 0) outer |= trial.alike;
+  samples.rest = samples_of(bgr, whole, outer, false, share * kRestSamples);
+  samples.trials = {trial};
+  return samples;
+}
+
+/// Of a picture without the object.
+TrainingSamples without_object(const cv::Mat& bgr, double share) {
+  const cv::Mat nothing = cv::Mat::zeros(bgr.size(), CV_8UC1);
+  TrainingSamples samples;
+  samples.rest = samples_of(bgr, {0, 0, bgr.cols, bgr.rows}, nothing, false, share * kRestSamples);
+  samples.trials = {{bgr, nothing, {}, {}, 0}};
+  return samples;
+}
+
+void scale(std::vector<ChromaSample>& samples, double factor) {
+  for (ChromaSample& sample : samples) sample.weight *= factor;
+}
+
+}  // namespace
+
+TrainingSamples training_samples(const TrainingPicture& picture, size_t pictures) {
+  const cv::Mat& bgr = picture.bgr;
+  if (bgr.type() != CV_8UC3 || bgr.empty()) return failed(Status::kBadImage);
+  const double share = 1 / static_cast<double>(std::max<size_t>(1, pictures));
+  if (!picture.has_object) return without_object(bgr, share);
+  if (picture.mask.empty()) return in_rectangle(bgr, picture.rectangle, share);
+  if (picture.mask.type() != CV_8UC1 || picture.mask.size() != bgr.size()) return failed(Status::kBadImage);
+  return in_mask(bgr, picture.mask, share);
+}
+
+TrainingSamples merged(std::vector<TrainingSamples> pictures) {
+  if (pictures.size() == 1) return std::move(pictures.front());
+  TrainingSamples all;
+  bool known = true;  // the object's pixels, in all pictures that show it
+  double area = 0;
+  for (TrainingSamples& picture : pictures) {
+    for (auto* samples : {&picture.object, &picture.rest}) {
+      if (!samples->empty()) scale(*samples, 1 / total_weight(*samples));
+    }
+    all.object.insert(all.object.end(), picture.object.begin(), picture.object.end());
+    all.rest.insert(all.rest.end(), picture.rest.begin(), picture.rest.end());
+    known = known && !picture.trials.empty();
+    for (const Trial& trial : picture.trials) {
+      all.trials.push_back(trial);
+      area = std::max(area, trial.area);
+    }
+  }
+  if (!known || !(area > 0)) all.trials.clear();
+  for (Trial& trial : all.trials) {
+    if (!(trial.area > 0)) trial.area = area;
+  }
+  return all;
+}
+
+double total_weight(std::span<const ChromaSample> samples) {
+  double total = 0;
+  for (const ChromaSample& sample : samples) total += sample.weight;
+  return total;
+}
+
+bool is_clipped(const ChromaSample& sample) {
+  return std::max({sample.colour.r, sample.colour.g, sample.colour.b}) >= kClipped;
+}
+
+bool is_dark(const ChromaSample& sample) {
+  return sample.luma < kDark;
+}
+
+std::vector<ChromaSample> coloured_samples(const std::vector<ChromaSample>& object) {
+  const double total = total_weight(object);
+  std::vector<ChromaSample> coloured = object;
+  std::erase_if(coloured, is_clipped);
+  if (total_weight(coloured) < kEnough * total) {
+    // Accept one clipped channel: the true colour is at least as saturated as it appears. With two clipped channels the
+    // colour is unknown.
+    coloured = object;
+    std::erase_if(coloured, is_overexposed);
+    if (total_weight(coloured) < kEnough * total) coloured.clear();
+  }
+  return coloured;
+}
+
+}  // namespace multireach::vision

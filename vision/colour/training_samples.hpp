@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vision/colour/chroma_fit.hpp"
+#include "vision/colour/learn_colour.hpp"
+
+namespace multireach::vision {
+
+/// A picture and the object's pixels in it, for trying a colour model with the blob finder.
+struct Trial {
+  cv::Mat bgr, mask;
+  cv::Mat alike;    ///< pixels of other objects of the same colour; empty where there are none
+  cv::Rect box;     ///< of the mask, widened by half its size: beyond it are other things, not more of the object
+  double area = 0;  ///< of the object, pixels
+};
+
+/// What pictures show of an object and of everything else.
+struct TrainingSamples {
+  LearnedColour::Status status = LearnedColour::Status::kLearned;  ///< or why a picture is of no use
+  std::vector<ChromaSample> object, rest;
+  std::vector<Trial> trials;  ///< empty where the object's pixels are not known
+};
+
+/// Samples one of `pictures` pictures: the more they are, the fewer samples of each.
+TrainingSamples training_samples(const TrainingPicture& picture, size_t pictures);
+
+/// The samples of all pictures together. Each picture has the same weight, however large the object is in it.
+TrainingSamples merged(std::vector<TrainingSamples> pictures);
+
+double total_weight(std::span<const ChromaSample> samples);
+
+bool is_clipped(const ChromaSample& sample);
+/// Whether the sample is too dark for its chroma to be more than noise.
+bool is_dark(const ChromaSample& sample);
+
+/// The samples of the object whose colour is known; none where too many are overexposed.
+std::vector<ChromaSample> coloured_samples(const std::vector<ChromaSample>& object);
+
+}  // namespace multireach::vision
