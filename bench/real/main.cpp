@@ -304,12 +304,14 @@ double outside_range(const StillObject& object, double depth_m) {
   return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
 }
 
-/// What vision answers to a still pair.
+/// What vision answers to a still pair. With a search region, a click that is refused in the whole images is learned
+/// from the parts of them that show the region.
 struct StillAnswer {
   std::string text;
   double error_mm = NAN, sigmas = NAN;  // of the depth, from the range of true depths
 };
 
+/// With a search region, a click that is refused in the whole images is learned from the parts of them that show it.
 StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::optional<vision::SearchRegion>& region,
                       bool all) {
   const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
@@ -320,8 +322,11 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   const cv::Rect whole({0, 0}, set.left.size());
   const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
   const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
-  const Clicked left = learn_clicks({{set.left, object.click, in_left_image}});
-  const Clicked right = learn_clicks({{set.right, in_right, in_right_image}});
+  Clicked left = learn_clicks({{set.left, object.click}}), right = learn_clicks({{set.right, in_right}});
+  if (region && !(left.fault.empty() && right.fault.empty())) {
+    left = learn_clicks({{set.left, object.click, in_left_image}});
+    right = learn_clicks({{set.right, in_right, in_right_image}});
+  }
   const std::string fault = left.fault.empty() ? right.fault : left.fault;
   if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
   options.colour = {*left.model, *right.model};
