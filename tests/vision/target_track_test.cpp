@@ -153,6 +153,21 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   EXPECT_LT((track.estimate().position - there).norm(), 1e-3);
 }
 
+TEST(TargetTrack, TakesABounceWithTheSecondMatchAfterIt) {
+  // A ball that falls onto a table at 4 m/s and leaves it at 3 m/s, between two pairs.
+  const double dt = kFrame * 1e-6, g = 9.81;
+  const auto height = [&](int k) {
+    const double t = (k - 0.5) * dt;  // since the bounce
+    return t < 0 ? -4 * t - 0.5 * g * t * t : 3 * t - 0.5 * g * t * t;
+  };
+  TargetTrack track({});
+  for (int k = -10; k <= 0; ++k) EXPECT_TRUE(track.update((k + 20) * kFrame, seen_at({0, 0, height(k)}))) << k;
+  EXPECT_FALSE(track.update(21 * kFrame, seen_at({0, 0, height(1)}))) << "it could be another object";
+  EXPECT_TRUE(track.update(22 * kFrame, seen_at({0, 0, height(2)})));
+  EXPECT_NEAR(track.velocity().z(), 3 - g * 1.5 * dt, 0.3);
+  for (int k = 3; k < 8; ++k) EXPECT_TRUE(track.update((k + 20) * kFrame, seen_at({0, 0, height(k)}))) << k;
+}
+
 TEST(TargetTrack, TakesTimesAsTheyCome) {
   TargetTrack track({});
   const Eigen::Vector3d p(0, 0, 0.5);

@@ -77,6 +77,15 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
   covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
 }
 
+/// Whether the target can well have got from where it was seen last to a measurement outside the gate, as by a bounce:
+/// with the speed that it had, or with that of a target just found.
+bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
+  const double seconds = seconds_between(*last_seen_utime_, utime);
+  const Eigen::Vector3d velocity = state_.tail<3>(), last = state_.head<3>() - velocity * seconds;
+  return (seen.position - last).norm() <=
+         std::max(kFirstSpeed, velocity.norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
+}
+
 bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
   const double seconds = seconds_between(outlier_utime_, utime);
   const double sigma = std::sqrt(seen.covariance.trace());
@@ -86,7 +95,8 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;
-  if (outliers_ < options_.confirmations) return false;
+  if (outliers_ < (is_near(utime, seen) ? std::max(1, options_.confirmations - 1) : options_.confirmations))
+    return false;
   const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
   begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
   return true;

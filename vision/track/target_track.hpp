@@ -26,7 +26,7 @@ class TargetTrack {
     double max_process_noise_m2_s3 = 10;        ///< the same for a thrown target
     double coasting_process_noise_m2_s3 = 0.1;  ///< the same for a target that is not seen
     double gate = 4;                            ///< largest innovation of this target, standard deviations
-    int confirmations = 3;                      ///< consecutive matches that confirm a jump
+    int confirmations = 3;                      ///< consecutive matches that confirm a jump; one less for a near one
     double coast_s = 0.5;                       ///< longest time without a match before the target is lost
     double coast_sigma_m =
         0.1;  ///< largest standard deviation of the position before it is lost: root of the covariance's trace
@@ -74,6 +74,7 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
   bool correct(double seconds, const PositionEstimate& seen);
+  bool is_near(int64_t utime, const PositionEstimate& seen) const;
   bool confirm(int64_t utime, const PositionEstimate& seen);
   void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance);
 
