@@ -63,7 +63,7 @@ class CommandLine {
   /// Options of the whole program may also follow the subcommand; of a subcommand: this one lets them.
   void fallthrough();
   /// The names, without dashes, of the options and arguments that were given to this command line, in their order: a
-  /// name once for each of its values.
+  /// name once for each word that is a value of it.
   std::vector<std::string> order() const;
   /// Whether this subcommand was given.
   bool given() const;

@@ -31,7 +31,7 @@ class Entry:
         return re.split(r"[,|]", found[1]) if found else []
 
     def takes_value(self):
-        return bool(re.search(r"\s(?!Excludes:|Needs:)\S", self.name.strip()))
+        return bool(re.search(r"\s\S", re.split(r" (?:Excludes|Needs):", self.name)[0].strip()))
 
 
 @dataclass
@@ -58,7 +58,10 @@ def column_of_texts(text):
 
 
 def name_and_text(line, column):
-    """The parts of an entry's first line. A name that ends just before the column has only one space behind it."""
+    """The parts of an entry's first line. A name that ends just before the column has only one space behind it; one that
+    reaches beyond has its text on the next line."""
+    if re.search(r"\b(Needs|Excludes):( --\S+)+$", line.rstrip()):
+        return line.strip(), ""
     if 0 < column < len(line) and line[column - 1] == " " != line[column] and not re.search(r"\S {2,}\S", line[:column]):
         return line[:column].strip(), line[column:].strip()
     name, _, rest = re.sub(r"\s{2,}", "\t", line.strip(), count=1).partition("\t")

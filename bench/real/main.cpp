@@ -89,7 +89,7 @@ struct Clicked {
 struct Click {
   cv::Mat image;
   cv::Point at;
-  cv::Rect within{};
+  std::optional<cv::Rect> within{};
 };
 
 /// Several clicks are learned as the documentation says: pictures that `calibrate colour` names as faulty are left out,
@@ -112,8 +112,8 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
     }
     object = learn_object(pictures);
   }
-  while (object.faulty && pictures.size() > 1) {
-    leave_out(*object.faulty);
+  while (object.faulty_picture && pictures.size() > 1) {
+    leave_out(*object.faulty_picture);
     object = learn_object(pictures);
   }
   clicked.fault = object.fault;
@@ -304,8 +304,7 @@ double outside_range(const StillObject& object, double depth_m) {
   return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
 }
 
-/// What vision answers to a still pair. With a search region, a click that is refused in the whole images is learned
-/// from the parts of them that show the region.
+/// What vision answers to a still pair.
 struct StillAnswer {
   std::string text;
   double error_mm = NAN, sigmas = NAN;  // of the depth, from the range of true depths
@@ -378,13 +377,16 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
   }
   if (!videos.empty()) {
     std::printf(
-        "Per cent of labelled images, over all clicks that are not refused (%d for an object, or those that the set "
-        "names)%s; in brackets the worst click. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. Of "
-        "all: a refused click counts as no answer. Ambiguous: of no answer. The baseline answers to every click.\n\n"
+        "Per cent of labelled images. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. %s\n\n",
+        kRight, kWrong,
+        choices.together
+            ? "All clicks of an object teach one colour, also the baseline's, but for those that calibrate colour "
+              "refuses; brackets and 'of all' have no meaning of their own."
+            : "The mean over an object's clicks that are not refused; in brackets the worst click. Of all: a "
+              "refused click counts as no answer. The baseline answers to every click.");
+    std::printf(
         "| video | use | object | clicks refused | right | wrong | no answer | ambiguous | by contour | median px "
-        "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-        choices.clicks, choices.together ? ", which together teach one colour, also the baseline's" : "", kRight,
-        kWrong);
+        "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   }
   std::vector<std::vector<Run>> runs;
   for (const RealSet& set : videos) runs.push_back(run_video(set, choices));
@@ -415,7 +417,7 @@ int main(int argc, char** argv) {
   multireach::bench::Choices choices;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
   app.add_option("--clicks", choices.clicks,
-                 "images of each object that the colour is learned from, one after the other")
+                 "images of each object that its colours are learned from, unless the set names them")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");

@@ -243,8 +243,40 @@ TEST(ObjectColourOf, IsNotThatOfAPictureWithoutTheObject) {
 
   const ObjectPicture twin{.bgr = picture({{place, 20, kOrange}}, {}, 32), .name = "twin"};
   const ObjectColour refused = learn_object(std::array{with, twin});
-  EXPECT_EQ(refused.faulty, size_t{1});
+  EXPECT_EQ(refused.faulty_picture, size_t{1});
   EXPECT_EQ(refused.fault.find("twin: with the learned colours something is found at 2"), 0U) << refused.fault;
+}
+
+TEST(ObjectColourOf, APictureWithoutItMustNotHaveIt) {
+  // The same picture, and darker and brighter ones: what is learned becomes narrower, but still finds the ball there.
+  const Ball ball{{80, 110}, 20, kOrange};
+  const ObjectPicture with = clicked(picture({ball}, {}, 30), ball, "with");
+  for (const double gain : {0.8, 1.0, 1.15}) {
+    ObjectPicture without{.bgr = cv::Mat(), .name = "without"};
+    with.bgr.convertTo(without.bgr, -1, gain);
+    const ObjectColour object = learn_object(std::array{with, without});
+    EXPECT_NE(object.fault, "") << gain;
+  }
+}
+
+TEST(ObjectColourOf, APictureWithoutItCountsForItsSmallestImageToo) {
+  // A dark disc of the balls' chroma: nothing beside the near ball, but as large as the far one.
+  const Ball near{{110, 110}, 70, kOrange}, far{{60, 60}, 13, kOrange};
+  const Ball dark{{220, 120}, 13, {0.2 * kOrange.r, 0.2 * kOrange.g, 0.2 * kOrange.b}};
+  const std::vector<ObjectPicture> pictures{clicked(picture({near}, {}, 60), near, "near"),
+                                            clicked(picture({far}, {}, 61), far, "far"),
+                                            {.bgr = picture({dark}, {}, 62), .name = "without"}};
+  EXPECT_EQ(learn_object(pictures).fault, "");
+}
+
+TEST(ObjectColourOf, SaysWhereVisionWouldNotKnowIt) {
+  const Ball ball{{60, 110}, 20, kOrange}, smaller{{220, 120}, 12, kOrange};
+  const ObjectColour object = learned(picture({ball, smaller}, {}, 70), ball);
+  EXPECT_EQ(object.fault, "") << "the other is a third as large";
+  ASSERT_EQ(object.warnings.size(), 1U);
+  EXPECT_NE(object.warnings[0].find("vision would not choose between it and what is at 2"), std::string::npos)
+      << object.warnings[0];
+  EXPECT_TRUE(learned(picture({ball}, {}, 71), ball).warnings.empty());
 }
 
 TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
@@ -253,7 +285,7 @@ TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
       clicked(picture({ball}, {}, 40), ball, "good.png"),
       clicked(picture({ball, {{220, 120}, 30, kOrange}}, {}, 41), ball, "bad.png")};
   const ObjectColour object = learn_object(pictures);
-  EXPECT_EQ(object.faulty, size_t{1});
+  EXPECT_EQ(object.faulty_picture, size_t{1});
   EXPECT_EQ(object.fault.find("bad.png: with the learned colours another object is found"), 0U) << object.fault;
   EXPECT_EQ(faulty_alone(pictures), std::vector<size_t>{1});
 }

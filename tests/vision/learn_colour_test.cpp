@@ -91,13 +91,13 @@ TEST(LearnColour, SaysWhatItCannotLearn) {
   const cv::Mat image = scene({220, 40, 110}, 150, 1, 4);
   EXPECT_EQ(learn_colour(cv::Mat(), kAround).status, Status::kBadImage);
   EXPECT_EQ(learn_colour(cv::Mat(50, 50, CV_8UC1), kAround).status, Status::kBadImage);
-  EXPECT_EQ(learn_colour(image, {400, 10, 50, 50}).status, Status::kBadRectangle);
-  EXPECT_EQ(learn_colour(image, {10, 10, 6, 6}).status, Status::kBadRectangle);
-  EXPECT_EQ(learn_colour(image, {10, 10, -60, 60}).status, Status::kBadRectangle);
+  EXPECT_EQ(learn_colour(image, {400, 10, 50, 50}).status, Status::kTooSmall);
+  EXPECT_EQ(learn_colour(image, {10, 10, 6, 6}).status, Status::kTooSmall);
+  EXPECT_EQ(learn_colour(image, {10, 10, -60, 60}).status, Status::kTooSmall);
   EXPECT_EQ(learn_colour(image, {20, 150, 60, 60}).status, Status::kIndistinct) << "a piece of wall";
   EXPECT_EQ(learn_colour(scene({255, 240, 250}, 60, 3, 5), kAround).status, Status::kOverexposed);
   for (const Status status :
-       {Status::kLearned, Status::kBadImage, Status::kBadRectangle, Status::kOverexposed, Status::kIndistinct}) {
+       {Status::kLearned, Status::kBadImage, Status::kTooSmall, Status::kOverexposed, Status::kIndistinct}) {
     EXPECT_STRNE(description(status), "");
   }
 }
@@ -128,6 +128,17 @@ TEST(LearnColour, FindsTheSolidsOfAPhotographInBothViews) {
     EXPECT_GT(here.centroid.x(), there.centroid.x()) << rectangle;
     EXPECT_NEAR(there.area / here.area, 1, 0.25) << rectangle;
   }
+}
+
+TEST(LearnColour, SaysWhichPictureIsOfNoUse) {
+  const cv::Mat image = scene({40, 90, 180}, 150, 1, 3);
+  const TrainingPicture good{.bgr = image, .rectangle = kAround}, none{.bgr = image, .has_object = false};
+  const TrainingPicture grey{.bgr = cv::Mat(50, 50, CV_8UC1), .rectangle = {5, 5, 20, 20}};
+  EXPECT_EQ(learn_colour(std::vector<TrainingPicture>{}).status, LearnedColour::Status::kNoObject);
+  EXPECT_EQ(learn_colour(std::vector{none}).status, LearnedColour::Status::kNoObject);
+  const LearnedColour learned = learn_colour(std::vector{good, grey});
+  EXPECT_EQ(learned.status, LearnedColour::Status::kBadImage);
+  EXPECT_EQ(learned.picture, size_t{1});
 }
 
 TEST(LearnColour, GivesUpTheDarkestPartForColouredEdgesOfDarkThings) {

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "numeric/gaussian.hpp"
 
@@ -166,6 +167,21 @@ TEST(TargetTrack, TakesABounceWithTheSecondMatchAfterIt) {
   EXPECT_TRUE(track.update(22 * kFrame, seen_at({0, 0, height(2)})));
   EXPECT_NEAR(track.velocity().z(), 3 - g * 1.5 * dt, 0.3);
   for (int k = 3; k < 8; ++k) EXPECT_TRUE(track.update((k + 20) * kFrame, seen_at({0, 0, height(k)}))) << k;
+}
+
+TEST(TargetTrack, ANearJumpNeedsOneMatchLessButAtLeastTwo) {
+  for (const auto& [confirmations, near, far] : {std::tuple(1, 1, 1), {2, 2, 2}, {3, 2, 3}, {5, 4, 5}}) {
+    for (const double distance : {0.09, 0.6}) {
+      TargetTrack::Options options;
+      options.confirmations = confirmations;
+      TargetTrack track(options);
+      int64_t t = 0;
+      for (int k = 0; k < 10; ++k) EXPECT_TRUE(track.update(t += kFrame, seen_at({0, 0, 0.5})));
+      int needed = 1;
+      while (needed < 9 && !track.update(t += kFrame, seen_at({distance, 0, 0.5}))) ++needed;
+      EXPECT_EQ(needed, distance < 0.1 ? near : far) << confirmations << " at " << distance;
+    }
+  }
 }
 
 TEST(TargetTrack, TakesTimesAsTheyCome) {

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/highgui.hpp>
@@ -33,18 +35,18 @@ struct ColourOptions {
 };
 
 /// One picture of the object, and where the object is in it.
-struct Shown {
+struct PictureInput {
   std::string file;
   std::vector<std::string> clicks{}, rectangles{};
 };
 
 /// Gives each picture the clicks and rectangles that follow it on the command line, whose options are in `order`. With
 /// one picture they may also precede it.
-std::vector<Shown> pictures_of(const CameraInput& input, const std::vector<std::string>& order) {
-  std::vector<Shown> pictures;
+std::vector<PictureInput> pictures_of(const CameraInput& input, const std::vector<std::string>& order) {
+  std::vector<PictureInput> pictures;
   if (input.files.size() == 1) return {{input.files[0], input.clicks, input.rectangles}};
   size_t click = 0, rectangle = 0;
-  const auto last = [&](const std::string& option, const std::string& value) -> Shown& {
+  const auto last = [&](const std::string& option, const std::string& value) -> PictureInput& {
     if (pictures.empty()) {
       throw InputError(fmt::format("--{} {}: with several pictures, give it after the --{} that it belongs to", option,
                                    value, input.name));
@@ -106,7 +108,7 @@ cv::Rect rectangle_of(const std::string& option, const std::string& text, const 
 }
 
 /// Where the object is: a rectangle around it, or also its pixels, as clicks show them.
-ObjectRegion region_of(const std::string& camera, const Shown& picture, const cv::Mat& bgr, bool in_window) {
+ObjectRegion region_of(const std::string& camera, const PictureInput& picture, const cv::Mat& bgr, bool in_window) {
   const std::string option = "--rectangle-" + camera;
   if (in_window) return {rectangle_in_window(camera, picture.file, bgr), {}};
   if (picture.rectangles.size() > 1 || (!picture.rectangles.empty() && !picture.clicks.empty())) {
@@ -137,7 +139,7 @@ void require_inside(const ObjectPicture& picture, const std::string& option, con
   const cv::Rect& box = region.box;
   // A region that clicks propose may reach beyond, into what is alike.
   const bool known = !region.mask.empty();
-  const double inside = known ? cv::countNonZero(region.mask(picture.within)) : (box & picture.within).area();
+  const double inside = known ? cv::countNonZero(region.mask(*picture.within)) : (box & *picture.within).area();
   const double all = known ? cv::countNonZero(region.mask) : box.area();
   if (inside >= 0.5 * all) return;
   throw InputError(fmt::format("{}: {} does not contain the object, which is at {},{},{},{} in {}", option, text, box.x,
@@ -151,13 +153,14 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
   const std::string option = "--within-" + input.name;
   const auto add = [&](const std::string& file) -> ObjectPicture& {
     const cv::Mat bgr = read_image(file);
-    const cv::Rect within = input.within.empty() ? cv::Rect() : rectangle_of(option, input.within, file, bgr);
-    return pictures.emplace_back(ObjectPicture{.bgr = bgr, .within = within, .name = file});
+    ObjectPicture& picture = pictures.emplace_back(ObjectPicture{.bgr = bgr, .name = file});
+    if (!input.within.empty()) picture.within = rectangle_of(option, input.within, file, bgr);
+    return picture;
   };
-  for (const Shown& shown : pictures_of(input, order)) {
+  for (const PictureInput& shown : pictures_of(input, order)) {
     ObjectPicture& picture = add(shown.file);
     picture.region = region_of(input.name, shown, picture.bgr, in_window);
-    if (!picture.within.empty()) require_inside(picture, option, input.within);
+    if (picture.within) require_inside(picture, option, input.within);
   }
   for (const std::string& file : input.without) add(file);
   return pictures;
@@ -165,42 +168,57 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
 
 /// What to do about a fault of several pictures, as the rest of a sentence.
 std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColour& object) {
-  if (pictures.size() == 1) return {};
+  const auto with =
+      std::ranges::count_if(pictures, [](const ObjectPicture& picture) { return picture.region.has_value(); });
+  if (object.faulty_picture && !pictures[*object.faulty_picture].region)
+    return "; take away what has the object's colours there, or choose another object";
+  if (with == 1) return {};
   std::vector<std::string> names;
   for (const size_t k : faulty_alone(pictures)) names.push_back(pictures[k].name);
-  if (!names.empty())
-    return fmt::format("; refused also alone: {}: click elsewhere in it, or leave it out", fmt::join(names, ", "));
-  return object.faulty ? "; without this picture the others may do" : "";
+  if (!names.empty()) {
+    return fmt::format("; refused even alone: {}: correct the clicks or rectangles there, or leave it out",
+                       fmt::join(names, ", "));
+  }
+  for (size_t k = 0; k < pictures.size() && pictures.size() > 2; ++k) {
+    std::vector<ObjectPicture> others = pictures;
+    others.erase(others.begin() + static_cast<ptrdiff_t>(k));
+    if (learn_object(others).fault.empty()) return fmt::format("; without {} the others pass", pictures[k].name);
+  }
+  return "; the pictures do not agree: check the clicks or rectangles in each";
 }
 
 struct Learned {
-  vision::ColourModel model;
-  nlohmann::json json;
-  std::vector<cv::Mat> shown;
-  std::string fault;  // why the model is of no use; empty when it is
+  ObjectColour object;
+  std::string fault{};  // why the model is of no use, and what to do; empty when it is of use
 };
 
 Learned learn(const std::vector<ObjectPicture>& pictures) {
-  const ObjectColour object = learn_object(pictures);
-  if (object.colour.status != vision::LearnedColour::Status::kLearned)
-    throw std::runtime_error(object.fault + advice(pictures, object));
-  for (const std::string& sentence : object.warnings) spdlog::warn("{}", sentence);
-  const vision::LearnedColour& colour = object.colour;
-  Learned learned{.model = colour.model, .json = {}, .shown = {}, .fault = object.fault};
-  if (!object.fault.empty()) learned.fault += advice(pictures, object);
-  learned.json = {{"kept", colour.kept}, {"background", colour.background}, {"by_brightness", colour.by_brightness}};
+  Learned learned{learn_object(pictures)};
+  for (const std::string& sentence : learned.object.warnings) spdlog::warn("{}", sentence);
+  if (!learned.object.fault.empty()) learned.fault = learned.object.fault + advice(pictures, learned.object);
+  if (learned.object.colour.status != vision::LearnedColour::Status::kLearned) throw std::runtime_error(learned.fault);
+  return learned;
+}
+
+nlohmann::json json_of(const std::vector<ObjectPicture>& pictures, const vision::LearnedColour& colour) {
+  nlohmann::json json{
+      {"kept", colour.kept}, {"background", colour.background}, {"by_brightness", colour.by_brightness}};
   for (size_t k = 0; k < pictures.size(); ++k) {
-    const ObjectPicture& picture = pictures[k];
-    nlohmann::json of_picture{{"file", picture.name}, {"background", colour.rates[k].background}};
-    if (picture.region) {
-      const cv::Rect& box = picture.region->box;
+    nlohmann::json of_picture{{"file", pictures[k].name}, {"background", colour.rates[k].background}};
+    if (pictures[k].region) {
+      const cv::Rect& box = pictures[k].region->box;
       of_picture["rectangle_px"] = {box.x, box.y, box.width, box.height};
       of_picture["kept"] = colour.rates[k].kept;
     }
-    learned.json["pictures"].push_back(of_picture);
-    learned.shown.push_back(members_picture(picture, colour.model));
+    json["pictures"].push_back(of_picture);
   }
-  return learned;
+  return json;
+}
+
+std::vector<cv::Mat> members_pictures(const std::vector<ObjectPicture>& pictures, const vision::ColourModel& model) {
+  std::vector<cv::Mat> shown;
+  for (const ObjectPicture& picture : pictures) shown.push_back(members_picture(picture, model));
+  return shown;
 }
 
 /// The pictures of both cameras side by side, one pair below the other.
@@ -224,23 +242,64 @@ cv::Mat side_by_side(const std::vector<cv::Mat>& left, const std::vector<cv::Mat
   return all;
 }
 
+/// Refuses an output that is a picture to be read, or another output.
+void require_distinct(const ColourOptions& options) {
+  const auto same = [](const std::string& a, const std::string& b) {
+    std::error_code none;
+    return a == b || std::filesystem::equivalent(a, b, none) ||
+           std::filesystem::path(a).lexically_normal() == std::filesystem::path(b).lexically_normal();
+  };
+  std::vector<std::pair<std::string, std::string>> taken;
+  for (const CameraInput* input : {&options.left, &options.right}) {
+    for (const std::string& file : input->files) taken.emplace_back("--" + input->name, file);
+    for (const std::string& file : input->without) taken.emplace_back("--without-" + input->name, file);
+  }
+  for (const auto& [option, file] : {std::pair<std::string, std::string>("--output", options.output),
+                                     {"--picture", options.check_picture},
+                                     {"--json", options.json}}) {
+    if (file.empty() || file == "-") continue;
+    for (const auto& [other, of_other] : taken) {
+      if (same(file, of_other)) throw InputError(fmt::format("{}: {} is also {}", option, file, other));
+    }
+    taken.emplace_back(option, file);
+  }
+}
+
 int learn_both(const ColourOptions& options, const std::vector<std::string>& order) {
+  require_distinct(options);
   for (const std::string& path : {options.output, options.check_picture, options.json}) check_writable(path);
   const bool one = options.right.files.empty();
-  const Learned left = learn(read_pictures(options.left, order, options.in_window));
-  const Learned right = one ? left : learn(read_pictures(options.right, order, options.in_window));
+  const std::vector<ObjectPicture> left_pictures = read_pictures(options.left, order, options.in_window);
+  const std::vector<ObjectPicture> right_pictures =
+      one ? std::vector<ObjectPicture>() : read_pictures(options.right, order, options.in_window);
+  const Learned left = learn(left_pictures), right = one ? left : learn(right_pictures);
+  const vision::LearnedColour &in_left = left.object.colour, &in_right = right.object.colour;
   if (one) spdlog::info("no --right: both cameras are taken to see the same colours");
   if (!options.check_picture.empty()) {
-    const std::vector<uint8_t> png = encode_png(side_by_side(left.shown, right.shown));
+    const std::vector<uint8_t> png = encode_png(
+        side_by_side(members_pictures(left_pictures, in_left.model), members_pictures(right_pictures, in_right.model)));
     OutputFile file(options.check_picture);
     file.write(png);
     file.finish();
   }
-  if (!options.json.empty()) write_json_file(options.json, {{"left", left.json}, {"right", right.json}});
+  if (!options.json.empty()) {
+    const nlohmann::json of_left = json_of(left_pictures, in_left);
+    write_json_file(options.json, {{"left", of_left}, {"right", one ? of_left : json_of(right_pictures, in_right)}});
+  }
   for (const Learned* learned : {&left, &right}) {
     if (!learned->fault.empty()) throw std::runtime_error(learned->fault + "; see --picture");
   }
-  write_text_file(options.output, colour_text({left.model, right.model}));
+  write_text_file(options.output, colour_text({in_left.model, in_right.model}));
+  const auto summary = [](const vision::LearnedColour& colour) {
+    return fmt::format("{:.0f} % of the object and {:.1f} % of the background", 100 * colour.kept,
+                       100 * colour.background);
+  };
+  if (one) {
+    spdlog::info("{}: has {}", options.output, summary(in_left));
+  } else {
+    spdlog::info("{}: has, of the left pictures, {}; of the right ones, {}", options.output, summary(in_left),
+                 summary(in_right));
+  }
   return 0;
 }
 
@@ -249,19 +308,25 @@ int learn_both(const ColourOptions& options, const std::vector<std::string>& ord
 Command colour_command(CommandLine& cli) {
   const auto options = std::make_shared<ColourOptions>();
   CommandLine app = cli.subcommand("colour", "an object's colours, from one or several pictures of it by each camera");
+  CommandOption in_window =
+      app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
   for (CameraInput* input : {&options->left, &options->right}) {
     const std::string& name = input->name;
     const bool left = input == &options->left;
     CommandOption file = app.option("--" + name, input->files,
                                     "the " + name +
-                                        " camera's picture; several, for several lights and places: each with "
+                                        " camera's picture; several, for several lights and positions: each with "
                                         "its clicks, or its rectangle, after it");
     file.repeated();
     if (left) file.required();
-    app.option("--click-" + name, input->clicks, "X,Y: a point on the object, pixels; may be repeated").needs(file);
+    app.option("--click-" + name, input->clicks, "X,Y: a point on the object, pixels; may be repeated")
+        .repeated()
+        .needs(file)
+        .excludes(in_window);
     app.option("--rectangle-" + name, input->rectangles, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
         .repeated()
-        .needs(file);
+        .needs(file)
+        .excludes(in_window);
     app.option("--without-" + name, input->without,
                "a picture without the object: nothing in it may have the object's colours; may be repeated")
         .repeated()
@@ -271,7 +336,6 @@ Command colour_command(CommandLine& cli) {
                "ignored")
         .needs(file);
   }
-  app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
   app.option("-o,--output", options->output, "YAML for the `colour` section of a vision file: {file: ...}").required();
   app.option("--picture", options->check_picture, "PNG in which pixels of other colours are dark grey");
   app.option("--json", options->json, "quality report of the colour models; - for standard output");

@@ -212,14 +212,13 @@ cv::Mat cut(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Mat& region, 
 }  // namespace
 
 ObjectRegion region_around(const cv::Mat& bgr, const cv::Point& click) {
-  const cv::Mat gradient = gradient_of(bgr);
-  const cv::Mat mask = cut(bgr, gradient, grown(bgr, gradient, click), click);
-  return {cv::boundingRect(mask), mask};
+  return region_around(bgr, std::vector{click});
 }
 
 ObjectRegion region_around(const cv::Mat& bgr, const std::vector<cv::Point>& clicks) {
+  const cv::Mat gradient = gradient_of(bgr);
   cv::Mat mask = cv::Mat::zeros(bgr.size(), CV_8UC1);
-  for (const cv::Point& click : clicks) mask |= region_around(bgr, click).mask;
+  for (const cv::Point& click : clicks) mask |= cut(bgr, gradient, grown(bgr, gradient, click), click);
   return {cv::boundingRect(mask), mask};
 }
 

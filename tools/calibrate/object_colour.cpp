@@ -8,11 +8,13 @@
 
 #include "vision/colour/colour_table.hpp"
 #include "vision/colour/find.hpp"
+#include "vision/stereo_tracker.hpp"
 
 namespace multireach {
 namespace {
 
-constexpr double kFewest = 0.25;  // least share of the region's area that the finder must find
+constexpr double kFewest = 0.25;  // least share of the object's area by which something is found, or the object itself
+constexpr double kFilled = 0.5;   // share of the picture from which on vision says that the colour is everywhere
 constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
 
 double area_of(const ObjectRegion& region) {
@@ -53,7 +55,8 @@ std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region, const
     if (area_inside(blob, region) > 0.1 * blob.area) continue;
     if (!largest || blob.area > largest->area) largest = &blob;
   }
-  if (!largest) return {};
+  if (!largest)
+    return ": click in the middle of it, give it more light, or choose one that differs from what is around it";
   return fmt::format(
       "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
       "vision.yaml and give --within-left and --within-right",
@@ -66,6 +69,8 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture";
+  if (static_cast<double>(found.members) > kFilled * static_cast<double>(bgr.total()))
+    return "the learned colours fill most of the picture: show more of what is around the object";
   if (found.blobs.empty())
     return "with the learned colours nothing is found, not even the object" + others_like_it(bgr, region, corner);
   const vision::Blob* object = nullptr;
@@ -104,7 +109,7 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, d
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture, which does not have the object";
   for (const vision::Blob& blob : found.blobs) {
-    if (blob.area < kSimilar * area) continue;
+    if (blob.area < kFewest * area) continue;
     return fmt::format(
         "with the learned colours something is found at {}, {:.0f} % as large as the object, which is not there",
         position_of(blob, corner), 100 * blob.area / area);
@@ -120,7 +125,7 @@ struct Part {
 };
 
 Part part_of(const ObjectPicture& picture) {
-  const cv::Rect within = picture.within.empty() ? cv::Rect({0, 0}, picture.bgr.size()) : picture.within;
+  const cv::Rect within = picture.within.value_or(cv::Rect({0, 0}, picture.bgr.size()));
   Part part{picture.bgr(within), std::nullopt, within.tl()};
   if (picture.region) {
     const ObjectRegion& region = *picture.region;
@@ -132,6 +137,51 @@ Part part_of(const ObjectPicture& picture) {
 
 std::string about(const ObjectPicture& picture, const std::string& sentence) {
   return picture.name.empty() ? sentence : picture.name + ": " + sentence;
+}
+
+/// Why vision would not answer with the object to this picture and a copy as seen from a little to the right, when it
+/// knows only the colours; empty when it would.
+std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) {
+  constexpr int kShift = 10, kLeast = 40;  // pixels
+  const cv::Mat& bgr = part.bgr;
+  if (std::min(bgr.cols, bgr.rows) < kLeast) return {};
+  cv::Mat shifted;
+  cv::copyMakeBorder(bgr.colRange(kShift, bgr.cols), shifted, 0, 0, 0, kShift, cv::BORDER_REPLICATE);
+  vision::TrackerOptions options;
+  const double fx = bgr.cols;
+  options.rig.left = {.width = bgr.cols,
+                      .height = bgr.rows,
+                      .fx = fx,
+                      .fy = fx,
+                      .cx = 0.5 * (bgr.cols - 1),
+                      .cy = 0.5 * (bgr.rows - 1),
+                      .distortion = {}};
+  options.rig.right = options.rig.left;
+  options.rig.X_RL = options.rig.X_WL = Eigen::Isometry3d::Identity();
+  options.rig.X_RL.translation().x() = -0.06;
+  options.colour = {model, model};
+  vision::StereoTracker tracker(options);
+  const vision::View left = tracker.measure(Side::kLeft, bgr, tracker.search_area(Side::kLeft)),
+                     right = tracker.measure(Side::kRight, shifted, tracker.search_area(Side::kRight));
+  const vision::StereoTracker::Found found = tracker.match({}, left, right);
+  using Status = vision::StereoMatch::Status;
+  const auto is_object = [&](const Eigen::Vector2d& px) {
+    return part.region->box.contains(cv::Point(cvRound(px.x()), cvRound(px.y())));
+  };
+  const auto at = [&](const Eigen::Vector2d& px) {
+    return fmt::format("{},{}", cvRound(px.x()) + part.corner.x, cvRound(px.y()) + part.corner.y);
+  };
+  if (found.match.status == Status::kSeen)
+    return is_object(found.match.left_px)
+               ? ""
+               : "by the colours alone vision would take what is at " + at(found.match.left_px) + " for it";
+  if (found.match.status != Status::kAmbiguous)
+    return std::string("by the colours alone vision would say: ") + description(found.match.status);
+  const auto other = std::ranges::find_if(
+      found.candidates, [&](const vision::Candidate& candidate) { return !is_object(candidate.match.left_px); });
+  return fmt::format(
+      "by the colours alone vision would not choose between it and {}: set ball_radius_m or search_region_m",
+      other == found.candidates.end() ? "a part of it" : "what is at " + at(other->match.left_px));
 }
 
 /// What is doubtful about the colours in one picture.
@@ -161,9 +211,9 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
   ObjectColour object{.colour = vision::learn_colour(training)};
   const vision::LearnedColour& colour = object.colour;
   if (colour.status != vision::LearnedColour::Status::kLearned) {
-    object.faulty = colour.picture;
+    object.faulty_picture = pictures.size() == 1 ? 0 : colour.picture;
     const std::string sentence = description(colour.status);
-    object.fault = object.faulty ? about(pictures[*object.faulty], sentence) : sentence;
+    object.fault = object.faulty_picture ? about(pictures[*object.faulty_picture], sentence) : sentence;
     return object;
   }
   for (size_t k = 0; k < pictures.size(); ++k) {
@@ -172,8 +222,12 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     const Part& part = parts[k];
     const std::string fault = part.region ? finder_fault(part.bgr, colour.model, *part.region, part.corner)
                                           : finder_fault(part.bgr, colour.model, smallest, part.corner);
-    if (fault.empty()) continue;
-    object.faulty = k;
+    if (fault.empty()) {
+      const std::string doubt = part.region ? doubt_of_vision(part, colour.model) : "";
+      if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
+      continue;
+    }
+    object.faulty_picture = k;
     object.fault = about(pictures[k], fault);
   }
   if (colour.by_brightness)

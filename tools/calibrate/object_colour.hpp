@@ -14,8 +14,9 @@ namespace multireach {
 struct ObjectPicture {
   cv::Mat bgr;                           ///< 8-bit
   std::optional<ObjectRegion> region{};  ///< where the object is; where its mask is empty, it fills most of the box
-  /// The part that counts, where vision will look for the object: what is outside may have its colours. Empty: all.
-  cv::Rect within{};
+  /// The part that counts, inside the picture, where vision will look for the object: what is outside may have its
+  /// colours. Nothing: all of it.
+  std::optional<cv::Rect> within{};
   std::string name{};  ///< of its file: sentences about this picture begin with it
 };
 
@@ -26,7 +27,7 @@ struct ObjectColour {
   /// Why the colours cannot be learned, or why vision would not find the object by them in one of the pictures, or
   /// would find something else; empty when it would find the object in all pictures that have it.
   std::string fault{};
-  std::optional<size_t> faulty{};  ///< number of the picture that the fault is about; nothing: all of them
+  std::optional<size_t> faulty_picture{};  ///< number of the picture that the fault is about; nothing: all of them
 };
 
 /// Learns the colours of an object. At least one picture must have it.

@@ -79,8 +79,10 @@ std::string table_of(const json& report) {
                          flight["reachable"].get<bool>() ? "" : "  unreachable");
   }
   for (const json& lost : report["lost_intervals"]) {
-    table += fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n", lost["begin_s"].get<double>(),
-                         lost["end_s"].get<double>(), lost["frames"].get<int>());
+    const auto frames = lost["frames"].get<int>();
+    table += frames == 1 ? fmt::format("target not seen at {:.2f} s (1 frame)\n", lost["begin_s"].get<double>())
+                         : fmt::format("target not seen from {:.2f} to {:.2f} s ({} frames)\n",
+                                       lost["begin_s"].get<double>(), lost["end_s"].get<double>(), frames);
   }
   for (const json& fault : report["bridge_faults"]) {
     table += fmt::format("bridge in a fault from {:.2f} s: {}\n", fault["at_s"].get<double>(),

@@ -25,8 +25,8 @@ double share_of_members(const ColourModel& model, const std::vector<ChromaSample
 
 struct Grade {
   double kept, background;
-  double clutter = 0;  // area of blobs of other things, relative to the object's
-  /// 1 % of the background misclassified costs as much as 10 % of the object missed; blobs cost by their area.
+  double clutter = 0;  // area of the largest other thing that is found, relative to the object's; the worst picture's
+  /// 1 % of the background misclassified costs as much as 10 % of the object missed.
   double score() const { return kept - 10 * background - clutter / (1 + clutter); }
 };
 
@@ -41,7 +41,7 @@ double area_outside(const Blob& blob, const cv::Mat& mask) {
   return area;
 }
 
-/// What the finder finds beside the object and others of its colour, relative to the object's area.
+/// The largest thing that the finder finds beside the object and others of its colour, relative to the object's area.
 double clutter_of(const ColourTable& members, const Trial& trial) {
   BlobFinder finder;
   const FoundBlobs found = finder.find(trial.bgr, {0, 0, trial.bgr.cols, trial.bgr.rows}, members, {.most = 64});
@@ -99,7 +99,7 @@ Grade cut_background(ColourModel& model, const TrainingSamples& pictures) {
   return best;
 }
 
-/// Sets the tolerance with the best score, with the background cut out or not. Objects that this picture does not show
+/// Sets the tolerance with the best score, with the background cut out or not. Objects that no picture shows
 /// may have similar colours, so what a tolerance beyond the usual one adds must be worth it.
 void choose_tolerance(ColourModel& model, const TrainingSamples& pictures, bool cut) {
   constexpr double kUsual = 3;
@@ -174,9 +174,15 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& pictures)
 /// chroma says least about the darkest pixels, such as the coloured fringes that lenses leave at edges of black things.
 void limit_brightness(ColourModel& model, const TrainingSamples& pictures) {
   Grade best = grade(model, pictures);
-  std::vector<double> lumas;
-  for (const ChromaSample& sample : pictures.object) lumas.push_back(sample.luma);
-  std::ranges::sort(lumas);
+  std::vector<ChromaSample> object = pictures.object;
+  std::ranges::sort(object, {}, &ChromaSample::luma);
+  const double total = total_weight(object);
+  // The brightness at which a share of the object begins, counted from one end.
+  const auto quantile = [&](auto first, auto last, double share) {
+    double weight = first->weight;
+    while (weight <= share * total && std::next(first) != last) weight += (++first)->weight;
+    return first->luma;
+  };
   const ColourModel before = model;
   const auto limit = [&](double darkest, double brightest) {
     if (best.clutter == 0) return;
@@ -189,10 +195,11 @@ void limit_brightness(ColourModel& model, const TrainingSamples& pictures) {
     best = now;
     model = with;
   };
-  const double darkest = lumas[lumas.size() / 50], brightest = lumas[lumas.size() - 1 - lumas.size() / 50];
+  constexpr double kTail = 0.02;
+  const double darkest = quantile(object.begin(), object.end(), kTail);
+  const double brightest = quantile(object.rbegin(), object.rend(), kTail);
   for (const double room : {3.0, 2.0, 1.5, 1.2}) limit(darkest / room, brightest * room);
-  for (const double share : {0.05, 0.1, 0.15})
-    limit(lumas[static_cast<size_t>(share * static_cast<double>(lumas.size()))], model.max_luma);
+  for (const double share : {0.05, 0.1, 0.15}) limit(quantile(object.begin(), object.end(), share), model.max_luma);
 }
 
 /// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
@@ -233,8 +240,10 @@ const char* description(LearnedColour::Status status) {
       return "learned";
     case LearnedColour::Status::kBadImage:
       return "the image is not an 8-bit colour image";
-    case LearnedColour::Status::kBadRectangle:
-      return "the rectangle is outside of the image, or too small: at least 40 of its pixels must be in the image";
+    case LearnedColour::Status::kNoObject:
+      return "no picture has the object";
+    case LearnedColour::Status::kTooSmall:
+      return "the object's region is outside of the picture, or too small: at least 40 of its pixels must be in it";
     case LearnedColour::Status::kOverexposed:
       return "the object is overexposed, so that its colour is not known: make the exposure shorter";
     case LearnedColour::Status::kIndistinct:
@@ -317,16 +326,14 @@ LearnedColour learn(const TrainingSamples& pictures) {
 }  // namespace
 
 LearnedColour learn_colour(std::span<const TrainingPicture> pictures) {
-  std::vector<TrainingSamples> samples;
-  for (const TrainingPicture& picture : pictures) {
-    samples.push_back(training_samples(picture, pictures.size()));
-    if (samples.back().status == Status::kLearned) continue;
-    LearnedColour result = failed(samples.back().status);
-    result.picture = samples.size() - 1;
+  if (std::ranges::none_of(pictures, &TrainingPicture::has_object)) return failed(Status::kNoObject);
+  const std::vector<TrainingSamples> samples = training_samples(pictures);
+  for (size_t k = 0; k < samples.size(); ++k) {
+    if (samples[k].status == Status::kLearned) continue;
+    LearnedColour result = failed(samples[k].status);
+    result.picture = k;
     return result;
   }
-  const bool any = std::ranges::any_of(pictures, [](const TrainingPicture& picture) { return picture.has_object; });
-  if (!any) return failed(Status::kBadRectangle);
   LearnedColour learned = learn(merged(samples));
   if (learned.status != Status::kLearned) return learned;
   for (const TrainingSamples& picture : samples) {

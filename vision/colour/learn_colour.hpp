@@ -21,14 +21,15 @@ struct TrainingPicture {
 struct LearnedColour {
   enum class Status {
     kLearned,
-    kBadImage,      ///< a picture, or a mask, is not as TrainingPicture says
-    kBadRectangle,  ///< fewer than 40 pixels of the rectangle or the mask are in the picture
-    kOverexposed,   ///< most of the object is overexposed, so that its colour is unknown
-    kIndistinct,    ///< the rectangle's colours are as frequent elsewhere in the image
+    kBadImage,     ///< a picture, or a mask, is not as TrainingPicture says
+    kNoObject,     ///< no picture has the object
+    kTooSmall,     ///< fewer than 40 pixels of the rectangle or the mask are in the picture
+    kOverexposed,  ///< most of the object is overexposed, so that its colour is unknown
+    kIndistinct,   ///< the rectangle's colours are as frequent elsewhere in the image
   };
   /// Shares of pixels that the model contains.
   struct Rates {
-    double kept = 0;        ///< of the object's
+    double kept = 0;        ///< of the object's; 0 in a picture without it
     double background = 0;  ///< of the others
   };
   Status status = Status::kBadImage;

@@ -100,7 +100,7 @@ cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& tria
   constexpr double kTolerance = 2, kLeastArea = 0.1, kMostArea = 25;
   constexpr double kSolid = 0.4;  // least share of its box: a ball's is 0.8, that of a texture is less
   constexpr double kShape = 0.2;  // least compactness, as a share of the object's: a coloured edge is no such object
-  constexpr int kBorder = 7;      // pixels
+  constexpr int kBorder = 3;      // pixels
   ColourModel main;
   main.object = fit_chroma(coloured_samples(object), 1);
   main.tolerance = kTolerance;
@@ -119,7 +119,7 @@ cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& tria
     if (!is_alike(trial.bgr, blob, main.object[0])) continue;
     for (const Run& run : blob.runs) alike.row(run.row).colRange(run.begin, run.end) = 255;
   }
-  cv::dilate(alike, alike, cv::getStructuringElement(cv::MORPH_ELLIPSE, {kBorder, kBorder}));
+  cv::dilate(alike, alike, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kBorder + 1, 2 * kBorder + 1}));
   return alike;
 }
 
@@ -127,15 +127,20 @@ TrainingSamples failed(Status status) {
   return {.status = status, .object = {}, .rest = {}, .trials = {}};
 }
 
+/// How many samples to take of a picture, about.
+struct Budget {
+  double object, rest;
+};
+
 /// Of a picture in which the object fills most of a rectangle.
-TrainingSamples in_rectangle(const cv::Mat& bgr, const cv::Rect& rectangle, double share) {
+TrainingSamples in_rectangle(const cv::Mat& bgr, const cv::Rect& rectangle, const Budget& most) {
   const cv::Rect image(0, 0, bgr.cols, bgr.rows), inside = rectangle & image;
-  if (inside.area() < kFewest) return failed(Status::kBadRectangle);
+  if (inside.area() < kFewest) return failed(Status::kTooSmall);
   const cv::Point margin(inside.width / 4, inside.height / 4);
   const cv::Rect around(inside.tl() - margin, inside.br() + margin);
-  const std::vector<ChromaSample> in_it = samples_of(bgr, inside, {}, share * kObjectSamples);
+  const std::vector<ChromaSample> in_it = samples_of(bgr, inside, {}, most.object);
   TrainingSamples samples;
-  samples.rest = samples_of(bgr, image, around, share * kRestSamples);
+  samples.rest = samples_of(bgr, image, around, most.rest);
 
   const Frequencies here(in_it), elsewhere(samples.rest);
   const bool nothing_else = samples.rest.empty();
@@ -147,34 +152,34 @@ TrainingSamples in_rectangle(const cv::Mat& bgr, const cv::Rect& rectangle, doub
 }
 
 /// Of a picture in which the object's pixels are known.
-TrainingSamples in_mask(const cv::Mat& bgr, const cv::Mat& mask, double share) {
+TrainingSamples in_mask(const cv::Mat& bgr, const cv::Mat& mask, const Budget& most) {
   cv::Mat inner, outer;
-  constexpr int kBorder = 7;  // pixels in which object and background mix
+  constexpr int kMixed = 7;  // pixels to each side of the edge in which object and background mix
   const auto disc = [](int size) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size}); };
   cv::erode(mask, inner, disc(3));
   if (cv::countNonZero(inner) < kFewest / 2) inner = mask;
-  cv::dilate(mask, outer, disc(2 * kBorder + 1));
+  cv::dilate(mask, outer, disc(2 * kMixed + 1));
   const cv::Rect whole(0, 0, bgr.cols, bgr.rows), box = cv::boundingRect(mask);
   const cv::Size margin(box.width / 2, box.height / 2);
   const cv::Rect around = (box + margin + margin - cv::Point(margin)) & whole;
   Trial trial{bgr, mask, {}, around, static_cast<double>(cv::countNonZero(mask))};
-  if (trial.area < kFewest) return failed(Status::kBadRectangle);
+  if (trial.area < kFewest) return failed(Status::kTooSmall);
   TrainingSamples samples;
-  samples.object = samples_of(bgr, box, inner, true, share * kObjectSamples);
-  if (samples.object.empty()) return failed(Status::kBadRectangle);
+  samples.object = samples_of(bgr, box, inner, true, most.object);
+  if (samples.object.empty()) samples.object = samples_of(bgr, box, mask, true, box.area());  // a thin one
   // Other objects of the same colour must not cut this one up: they are not background.
   trial.alike = objects_alike(samples.object, trial);
   if (cv::countNonZero(trial.alike) > 0) outer |= trial.alike;
-  samples.rest = samples_of(bgr, whole, outer, false, share * kRestSamples);
+  samples.rest = samples_of(bgr, whole, outer, false, most.rest);
   samples.trials = {trial};
   return samples;
 }
 
 /// Of a picture without the object.
-TrainingSamples without_object(const cv::Mat& bgr, double share) {
+TrainingSamples without_object(const cv::Mat& bgr, const Budget& most) {
   const cv::Mat nothing = cv::Mat::zeros(bgr.size(), CV_8UC1);
   TrainingSamples samples;
-  samples.rest = samples_of(bgr, {0, 0, bgr.cols, bgr.rows}, nothing, false, share * kRestSamples);
+  samples.rest = samples_of(bgr, {0, 0, bgr.cols, bgr.rows}, nothing, false, most.rest);
   samples.trials = {{bgr, nothing, {}, {}, 0}};
   return samples;
 }
@@ -183,38 +188,44 @@ void scale(std::vector<ChromaSample>& samples, double factor) {
   for (ChromaSample& sample : samples) sample.weight *= factor;
 }
 
-}  // namespace
-
-TrainingSamples training_samples(const TrainingPicture& picture, size_t pictures) {
+TrainingSamples samples_of_picture(const TrainingPicture& picture, const Budget& most) {
   const cv::Mat& bgr = picture.bgr;
   if (bgr.type() != CV_8UC3 || bgr.empty()) return failed(Status::kBadImage);
-  const double share = 1 / static_cast<double>(std::max<size_t>(1, pictures));
-  if (!picture.has_object) return without_object(bgr, share);
-  if (picture.mask.empty()) return in_rectangle(bgr, picture.rectangle, share);
+  if (!picture.has_object) return without_object(bgr, most);
+  if (picture.mask.empty()) return in_rectangle(bgr, picture.rectangle, most);
   if (picture.mask.type() != CV_8UC1 || picture.mask.size() != bgr.size()) return failed(Status::kBadImage);
-  return in_mask(bgr, picture.mask, share);
+  return in_mask(bgr, picture.mask, most);
+}
+
+}  // namespace
+
+std::vector<TrainingSamples> training_samples(std::span<const TrainingPicture> pictures) {
+  const auto with = std::ranges::count_if(pictures, &TrainingPicture::has_object);
+  const Budget most{kObjectSamples / static_cast<double>(std::max<ptrdiff_t>(1, with)),
+                    kRestSamples / static_cast<double>(std::max<size_t>(1, pictures.size()))};
+  std::vector<TrainingSamples> samples;
+  for (const TrainingPicture& picture : pictures) samples.push_back(samples_of_picture(picture, most));
+  return samples;
 }
 
 TrainingSamples merged(std::vector<TrainingSamples> pictures) {
   if (pictures.size() == 1) return std::move(pictures.front());
   TrainingSamples all;
-  bool known = true;  // the object's pixels, in all pictures that show it
-  double area = 0;
+  double smallest = 0;  // of the objects whose pixels are known
   for (TrainingSamples& picture : pictures) {
     for (auto* samples : {&picture.object, &picture.rest}) {
       if (!samples->empty()) scale(*samples, 1 / total_weight(*samples));
     }
     all.object.insert(all.object.end(), picture.object.begin(), picture.object.end());
     all.rest.insert(all.rest.end(), picture.rest.begin(), picture.rest.end());
-    known = known && !picture.trials.empty();
     for (const Trial& trial : picture.trials) {
       all.trials.push_back(trial);
-      area = std::max(area, trial.area);
+      if (trial.area > 0) smallest = smallest > 0 ? std::min(smallest, trial.area) : trial.area;
     }
   }
-  if (!known || !(area > 0)) all.trials.clear();
+  if (!(smallest > 0)) all.trials.clear();
   for (Trial& trial : all.trials) {
-    if (!(trial.area > 0)) trial.area = area;
+    if (!(trial.area > 0)) trial.area = smallest;
   }
   return all;
 }

@@ -13,20 +13,21 @@ struct Trial {
   cv::Mat bgr, mask;
   cv::Mat alike;    ///< pixels of other objects of the same colour; empty where there are none
   cv::Rect box;     ///< of the mask, widened by half its size: beyond it are other things, not more of the object
-  double area = 0;  ///< of the object, pixels
+  double area = 0;  ///< of the object, pixels; 0 where it is not in the picture
 };
 
 /// What pictures show of an object and of everything else.
 struct TrainingSamples {
   LearnedColour::Status status = LearnedColour::Status::kLearned;  ///< or why a picture is of no use
   std::vector<ChromaSample> object, rest;
-  std::vector<Trial> trials;  ///< empty where the object's pixels are not known
+  std::vector<Trial> trials;  ///< of pictures in which the object's pixels are known, or in which it is not
 };
 
-/// Samples one of `pictures` pictures: the more they are, the fewer samples of each.
-TrainingSamples training_samples(const TrainingPicture& picture, size_t pictures);
+/// The samples of each picture: the more pictures, the fewer of each.
+std::vector<TrainingSamples> training_samples(std::span<const TrainingPicture> pictures);
 
-/// The samples of all pictures together. Each picture has the same weight, however large the object is in it.
+/// The samples of all pictures together. Each picture has the same weight, however large the object is in it. In a
+/// picture without the object, other things are compared with the smallest image of it.
 TrainingSamples merged(std::vector<TrainingSamples> pictures);
 
 double total_weight(std::span<const ChromaSample> samples);

@@ -36,7 +36,8 @@ void add_track_keys(ConfigKeys<Section>& keys) {
           "The target is lost when √tr(Σ) of its predicted position exceeds this.")
       .integer(
           "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
-          "Consecutive matches that confirm a jump; one less for a near one, as of a bounce.")
+          "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed allows "
+          "(docs/vision.md).")
       .number(
           "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
           [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },

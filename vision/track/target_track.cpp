@@ -11,6 +11,7 @@ namespace {
 constexpr double kExpected = 7.8;             // 95 % quantile of chi^2 with three degrees of freedom
 constexpr double kFastest = 12;               // m/s, largest speed of a target just found: a ball tossed to somebody
 constexpr double kFirstSpeed = kFastest / 4;  // m/s, standard deviation of the velocity of a target just found
+constexpr double kNearSpeed = kFirstSpeed;    // m/s, with which a target that rested can make a near jump
 
 double seconds_between(int64_t from, int64_t to) {
   return static_cast<double>(to - from) * 1e-6;
@@ -77,13 +78,13 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
   covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
 }
 
-/// Whether the target can well have got from where it was seen last to a measurement outside the gate, as by a bounce:
-/// with the speed that it had, or with that of a target just found.
+/// Whether a jump is near: the target can have got to the measurement from where it was seen last, as by a bounce, at
+/// the speed that it had, or at kNearSpeed.
 bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
   const double seconds = seconds_between(*last_seen_utime_, utime);
   const Eigen::Vector3d velocity = state_.tail<3>(), last = state_.head<3>() - velocity * seconds;
   return (seen.position - last).norm() <=
-         std::max(kFirstSpeed, velocity.norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
+         std::max(kNearSpeed, velocity.norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
 }
 
 bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
@@ -95,8 +96,8 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;
-  if (outliers_ < (is_near(utime, seen) ? std::max(1, options_.confirmations - 1) : options_.confirmations))
-    return false;
+  const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
+  if (outliers_ < needed) return false;
   const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
   begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
   return true;

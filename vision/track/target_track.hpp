@@ -18,7 +18,8 @@ struct PositionEstimate {
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
 /// raised, for that step, until the innovation fits. A match that is too far away even for the largest process noise is
-/// a jump, accepted only when later matches confirm it.
+/// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
+/// target can have got there at its speed, or at 3 m/s, from where it was seen last.
 class TargetTrack {
  public:
   struct Options {
@@ -26,7 +27,7 @@ class TargetTrack {
     double max_process_noise_m2_s3 = 10;        ///< the same for a thrown target
     double coasting_process_noise_m2_s3 = 0.1;  ///< the same for a target that is not seen
     double gate = 4;                            ///< largest innovation of this target, standard deviations
-    int confirmations = 3;                      ///< consecutive matches that confirm a jump; one less for a near one
+    int confirmations = 3;                      ///< consecutive matches that confirm a jump
     double coast_s = 0.5;                       ///< longest time without a match before the target is lost
     double coast_sigma_m =
         0.1;  ///< largest standard deviation of the position before it is lost: root of the covariance's trace
