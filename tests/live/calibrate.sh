@@ -78,6 +78,12 @@ if [ -d "$photographs" ]; then
   echo "colour: {file: pink.yaml}" >>"$work/pink.vision.yaml"
   depth=$("$bin/multireach-vision" --config "$work/pink.vision.yaml" --pair "$photographs/view1.png" "$photographs/view5.png" | awk '$1 == "\"depth_m\":" { print $2 + 0 }')
   awk -v z="$depth" 'BEGIN { exit !(z > 1.876 && z < 1.930) }' || fail "the solid whose colour was learned is seen at '$depth' m"
+  # Red things are many there: the answer names them.
+  sed '/^colour:/,/tolerance/d' "$root/tests/data/moebius/vision.yaml" >"$work/red.vision.yaml"
+  echo "colour: {references: [{rgb: [200, 60, 60]}], tolerance: 0.2}" >>"$work/red.vision.yaml"
+  "$bin/multireach-vision" --config "$work/red.vision.yaml" --pair "$photographs/view1.png" "$photographs/view5.png" >"$work/red.json"
+  [ $? -eq 1 ] && grep -q '"status": "ambiguous"' "$work/red.json" && grep -q '"it could be the target as well"' "$work/red.json" ||
+    fail "several red things: $(cat "$work/red.json")"
   colour() { echo "$bin/multireach-calibrate colour --left $photographs/view1.png -o $work/none.yaml $*"; }
   refuses "say where the object is" $(colour)
   refuses "--rectangle-left: 400,300,100,100 is not inside" $(colour --rectangle-left 400,300,100,100)

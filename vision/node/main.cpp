@@ -36,13 +36,33 @@ nlohmann::json rows_of(const Eigen::Matrix3d& matrix) {
   return rows;
 }
 
+/// Things that could be the target, best first, as in TARGET_CANDIDATES.
+nlohmann::json rows_of(const std::vector<vision::Candidate>& candidates) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const vision::Candidate& candidate : candidates) {
+    rows.push_back({{"left_px", vector(candidate.match.left_px)},
+                    {"right_px", vector(candidate.match.right_px)},
+                    {"position_m", vector(candidate.match.point.p_W)},
+                    {"score", candidate.evidence.sum()},
+                    {"reason", candidate.reason}});
+  }
+  return rows;
+}
+
 nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right,
                                bool chroma_subsampled) {
   vision::StereoTracker tracker(target.options);
-  const vision::StereoMatch match = tracker.find(left, right, chroma_subsampled);
-  const bool seen = match.status == vision::StereoMatch::Status::kSeen;
+  const vision::View in_left = tracker.measure(Side::kLeft, left, tracker.search_area(Side::kLeft), chroma_subsampled),
+                     in_right =
+                         tracker.measure(Side::kRight, right, tracker.search_area(Side::kRight), chroma_subsampled);
+  const vision::StereoTracker::Found found = tracker.match({}, in_left, in_right);
+  const vision::StereoMatch& match = found.match;
+  using Status = vision::StereoMatch::Status;
+  const bool seen = match.status == Status::kSeen;
   nlohmann::json answer{{"name", target.name},
-                        {"status", seen ? "tracked" : "lost"},
+                        {"status", seen                                 ? "tracked"
+                                   : match.status == Status::kAmbiguous ? "ambiguous"
+                                                                        : "lost"},
                         {"reason", description(match.status)},
                         {"left_px", vector(match.left_px)},
                         {"right_px", vector(match.right_px)},
@@ -53,6 +73,7 @@ nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat
     answer["depth_m"] = match.point.depth_left_m;
     answer["epipolar_error_px"] = match.point.epipolar_error_px;
   }
+  if (found.candidates.size() > 1) answer["candidates"] = rows_of(found.candidates);
   return answer;
 }
 
