@@ -64,33 +64,33 @@ double clutter_of(const ColourModel& model, const std::vector<Trial>& trials) {
   return most;
 }
 
-Grade grade(const ColourModel& model, const TrainingSamples& pictures) {
-  return {share_of_members(model, pictures.object), share_of_members(model, pictures.rest),
-          clutter_of(model, pictures.trials)};
+Grade grade(const ColourModel& model, const TrainingSamples& training) {
+  return {share_of_members(model, training.object), share_of_members(model, training.rest),
+          clutter_of(model, training.trials)};
 }
 
 /// Cuts the background pixels that are classified as the object out of the model, by components for them, if that
 /// improves the score. Returns the grade.
-Grade cut_background(ColourModel& model, const TrainingSamples& pictures) {
+Grade cut_background(ColourModel& model, const TrainingSamples& training) {
   model.background.clear();
-  Grade best = grade(model, pictures);
+  Grade best = grade(model, training);
   if (best.background <= kClean && best.clutter == 0) return best;
   const ChromaClassifier test(model, {});
   std::vector<ChromaSample> confused;
-  for (const ChromaSample& sample : pictures.rest) {
+  for (const ChromaSample& sample : training.rest) {
     if (!is_dark(sample) && !is_clipped(sample) && test.contains(sample.colour)) confused.push_back(sample);
   }
   if (confused.empty()) return best;
   const std::vector<ChromaComponent> components = fit_chroma(confused, 3);
-  const double share = total_weight(confused) / total_weight(pictures.rest);
+  const double share = total_weight(confused) / total_weight(training.rest);
   // The shares of the object and of its background differ from picture to picture, so the score chooses.
   ColourModel chosen = model;
   for (const double factor : {1.0, 10.0, 100.0}) {
-    if (factor > 1 && pictures.trials.empty()) break;  // the object's share is not known
+    if (factor > 1 && training.trials.empty()) break;  // the object's share is not known
     ColourModel with = model;
     with.background = components;
     for (ChromaComponent& component : with.background) component.weight *= share * factor;
-    const Grade now = grade(with, pictures);
+    const Grade now = grade(with, training);
     if (now.score() <= best.score()) continue;
     best = now;
     chosen = with;
@@ -101,16 +101,16 @@ Grade cut_background(ColourModel& model, const TrainingSamples& pictures) {
 
 /// Sets the tolerance with the best score, with the background cut out or not. Objects that no picture shows
 /// may have similar colours, so what a tolerance beyond the usual one adds must be worth it.
-void choose_tolerance(ColourModel& model, const TrainingSamples& pictures, bool cut) {
+void choose_tolerance(ColourModel& model, const TrainingSamples& training, bool cut) {
   constexpr double kUsual = 3;
   double best_score = -1e9;
   ColourModel best = model;
   for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
     ColourModel with = model;
     with.tolerance = tolerance;
-    const Grade now = cut ? cut_background(with, pictures) : grade(with, pictures);
+    const Grade now = cut ? cut_background(with, training) : grade(with, training);
     // What a rectangle shows besides the object hides how much a tolerance gains: the widest that is clean.
-    const bool rectangle = pictures.trials.empty();
+    const bool rectangle = training.trials.empty();
     if (rectangle && now.background <= kClean) {
       model = with;
       return;
@@ -125,7 +125,7 @@ void choose_tolerance(ColourModel& model, const TrainingSamples& pictures, bool 
 
 /// Sets a limit of brightness that separates the object from background pixels of its chroma. Returns false, and
 /// changes nothing, when that does not improve the score.
-bool separate_by_brightness(ColourModel& model, const TrainingSamples& pictures) {
+bool separate_by_brightness(ColourModel& model, const TrainingSamples& training) {
   std::array<double, 257> object{}, rest{};  // cumulative histograms: share of pixels darker than the index
   const ChromaClassifier test(model, {});
   const auto accumulate = [](std::array<double, 257>& shares, const std::vector<ChromaSample>& samples, auto counts) {
@@ -137,8 +137,8 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& pictures)
     }
     for (size_t i = 1; i < shares.size(); ++i) shares[i] = shares[i] / std::max(total, 1e-9) + shares[i - 1];
   };
-  accumulate(object, pictures.object, [](const ChromaSample&) { return true; });
-  accumulate(rest, pictures.rest, [&](const ChromaSample& sample) { return test.contains(sample.colour); });
+  accumulate(object, training.object, [](const ChromaSample&) { return true; });
+  accumulate(rest, training.rest, [&](const ChromaSample& sample) { return test.contains(sample.colour); });
   // Shares on the wrong side of a limit, for an object that is darker, or brighter, than the rest.
   const auto wrong = [&](size_t limit, bool darker) {
     return darker ? 1 - object[limit] + rest[limit] : object[limit] + 1 - rest[limit];
@@ -162,9 +162,9 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& pictures)
     } else {
       with.min_luma = std::min(limit, with.max_luma - 1);
     }
-    if (grade(with, pictures).score() > grade(best, pictures).score()) best = with;
+    if (grade(with, training).score() > grade(best, training).score()) best = with;
   }
-  const bool better = grade(best, pictures).score() > grade(model, pictures).score() + 0.01;
+  const bool better = grade(best, training).score() > grade(model, training).score() + 0.01;
   if (better) model = best;
   return better;
 }
@@ -172,9 +172,9 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& pictures)
 /// Where the finder finds other things of the object's chroma in the image, limits the brightness to that of the
 /// object, with some room for other exposures: as much as the other things allow. If need be also to a part of it:
 /// chroma says least about the darkest pixels, such as the coloured fringes that lenses leave at edges of black things.
-void limit_brightness(ColourModel& model, const TrainingSamples& pictures) {
-  Grade best = grade(model, pictures);
-  std::vector<ChromaSample> object = pictures.object;
+void limit_brightness(ColourModel& model, const TrainingSamples& training) {
+  Grade best = grade(model, training);
+  std::vector<ChromaSample> object = training.object;
   std::ranges::sort(object, {}, &ChromaSample::luma);
   const double total = total_weight(object);
   // The brightness at which a share of the object begins, counted from one end.
@@ -189,7 +189,7 @@ void limit_brightness(ColourModel& model, const TrainingSamples& pictures) {
     ColourModel with = before;
     with.min_luma = std::max(with.min_luma, darkest);
     with.max_luma = std::min(with.max_luma, brightest);
-    const Grade now = grade(with, pictures);
+    const Grade now = grade(with, training);
     constexpr double kWorthwhile = 0.05;
     if (now.score() < best.score() + kWorthwhile) return;
     best = now;
@@ -204,31 +204,31 @@ void limit_brightness(ColourModel& model, const TrainingSamples& pictures) {
 
 /// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
 /// limit of brightness.
-bool tune(ColourModel& model, const TrainingSamples& pictures) {
+bool tune(ColourModel& model, const TrainingSamples& training) {
   ColourModel cut = model;
-  choose_tolerance(model, pictures, false);
-  const Grade by_chroma = grade(model, pictures);
+  choose_tolerance(model, training, false);
+  const Grade by_chroma = grade(model, training);
   bool by_brightness = false;
   if (by_chroma.background > kSwamped) {
     ColourModel limited = model;
     limited.tolerance = 4;
-    by_brightness = separate_by_brightness(limited, pictures);
+    by_brightness = separate_by_brightness(limited, training);
     if (by_brightness) {
       model = limited;
-      choose_tolerance(model, pictures, false);
+      choose_tolerance(model, training, false);
     }
   }
-  if (pictures.trials.empty()) {
-    cut_background(model, pictures);
+  if (training.trials.empty()) {
+    cut_background(model, training);
     return by_brightness;
   }
   // Cut by the colours around the object, its chroma may distinguish it after all.
-  choose_tolerance(cut, pictures, true);
-  if (!by_brightness || grade(cut, pictures).score() > grade(model, pictures).score()) {
+  choose_tolerance(cut, training, true);
+  if (!by_brightness || grade(cut, training).score() > grade(model, training).score()) {
     model = cut;
     by_brightness = false;
   }
-  if (!by_brightness) limit_brightness(model, pictures);
+  if (!by_brightness) limit_brightness(model, training);
   return by_brightness;
 }
 
@@ -272,21 +272,20 @@ LearnedColour graded(const ColourModel& model, const Grade& grade, bool by_brigh
   return result;
 }
 
-/// Widens the model along saturation: under other light, through haze or with more reflected white, an object keeps its
-/// hue, but one picture shows it at one position only. Takes the wider of two that keeps no less of the
-/// object, and lets no more of this picture's background pass, or no more than kClean. At a tolerance of three standard
-/// deviations the wider allows three tenths of the saturation more or less; with half of it, as
-/// limits in HSV often allow, following the white balance took such changes for those of the light (docs/vision.md,
-/// pink on the tuning videos).
-void widen_saturation(LearnedColour& learned, const TrainingSamples& pictures) {
-  const Grade before = grade(learned.model, pictures);
+/// Widens the model along saturation: in other light, through haze or with more reflected white, an object keeps its
+/// hue, but a few pictures show it at few saturations. Takes the wider of two models that keeps no less of the object,
+/// and lets no more of the background pass, or no more than kClean. At a tolerance of three standard deviations the
+/// wider one allows three tenths of the saturation more or less. With half of it, as limits in HSV often allow, changes
+/// of the light were taken for changes of the white balance and followed (pink on the tuning videos of docs/vision.md).
+void widen_saturation(LearnedColour& learned, const TrainingSamples& training) {
+  const Grade before = grade(learned.model, training);
   for (const double share : {0.1, 0.05}) {
     ColourModel with = learned.model;
     for (ChromaComponent& component : with.object) {
       const Eigen::Vector2d along = share * component.mean;
       component.covariance += along * along.transpose();
     }
-    const Grade now = grade(with, pictures);
+    const Grade now = grade(with, training);
     if (now.background > std::max(before.background, kClean) || now.clutter > before.clutter || now.kept < before.kept)
       continue;
     learned = graded(with, now, learned.by_brightness);
@@ -295,8 +294,8 @@ void widen_saturation(LearnedColour& learned, const TrainingSamples& pictures) {
 }
 
 /// Learns from the samples of object and background.
-LearnedColour learn(const TrainingSamples& pictures) {
-  std::vector<ChromaSample> coloured = coloured_samples(pictures.object);
+LearnedColour learn(const TrainingSamples& training) {
+  std::vector<ChromaSample> coloured = coloured_samples(training.object);
   if (coloured.empty()) return failed(Status::kOverexposed);
   std::erase_if(coloured, is_dark);
   LearnedColour result;
@@ -312,14 +311,14 @@ LearnedColour learn(const TrainingSamples& pictures) {
     for (size_t i = 0; i < components.size(); ++i) {
       if (some >> i & 1) model.object.push_back(components[i]);
     }
-    const bool by_brightness = tune(model, pictures);
-    const Grade now = grade(model, pictures);
+    const bool by_brightness = tune(model, training);
+    const Grade now = grade(model, training);
     if (now.score() <= best) continue;
     best = now.score();
     result = graded(model, now, by_brightness);
   }
   // A rectangle does not tell which blobs are the object's, and so not what a wider model lets pass.
-  if (!pictures.trials.empty()) widen_saturation(result, pictures);
+  if (!training.trials.empty()) widen_saturation(result, training);
   return result;
 }
 
