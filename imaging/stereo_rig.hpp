@@ -16,6 +16,23 @@ struct StereoRig {
   double baseline_m() const { return X_RL.translation().norm(); }
 };
 
+/// Two equal cameras without distortion side by side, looking as the left one does, whose frame is also W: of rectified
+/// images. `width`, `height`, `focal`: pixels. The optical axes pass through the middle of the images.
+inline StereoRig parallel_rig(int width, int height, double focal, double baseline_m) {
+  StereoRig rig;
+  rig.left = {.width = width,
+              .height = height,
+              .fx = focal,
+              .fy = focal,
+              .cx = 0.5 * (width - 1),
+              .cy = 0.5 * (height - 1),
+              .distortion = {}};
+  rig.right = rig.left;
+  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
+  rig.X_RL.translation().x() = -baseline_m;
+  return rig;
+}
+
 /// Throws std::invalid_argument when no position can be computed from the images of such cameras.
 inline void require_usable(const StereoRig& rig) {
   const auto require = [](bool sensible, const char* sentence) {

@@ -454,10 +454,10 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
   camera_state.gains = adapted(camera_state.gains, sample, quality);
 }
 
-StereoMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {
+StereoTracker::Found StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {
   const View left = measure(Side::kLeft, left_bgr, search_area(Side::kLeft), chroma_subsampled);
   const View right = measure(Side::kRight, right_bgr, search_area(Side::kRight), chroma_subsampled);
-  return match({}, left, right).match;
+  return match({}, left, right);
 }
 
 }  // namespace multireach::vision

@@ -101,7 +101,7 @@ class StereoTracker {
   TargetReport update_unseen(int64_t utime, const char* reason);
 
   /// Matches a single pair by searching the search areas; the pair does not update the track.
-  StereoMatch find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled = false);
+  Found find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled = false);
 
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;

@@ -330,7 +330,7 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
   options.colour = {*left.model, *right.model};
   vision::StereoTracker tracker(options);
-  const vision::StereoMatch match = tracker.find(set.left, set.right);
+  const vision::StereoMatch match = tracker.find(set.left, set.right).match;
   StillAnswer answer{.text = description(match.status)};
   if (!fault.empty()) answer.text += " (click refused: " + fault + ")";
   if (match.status != vision::StereoMatch::Status::kSeen) return answer;

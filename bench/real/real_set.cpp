@@ -81,18 +81,7 @@ void read_clicks(const Config& config, RealSet& set) {
 
 StereoRig rig_of(const Config& config, const cv::Size& size, double fx, double baseline_m) {
   if (size.empty()) config.fail("images", "images that can be read");
-  StereoRig rig;
-  rig.left = {.width = size.width,
-              .height = size.height,
-              .fx = fx,
-              .fy = fx,
-              .cx = 0.5 * (size.width - 1),
-              .cy = 0.5 * (size.height - 1),
-              .distortion = {}};
-  rig.right = rig.left;
-  rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
-  rig.X_RL.translation().x() = -baseline_m;
-  return rig;
+  return parallel_rig(size.width, size.height, fx, baseline_m);
 }
 
 void load_video(const Config& config, const fs::path& folder, RealSet& set) {

@@ -245,7 +245,7 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
     for (int frame = 0; frame < 4; ++frame, utime += 200000) {
       log.state(theta, utime);
       const Eigen::Vector3d ball = frame == 0 ? Eigen::Vector3d(0.1, -0.12, 0.1) : chain.position(theta);
-      const vision::StereoMatch match = tracker.find(left.render(ball, stream), right.render(ball, stream + 1));
+      const vision::StereoMatch match = tracker.find(left.render(ball, stream), right.render(ball, stream + 1)).match;
       stream += 2;
       const bool seen = match.status == vision::StereoMatch::Status::kSeen;
       log.target(match.point.p_W, match.point.covariance, seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,

@@ -74,7 +74,7 @@ class Moebius : public ::testing::Test {
 
 TEST_F(Moebius, ThePinkSolidIsWithinItsOwnRangeOfTrueDepth) {
   const VisionConfig config = VisionConfig::load(MULTIREACH_SOURCE_DIR "/tests/data/moebius/vision.yaml");
-  const vision::StereoMatch match = vision::StereoTracker(config.targets.front().options).find(left_, right_);
+  const vision::StereoMatch match = vision::StereoTracker(config.targets.front().options).find(left_, right_).match;
   ASSERT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
   const auto [nearest, farthest] = true_range(kObjects[0].left);
   EXPECT_GT(match.point.depth_left_m, nearest);
@@ -93,7 +93,7 @@ TEST_F(Moebius, WhatIsLearnedFromARectangleIsWithinItsOwnRangeOfTrueDepth) {
     ASSERT_EQ(right.status, vision::LearnedColour::Status::kLearned) << description(right.status);
     vision::TrackerOptions options = config.targets.front().options;
     options.colour = {left.model, right.model};
-    const vision::StereoMatch match = vision::StereoTracker(options).find(left_, right_);
+    const vision::StereoMatch match = vision::StereoTracker(options).find(left_, right_).match;
     EXPECT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
     const auto [nearest, farthest] = true_range(object.left);
     EXPECT_GT(match.point.depth_left_m, nearest);

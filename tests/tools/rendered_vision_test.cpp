@@ -34,7 +34,8 @@ TEST(RenderedVision, FindsTheCentreOfASphere) {
   for (uint64_t k = 0; k < kBalls; ++k) {
     const Eigen::Vector3d p_WB(random.uniform(3 * k, 0.03, 0.14), random.uniform(3 * k + 1, -0.2, -0.03),
                                random.uniform(3 * k + 2, 0, 0.15));
-    const vision::StereoMatch match = tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1));
+    const vision::StereoMatch match =
+        tracker.find(stage.left.render(p_WB, 2 * k), stage.right.render(p_WB, 2 * k + 1)).match;
     ASSERT_EQ(match.status, vision::StereoMatch::Status::kSeen) << description(match.status);
     sum2 += (match.point.p_W - p_WB).squaredNorm();
     EXPECT_LT(match.point.epipolar_error_px, 1);
@@ -52,7 +53,8 @@ TEST(RenderedVision, ALargeBallIsWhereItsCentreIs) {
   const double truth = (stage.rig.X_WL.inverse() * p_WB).z();
   for (const double radius : {0.05, 0.0}) {
     config.targets.front().options.match.radius_m = radius;
-    const double depth = vision::StereoTracker(config.targets.front().options).find(left, right).point.depth_left_m;
+    const double depth =
+        vision::StereoTracker(config.targets.front().options).find(left, right).match.point.depth_left_m;
     EXPECT_NEAR(depth, truth, 1e-3) << radius;
   }
 }
@@ -65,16 +67,16 @@ TEST(RenderedVision, SaysWhyItSeesNothing) {
   const Eigen::Vector3d ball(0.1, -0.1, 0.08), other(0.1, -0.1, 0.12);
   const Eigen::Vector3d elsewhere(0.02, -0.1, 0.0);
   const auto status = [&](const std::optional<Eigen::Vector3d>& left, const std::optional<Eigen::Vector3d>& right) {
-    return tracker.find(stage.left.render(left, 0), stage.right.render(right, 1)).status;
+    return tracker.find(stage.left.render(left, 0), stage.right.render(right, 1)).match.status;
   };
   EXPECT_EQ(status(ball, ball), Status::kSeen);
   EXPECT_EQ(status(std::nullopt, ball), Status::kNotInLeft);
   EXPECT_EQ(status(ball, std::nullopt), Status::kNotInRight);
   EXPECT_EQ(status(ball, elsewhere), Status::kEpipolarMismatch);
   const cv::Mat small(100, 100, CV_8UC3, cv::Scalar(0, 0, 0));
-  EXPECT_EQ(tracker.find(small, small).status, Status::kWrongImageSize);
+  EXPECT_EQ(tracker.find(small, small).match.status, Status::kWrongImageSize);
   const cv::Mat pink(240, 320, CV_8UC3, cv::Scalar(110, 40, 220));
-  EXPECT_EQ(tracker.find(pink, pink).status, Status::kColourEverywhere);
+  EXPECT_EQ(tracker.find(pink, pink).match.status, Status::kColourEverywhere);
 }
 
 TEST(RenderedVision, RefusesSwappedCamerasAndOtherNonsense) {

@@ -251,14 +251,14 @@ TEST(StaticScene, OnlyTheSearchRegionsPixelsAreRead) {
         vision::SearchRegion(Eigen::Vector3d(0.1, -0.1, 1.15), Eigen::Vector3d(right_end, 0.1, 1.25));
     std::array<cv::Mat, 2> images{left.render(ball, 0), right.render(ball, 1)};
     vision::StereoTracker tracker(options);
-    const vision::StereoMatch all = tracker.find(images[0], images[1]);
+    const vision::StereoMatch all = tracker.find(images[0], images[1]).match;
     for (const Side side : {Side::kLeft, Side::kRight}) {
       cv::Mat only(images[index(side)].size(), CV_8UC3, cv::Scalar(110, 40, 220));  // the target's colour
       const cv::Rect area = tracker.search_area(side);
       images[index(side)](area).copyTo(only(area));
       images[index(side)] = only;
     }
-    const vision::StereoMatch again = tracker.find(images[0], images[1]);
+    const vision::StereoMatch again = tracker.find(images[0], images[1]).match;
     EXPECT_EQ(all.status, again.status);
     EXPECT_EQ(all.point.p_W, again.point.p_W) << right_end;
   }

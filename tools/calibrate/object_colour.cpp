@@ -145,25 +145,14 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
   constexpr int kShift = 10, kLeast = 40;  // pixels
   const cv::Mat& bgr = part.bgr;
   if (std::min(bgr.cols, bgr.rows) < kLeast) return {};
+  if (part.region->box.x < kShift) return {};  // the copy would cut it off
   cv::Mat shifted;
   cv::copyMakeBorder(bgr.colRange(kShift, bgr.cols), shifted, 0, 0, 0, kShift, cv::BORDER_REPLICATE);
   vision::TrackerOptions options;
-  const double fx = bgr.cols;
-  options.rig.left = {.width = bgr.cols,
-                      .height = bgr.rows,
-                      .fx = fx,
-                      .fy = fx,
-                      .cx = 0.5 * (bgr.cols - 1),
-                      .cy = 0.5 * (bgr.rows - 1),
-                      .distortion = {}};
-  options.rig.right = options.rig.left;
-  options.rig.X_RL = options.rig.X_WL = Eigen::Isometry3d::Identity();
-  options.rig.X_RL.translation().x() = -0.06;
+  options.rig = parallel_rig(bgr.cols, bgr.rows, bgr.cols, 0.06);
   options.colour = {model, model};
   vision::StereoTracker tracker(options);
-  const vision::View left = tracker.measure(Side::kLeft, bgr, tracker.search_area(Side::kLeft)),
-                     right = tracker.measure(Side::kRight, shifted, tracker.search_area(Side::kRight));
-  const vision::StereoTracker::Found found = tracker.match({}, left, right);
+  const vision::StereoTracker::Found found = tracker.find(bgr, shifted);
   using Status = vision::StereoMatch::Status;
   const auto is_object = [&](const Eigen::Vector2d& px) {
     return part.region->box.contains(cv::Point(cvRound(px.x()), cvRound(px.y())));

@@ -13,12 +13,6 @@ constexpr double kRadius2 = 9;  // three standard deviations
 constexpr double kMinShare = 0.1;
 constexpr int kRounds = 12;
 
-double total_weight(const std::vector<ChromaSample>& samples) {
-  double total = 0;
-  for (const ChromaSample& sample : samples) total += sample.weight;
-  return total;
-}
-
 /// Chroma with the highest sample density, on a grid with 0.2 spacing.
 Eigen::Vector2d densest(const std::vector<ChromaSample>& samples) {
   constexpr int kBins = 30;
@@ -62,6 +56,12 @@ ChromaComponent refined(const ChromaComponent& component, const std::vector<Chro
 }
 
 }  // namespace
+
+double total_weight(std::span<const ChromaSample> samples) {
+  double total = 0;
+  for (const ChromaSample& sample : samples) total += sample.weight;
+  return total;
+}
 
 std::vector<ChromaComponent> fit_chroma(std::vector<ChromaSample> samples, size_t most) {
   const double total = total_weight(samples);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "vision/colour/colour_model.hpp"
@@ -13,6 +14,8 @@ struct ChromaSample {
   double luma = 0;
   double weight = 1;
 };
+
+double total_weight(std::span<const ChromaSample> samples);
 
 /// Fits up to `most` normal distributions to the chroma of the samples. Each starts where the remaining samples are
 /// densest and takes those within three standard deviations. The weights are shares of all samples; distributions with

@@ -230,12 +230,6 @@ TrainingSamples merged(std::vector<TrainingSamples> pictures) {
   return all;
 }
 
-double total_weight(std::span<const ChromaSample> samples) {
-  double total = 0;
-  for (const ChromaSample& sample : samples) total += sample.weight;
-  return total;
-}
-
 bool is_clipped(const ChromaSample& sample) {
   return std::max({sample.colour.r, sample.colour.g, sample.colour.b}) >= kClipped;
 }

@@ -30,8 +30,6 @@ std::vector<TrainingSamples> training_samples(std::span<const TrainingPicture> p
 /// picture without the object, other things are compared with the smallest image of it.
 TrainingSamples merged(std::vector<TrainingSamples> pictures);
 
-double total_weight(std::span<const ChromaSample> samples);
-
 bool is_clipped(const ChromaSample& sample);
 /// Whether the sample is too dark for its chroma to be more than noise.
 bool is_dark(const ChromaSample& sample);

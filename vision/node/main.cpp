@@ -52,10 +52,7 @@ nlohmann::json rows_of(const std::vector<vision::Candidate>& candidates) {
 nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right,
                                bool chroma_subsampled) {
   vision::StereoTracker tracker(target.options);
-  const vision::View in_left = tracker.measure(Side::kLeft, left, tracker.search_area(Side::kLeft), chroma_subsampled),
-                     in_right =
-                         tracker.measure(Side::kRight, right, tracker.search_area(Side::kRight), chroma_subsampled);
-  const vision::StereoTracker::Found found = tracker.match({}, in_left, in_right);
+  const vision::StereoTracker::Found found = tracker.find(left, right, chroma_subsampled);
   const vision::StereoMatch& match = found.match;
   using Status = vision::StereoMatch::Status;
   const bool seen = match.status == Status::kSeen;
