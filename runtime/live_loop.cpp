@@ -318,7 +318,7 @@ class LiveLoop {
 
   void compute_ticks() {
     const int64_t begin = monotonic_us();
-    while (const auto tick = node_->next_tick()) {
+    while (const auto tick = node_->finished() ? std::nullopt : node_->next_tick()) {
       const int64_t now = monotonic_us();
       if (now - begin > kMaxTickBurst) return;  // ticks slower than their period must not starve the messages
       if (!clock_.anchored()) clock_.anchor(*tick, now);

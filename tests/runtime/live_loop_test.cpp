@@ -151,13 +151,15 @@ TEST(LiveLoop, ANodeThatMustEndByItselfIsAskedOnce) {
   EXPECT_EQ(node.requests, 1);
 }
 
-/// As a driver: ends some ticks after it was told to, without a message.
+/// As a driver: ends some ticks after it was told to, without a message. It is late by then, so that several ticks are
+/// due at once.
 class DeceleratingNode : public TickingNode {
  public:
   DeceleratingNode() : TickingNode(1000, 1 << 30) {}
   bool begin_end() override {
     ++requests;
-    last_ = ticks_ + 50;
+    last_ = ticks_ + 10;
+    be_busy(20000);
     return true;
   }
   int requests = 0;
@@ -169,7 +171,7 @@ TEST(LiveLoop, ANodeThatMustDecelerateIsToldOnceAndAwaited) {
   options.control_url = options.image_url = "memq://";
   options.seconds = 0.1;
   EXPECT_EQ(run_live(node, options), 0);
-  EXPECT_TRUE(node.finished());
+  EXPECT_TRUE(node.finished()) << "and no tick after its last one, though more were due";
   EXPECT_EQ(node.requests, 1);
 }
 
