@@ -53,6 +53,7 @@ struct Case {
   double motion_px = 0;  // during the exposure, in a direction of its own in each image pair
   double highlight = 0;  // grey levels
   bool stripe = false;
+  double cut_off = 0;  // share of the ball's width beyond a border of the image, at most
   bool radius_unknown = false;
   double most_rms_mm = 0;
   bool expect_occluded = false;  // expected status: kOccludedTooMuch
@@ -72,6 +73,8 @@ std::vector<Case> cases() {
       {.name = "0.5 m, one tenth occluded", .occlusion = 0.1, .most_rms_mm = 4},
       {.name = "0.5 m, three tenths occluded", .occlusion = 0.3, .most_rms_mm = 0, .expect_occluded = true},
       {.name = "0.5 m, half occluded, radius unknown", .occlusion = 0.5, .radius_unknown = true},
+      {.name = "0.5 m, cut off by the border", .cut_off = 0.25},
+      {.name = "0.5 m, cut off by the border, radius unknown", .cut_off = 0.25, .radius_unknown = true},
       {.name = "0.5 m, highlight", .highlight = 150},
       {.name = "0.5 m, highlight, JPEG q90", .jpeg_quality = 90, .highlight = 150},
       {.name = "0.5 m, stripe", .stripe = true},
@@ -103,6 +106,23 @@ struct StereoRenderer {
       : left(scene, rig.left, rig.X_WL, rig.X_WL), right(scene, rig.right, rig.X_WL * rig.X_RL.inverse(), rig.X_WL) {}
   BallRenderer left, right;
 };
+
+/// The pixel in the left image of a ball that a border cuts off: the upper or the lower one in both images, the right
+/// one in the left image, or the left one in the right image. `beyond`: share of its width.
+Eigen::Vector2d cut_off_pixel(const StereoRig& rig, double z, double radius_px, int border, double beyond,
+                              const Eigen::Vector2d& elsewhere) {
+  const double inside = radius_px * (1 - 2 * beyond), disparity = rig.left.fx * -rig.X_RL.translation().x() / z;
+  switch (border) {
+    case 0:
+      return {elsewhere.x(), inside};
+    case 1:
+      return {elsewhere.x(), rig.left.height - 1 - inside};
+    case 2:
+      return {rig.left.width - 1 - inside, elsewhere.y()};
+    default:
+      return {disparity + inside, elsewhere.y()};
+  }
+}
 
 struct Statistics {
   int shown = 0, seen = 0, declared = 0, by_edges = 0, inside = 0;
@@ -161,7 +181,11 @@ class Accuracy {
       for (int k = static_cast<int>(wall); k < positions_; k += static_cast<int>(walls.size())) {
         const CounterRandom random(seed_, static_cast<uint64_t>(k));
         const double z = random.uniform(0, c.near_m, c.far_m);
-        const Eigen::Vector2d pixel(random.uniform(1, 130, 580), random.uniform(2, 60, 420));
+        Eigen::Vector2d pixel(random.uniform(1, 130, 580), random.uniform(2, 60, 420));
+        if (c.cut_off > 0) {
+          const int border = k / static_cast<int>(walls.size()) % 4;
+          pixel = cut_off_pixel(rig, z, rig.left.fx * radius / z, border, random.uniform(3, 0.02, c.cut_off), pixel);
+        }
         const Eigen::Vector3d p_LB = z * rig.left.ray(pixel).homogeneous(), p_WB = rig.X_WL * p_LB;
         ImageConditions look;
         const double angle = random.uniform(3, 0, 6.283185307179586);

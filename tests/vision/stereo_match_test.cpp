@@ -188,22 +188,20 @@ TEST(StereoMatching, ACentroidOfASmallerBlobThanTheKnownBallsIsTrustedLess) {
     disc.covariance *= disc.value.z() * disc.value.z();
     return disc;
   };
-  const auto squared_sigmas = [&](double share, bool cut_off) {
+  const auto squared_sigmas = [&](double share) {
     Pair ball = pair_of(kBall);
     for (SphereContour* side : {&ball.left, &ball.right}) {
       *side = part_of(*side);
       side->value.x() += 0.42 * side->value.z();  // centroid of half a disc
       side->value.z() *= share;
-      side->cut_off = cut_off;
     }
     const StereoMatch match = match_candidates({ball.left}, {ball.right});
     const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
     return apart.dot(match.point.covariance.ldlt().solve(apart));
   };
   const double half = std::sqrt(0.5);
-  EXPECT_LT(squared_sigmas(half, false), 7.815) << "95 % of chi^2 with three degrees of freedom";
-  EXPECT_GT(squared_sigmas(1, false), 2 * 7.815) << "where nothing tells";
-  EXPECT_GT(squared_sigmas(half, true), 2 * 7.815) << "what is cut off is not measured";
+  EXPECT_LT(squared_sigmas(half), 7.815) << "95 % of chi^2 with three degrees of freedom";
+  EXPECT_GT(squared_sigmas(1), 2 * 7.815) << "where nothing tells";
 }
 
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {

@@ -32,6 +32,7 @@ constexpr double kExplained = 0.4;  // of the area that missing edges make expec
 // px^2).
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
 constexpr double kMovedShare = 0.25;       // of the variance from a moved contour's distance to the blob's centroid
+constexpr double kHalf = 0.5;              // share of a contour that locates it where all the rest is beyond the border
 constexpr double kBothEndsMissing = 0.65;  // share of the contour of a moved ball that its sides, and more, must show
 
 struct Median {
@@ -61,7 +62,7 @@ void SphereContourFitter::find_extents(const Blob& blob) {
   rows_.assign(static_cast<size_t>(box_.height), {box_.br().x, box_.x});
   columns_.assign(static_cast<size_t>(box_.width), {box_.br().y, box_.y});
   const int stride = 1 + (box_.width - 1) / kMaxBorder;
-  const auto take = [](Extent& extent, int begin, int end) {
+  const auto take = [](BlobExtent& extent, int begin, int end) {
     extent.begin = std::min(extent.begin, begin);
     extent.end = std::max(extent.end, end);
   };
@@ -96,13 +97,13 @@ void SphereContourFitter::find_border_points() {
   const auto add = [this](double x, double y) { add_point(x, y, Along::kNormal, kSigma); };
   const int row_stride = 1 + (box_.height - 1) / kMaxBorder, column_stride = 1 + (box_.width - 1) / kMaxBorder;
   for (int k = 0; k < box_.height; k += row_stride) {
-    const Extent& row = rows_[static_cast<size_t>(k)];
+    const BlobExtent& row = rows_[static_cast<size_t>(k)];
     if (row.end <= row.begin) continue;
     if (row.begin > 0) add(row.begin - 0.5, box_.y + k);
     if (row.end < camera_.width) add(row.end - 0.5, box_.y + k);
   }
   for (int k = 0; k < box_.width; k += column_stride) {
-    const Extent& column = columns_[static_cast<size_t>(k)];
+    const BlobExtent& column = columns_[static_cast<size_t>(k)];
     if (column.end <= column.begin) continue;
     if (column.begin > 0) add(box_.x + k, column.begin - 0.5);
     if (column.end < camera_.height) add(box_.x + k, column.end - 0.5);
@@ -311,7 +312,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
     learn_blur(search);
     motion_ = motion_blur_of(edgels_, points_);
   }
-  describe(*fit, model.noise, result);
+  const double seen_inside = describe(*fit, model.noise, result);
   result.motion_px = motion_.length_px();
   // Where the object moved further than an edge's window, both ends have no edges, and the rest fits anywhere between.
   const auto polygon = polygon_of(fit->cone, camera_);
@@ -337,7 +338,8 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   }
   const double most_residual = std::max(search.small_residual, kWorstShape * result.radius_px);
   if (!(result.residual_px < most_residual) || result.visible_fraction < kOfASphere) return Verdict::kNothing;
-  return result.visible_fraction < least_seen_ ? Verdict::kPart : Verdict::kAccepted;
+  const bool enough = result.visible_fraction >= std::min(least_seen_, kHalf) && seen_inside >= least_seen_;
+  return enough ? Verdict::kAccepted : Verdict::kPart;
 }
 
 double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) const {
@@ -353,13 +355,13 @@ double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) con
     if (!(to > from)) continue;
     all += to - from;
     if (row < box_.y || row >= box_.br().y) continue;
-    const Extent& extent = rows_[static_cast<size_t>(row - box_.y)];
+    const BlobExtent& extent = rows_[static_cast<size_t>(row - box_.y)];
     there += std::max(0.0, std::min(to, extent.end - 0.5) - std::max(from, extent.begin - 0.5));
   }
   return all > 0 ? 1 - there / all : 1;
 }
 
-void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereContour& result) {
+double SphereContourFitter::describe(const ConeFit& fit, double noise, SphereContour& result) {
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   const ContourCone& cone = fit.cone;
   result.value << cone.ray(), cone.sine();
@@ -367,9 +369,10 @@ void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereConto
   result.centre_px = centre.pixel;
   result.radius_px = cone.sine() * focal;
 
-  double seen = 0, all = 0, squares = 0, weights = 0;
+  double seen = 0, inside = 0, all = 0, squares = 0, weights = 0;
   for (const ContourEdgel& edgel : edgels_) {
     all += edgel.length;
+    if (edgel.readable) inside += edgel.length;
     const Edgel& edge = edgel.edge;
     const double x = edge.along_row ? edge.at : edge.line, y = edge.along_row ? edge.line : edge.at;
     const cv::Point first = readable_.tl(), end = readable_.br();
@@ -381,7 +384,7 @@ void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereConto
     squares += point.weight * point.residual_px * point.residual_px;
     weights += point.weight;
   }
-  if (!(all > 0 && weights > 0)) return;
+  if (!(all > 0 && weights > 0)) return 0;
   result.visible_fraction = seen / all;
   result.residual_px = std::sqrt(squares / weights);
   // A complete contour means no occlusion, even where the blob has holes. The blob's border is not exact, so occlusion
@@ -411,44 +414,26 @@ void SphereContourFitter::describe(const ConeFit& fit, double noise, SphereConto
                                                   .motion = motion_});
   result.covariance = errors.covariance;
   result.shared = errors.shared;
+  return std::min(1.0, seen / inside);
 }
 
 void SphereContourFitter::use_centroid(SphereContour& result) const {
-  double area = 0;  // between the ends of each row, with holes filled: they are highlights
-  Eigen::Vector2d sum(0, 0);
-  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
-  for (int k = 0; k < box_.height; ++k) {
-    const Extent& row = rows_[static_cast<size_t>(k)];
-    const double length = row.end - row.begin;
-    if (length <= 0) continue;
-    const double x = 0.5 * (row.begin + row.end - 1) - middle_px_.x(), y = box_.y + k - middle_px_.y();
-    area += length;
-    sum += length * Eigen::Vector2d(x, y);
-    second(0, 0) += length * (x * x + length * length / 12);
-    second(0, 1) += length * x * y;
-    second(1, 1) += length * (y * y + 1.0 / 12);
-  }
-  second(1, 0) = second(0, 1);
-  const Eigen::Vector2d mean = sum / area;
-  second = second / area - mean * mean.transpose();
+  const BlobCentroid blob = centroid_of(rows_, box_, readable_, middle_px_);
   const double focal = std::sqrt(camera_.fx * camera_.fy);
-
   result.kind = SphereContour::Kind::kCentroid;
-  result.centre_px = middle_px_ + mean;
-  result.radius_px = std::sqrt(area / std::numbers::pi);
+  result.centre_px = middle_px_ + blob.centre;
+  result.radius_px = blob.radius_px;
   const Eigen::Vector2d ray = ray_of(camera_, result.centre_px, middle_ray_);
   result.value << ray, result.radius_px / focal;
-  // The centroid is the object's centre to within about a tenth of its half axes (twice the root of the second moment
-  // each) and half a pixel. The size is a rough estimate.
-  constexpr double kShare = 0.2, kBorder = 0.5, kSize = 0.3;
-  const Eigen::Matrix2d spread = kShare * kShare * second + kBorder * kBorder * Eigen::Matrix2d::Identity();
   result.covariance.setZero();
   result.shared.setZero();
-  result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * spread * d_ray_d_pixel_.transpose();
+  result.shared.col(kHidden).head<2>() = d_ray_d_pixel_ * blob.from_aspect;
+  result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * blob.covariance * d_ray_d_pixel_.transpose();
+  constexpr double kSize = 0.3, kBorder = 0.5;  // the size is a rough estimate; pixels
   const double sigma_size = kSize * result.value.z() + kBorder / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
-  result.cut_off = box_.x == readable_.x || box_.y == readable_.y || box_.br().x == readable_.br().x ||
-                   box_.br().y == readable_.br().y;
+  result.cut_off = blob.cut_off;
+  result.occlusion = std::max(result.occlusion, blob.cut_off ? blob.cut_off_share : SphereContour::kUnknown);
 }
 
 SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,
@@ -482,7 +467,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     // Occlusion is meaningful only for objects known to be spheres.
     if (least_seen_ > kOfASphere || part.visible_fraction == 0) result = {.occlusion = SphereContour::kUnknown};
     use_centroid(result);
-    if (verdict == Verdict::kPart) {
+    if (verdict == Verdict::kPart && !result.cut_off) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
       result.shared.col(kHidden) = part.value - result.value;
       result.covariance += result.shared.col(kHidden) * result.shared.col(kHidden).transpose();

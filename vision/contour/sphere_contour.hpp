@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vision/colour/blob.hpp"
+#include "vision/contour/blob_centroid.hpp"
 #include "vision/contour/contour_cone.hpp"
 #include "vision/contour/contour_edgel.hpp"
 #include "vision/contour/contour_polygon.hpp"
@@ -48,7 +49,7 @@ struct SphereContour {
 class SphereContourFitter {
  public:
   /// Smallest visible share of an accepted contour: low for an object known to be a sphere, high for one of unknown
-  /// shape.
+  /// shape. That is asked of what is within the image; of an unknown shape that is cut off, half must be.
   static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
 
   explicit SphereContourFitter(const CameraModel& camera, double least_seen = kOfASphere)
@@ -72,9 +73,6 @@ class SphereContourFitter {
     double small_residual = 0;  ///< a contour whose residual is below this is always accepted, pixels
   };
   static const Search kSharp, kSoft;
-  struct Extent {
-    int begin, end;  // empty when end <= begin
-  };
 
   void find_extents(const Blob& blob);
   void find_border_points();
@@ -99,7 +97,8 @@ class SphereContourFitter {
     kAccepted,  ///< a sphere contour
   };
   Verdict fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search, SphereContour& result);
-  void describe(const ConeFit& fit, double noise, SphereContour& result);
+  /// Returns the share with a fitting edge of the contour's length within the readable pixels.
+  double describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;
   void use_centroid(SphereContour& result) const;
 
@@ -107,7 +106,7 @@ class SphereContourFitter {
   double least_seen_;
   cv::Rect readable_;                       // pixels that may be read
   cv::Rect box_;                            // of the blob
-  std::vector<Extent> rows_, columns_;      // range [begin, end) of the blob in each row and column of the box
+  std::vector<BlobExtent> rows_, columns_;  // of the blob, in each row and column of the box
   Eigen::Vector2d middle_px_, middle_ray_;  // of the box
   Eigen::Matrix2d d_ray_d_pixel_;           // at the box's middle
   std::vector<ContourEdgel> edgels_;        // in order along the contour

@@ -135,9 +135,6 @@ class CandidateScorer {
     if (prior) match.point.covariance += covariance_of_contradiction(left, right, *free);
     match.status = Status::kSeen;
     const bool only_part = too_little(left) || too_little(right);
-    const auto lost_at_border = [](const SphereContour& contour) {
-      return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
-    };
     if (prediction_) {
       const Eigen::Vector3d apart = sphere->p_W - prediction_->p_W;
       const double distance2 = apart.dot((match.point.covariance + prediction_->covariance).ldlt().solve(apart));
@@ -145,7 +142,7 @@ class CandidateScorer {
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
         match.status = Status::kOutsidePredictionGate;
     }
-    if (lost_at_border(left) || lost_at_border(right) || (only_part && (left.cut_off || right.cut_off))) {
+    if (only_part && (left.cut_off || right.cut_off)) {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
@@ -169,7 +166,7 @@ class CandidateScorer {
       const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
       const double distance_m = depth_m * contour.ray().homogeneous().norm();
       const double apart = contour.value.z() - options_.radius_m / distance_m;
-      if (!by_edges && (apart > 0 || contour.cut_off)) return;  // one that is cut off is not measured
+      if (!by_edges && apart > 0) return;
       const double tolerance = options_.radius_tolerance_m / distance_m;
       const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance;
       if (!(excess2 > 0)) return;
