@@ -240,7 +240,7 @@ NOT_RUN = {
     "tools/launch.sh --view --course my_setup --camera \"device --left 0 --right 2\"": NO_CAMERAS,
     "tools/launch.sh --role eyes --camera \"device --left 0 --right 2\" --vision vision.yaml": NO_CAMERAS,
     "multireach-camera device --left 0 --right 2": NO_CAMERAS,
-    "multireach-calibrate colour --left left.png --right right.png --in-window -o ball.colour.yaml": "a person draws rectangles in its window",
+    "multireach-calibrate colour --left left.png --right right.png --in-window -o ball.colour.yaml": "a person clicks in its window",
     "tools/launch.sh --robot robots/NAME --driver ur --camera \"device --left 0 --right 2\" --vision vision.yaml": "needs a real robot and cameras",
     "multireach-robot-driver --config robots/NAME &": "needs a real robot; with an emulator the same command has --simulated",
     "podman run --rm --cap-add NET_ADMIN --cap-add SYS_ADMIN multireach multireach-launch --isolated":

@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <opencv2/highgui.hpp>
 
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
@@ -15,6 +13,7 @@
 #include "tools/calibrate/colour_region.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "tools/calibrate/object_colour.hpp"
+#include "tools/calibrate/picture_window.hpp"
 #include "vision/node/colour_config.hpp"
 
 namespace multireach {
@@ -85,15 +84,17 @@ std::vector<int> integers(const std::string& option, const std::string& text, si
   return values;
 }
 
-cv::Rect rectangle_in_window(const std::string& camera, const std::string& file, const cv::Mat& bgr) {
-  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) {
-    throw InputError("--in-window: there is no display; give --rectangle-left and --rectangle-right instead");
+/// What the user points at in a window: a rectangle around the object, or a click on it.
+ObjectRegion region_in_window(const std::string& camera, const std::string& file, const cv::Mat& bgr) {
+  if (!windows_can_be_shown()) {
+    throw InputError(
+        fmt::format("--in-window: windows cannot be shown on this display; give --click-{} X,Y instead", camera));
   }
-  const std::string title = fmt::format("multireach: the object in the {} image {}, then Enter", camera, file);
-  const cv::Rect rectangle = cv::selectROI(title, bgr, false, false);
-  cv::destroyAllWindows();
-  if (rectangle.empty()) throw std::runtime_error("nothing was chosen in " + file);
-  return rectangle;
+  const auto chosen = pointed_at(
+      fmt::format("{} image {}: click on the object, or draw a rectangle around it; then Enter", camera, file), bgr);
+  if (!chosen) throw InputError("--in-window: nothing was chosen in " + file);
+  if (chosen->area() == 1) return region_around(bgr, chosen->tl());
+  return {*chosen, {}};
 }
 
 /// A rectangle that an option gives, inside the picture.
@@ -110,7 +111,7 @@ cv::Rect rectangle_of(const std::string& option, const std::string& text, const 
 /// Where the object is: a rectangle around it, or also its pixels, as clicks show them.
 ObjectRegion region_of(const std::string& camera, const PictureInput& picture, const cv::Mat& bgr, bool in_window) {
   const std::string option = "--rectangle-" + camera;
-  if (in_window) return {rectangle_in_window(camera, picture.file, bgr), {}};
+  if (in_window) return region_in_window(camera, picture.file, bgr);
   if (picture.rectangles.size() > 1 || (!picture.rectangles.empty() && !picture.clicks.empty())) {
     throw InputError(fmt::format("{}: expected one {}, or --click-{} only", picture.file, option, camera));
   }
@@ -308,8 +309,8 @@ int learn_both(const ColourOptions& options, const std::vector<std::string>& ord
 Command colour_command(CommandLine& cli) {
   const auto options = std::make_shared<ColourOptions>();
   CommandLine app = cli.subcommand("colour", "an object's colours, from one or several pictures of it by each camera");
-  CommandOption in_window =
-      app.flag("--in-window", options->in_window, "show the pictures; the rectangles are drawn with the mouse");
+  CommandOption in_window = app.flag("--in-window", options->in_window,
+                                     "show the pictures; click on the object, or draw a rectangle around it");
   for (CameraInput* input : {&options->left, &options->right}) {
     const std::string& name = input->name;
     const bool left = input == &options->left;
