@@ -14,10 +14,11 @@ namespace {
 
 using Feature = Eigen::Vector3d;  // chroma U, V and the logarithm of Y
 
-constexpr int kStart = 3;          // pixels, half size of the patch around the click
-constexpr double kOfStart = 0.5;   // least share of the patch that a region contains
-constexpr double kDrift = 0.2;     // of the mean chroma from that of the patch: farther away it is another colour
-constexpr double kLargest = 0.25;  // share of the image: a larger region is not one object
+constexpr int kStart = 3;              // pixels, half size of the patch around the click
+constexpr double kOfStart = 0.5;       // least share of the patch that a region contains
+constexpr double kDrift = 0.2;         // of the mean chroma from that of the patch: farther away it is another colour
+constexpr double kLargest = 0.25;      // share of the image: a larger region is not one object
+constexpr double kMostPixels = 2.5e6;  // of an image; the region is looked for in a smaller one of larger images
 
 /// The features of all pixels of an image.
 class Features {
@@ -216,9 +217,17 @@ ObjectRegion region_around(const cv::Mat& bgr, const cv::Point& click) {
 }
 
 ObjectRegion region_around(const cv::Mat& bgr, const std::vector<cv::Point>& clicks) {
-  const cv::Mat gradient = gradient_of(bgr);
-  cv::Mat mask = cv::Mat::zeros(bgr.size(), CV_8UC1);
-  for (const cv::Point& click : clicks) mask |= cut(bgr, gradient, grown(bgr, gradient, click), click);
+  cv::Mat image = bgr;
+  std::vector<cv::Point> points = clicks;
+  const double scale = std::sqrt(kMostPixels / static_cast<double>(bgr.total()));
+  if (scale < 1) {
+    cv::resize(bgr, image, {}, scale, scale, cv::INTER_AREA);
+    for (cv::Point& point : points) point = {point.x * image.cols / bgr.cols, point.y * image.rows / bgr.rows};
+  }
+  const cv::Mat gradient = gradient_of(image);
+  cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
+  for (const cv::Point& point : points) mask |= cut(image, gradient, grown(image, gradient, point), point);
+  if (scale < 1) cv::resize(mask, mask, bgr.size(), 0, 0, cv::INTER_NEAREST);
   return {cv::boundingRect(mask), mask};
 }
 
