@@ -184,7 +184,7 @@ class Accuracy {
         Eigen::Vector2d pixel(random.uniform(1, 130, 580), random.uniform(2, 60, 420));
         if (c.cut_off > 0) {
           const int border = k / static_cast<int>(walls.size()) % 4;
-          pixel = cut_off_pixel(rig, z, rig.left.fx * radius / z, border, random.uniform(3, 0.02, c.cut_off), pixel);
+          pixel = cut_off_pixel(rig, z, rig.left.fx * radius / z, border, random.uniform(8, 0.02, c.cut_off), pixel);
         }
         const Eigen::Vector3d p_LB = z * rig.left.ray(pixel).homogeneous(), p_WB = rig.X_WL * p_LB;
         ImageConditions look;
@@ -253,7 +253,7 @@ class Accuracy {
     using Status = StereoMatch::Status;
     ++sums.shown;
     sums.seen += match.status == Status::kSeen;
-    sums.declared += match.status == Status::kOccludedTooMuch;
+    sums.declared += match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff;
     if (match.status != Status::kSeen && match.status != Status::kOccludedTooMuch) return;
     sums.by_edges += match.both_by_contour;
     sums.occlusion += match.occlusion;

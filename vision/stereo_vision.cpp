@@ -87,6 +87,7 @@ bool StereoVision::look_again(StereoImages& images) {
     }
     StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1]);
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
+    if (!target.tracker.is_inside_windows(found.match, views[0], views[1])) continue;
     target.match = found.match;
     target.candidates = std::move(found.candidates);
     target.views = std::move(views);

@@ -115,6 +115,8 @@ TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   EXPECT_EQ(declared.occlusion, 0.3);
   hidden.right.cut_off = true;
   EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kCutOff);
+  hidden.right.occlusion = 0.1;
+  EXPECT_EQ(match_candidates({hidden.left}, {hidden.right}).status, Status::kSeen);
 
   // Three quarters of a contour locate the centre, whatever its blob lacks.
   hidden.right.cut_off = false;

@@ -10,6 +10,7 @@ namespace multireach::vision {
 enum SharedError {
   kLight,   ///< the edges of the lit and of the dark side are biased differently
   kHidden,  ///< a part of the object may be hidden that the blob's centroid does not know of
+  kShape,   ///< the object that the border of the image cuts off may have another shape than its blob tells
   kSharedErrors
 };
 using SharedErrors = Eigen::Matrix<double, 3, kSharedErrors>;

@@ -31,8 +31,8 @@ constexpr double kExplained = 0.4;  // of the area that missing edges make expec
 // three tenths are hidden measures 1.11), and where a motion of some 4 px blurs its edges (variance beyond kMoved2,
 // px^2).
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
-constexpr double kMovedShare = 0.25;       // of the variance from a moved contour's distance to the blob's centroid
-constexpr double kHalf = 0.5;              // share of a contour that locates it where all the rest is beyond the border
+constexpr double kMovedShare = 0.25;  // of the variance from a moved contour's distance to the blob's centroid
+constexpr double kLeastCutOff = 0.5;  // share of the contour of an object of unknown shape that the border cuts off
 constexpr double kBothEndsMissing = 0.65;  // share of the contour of a moved ball that its sides, and more, must show
 
 struct Median {
@@ -99,14 +99,14 @@ void SphereContourFitter::find_border_points() {
   for (int k = 0; k < box_.height; k += row_stride) {
     const BlobExtent& row = rows_[static_cast<size_t>(k)];
     if (row.end <= row.begin) continue;
-    if (row.begin > 0) add(row.begin - 0.5, box_.y + k);
-    if (row.end < camera_.width) add(row.end - 0.5, box_.y + k);
+    if (row.begin > readable_.x) add(row.begin - 0.5, box_.y + k);
+    if (row.end < readable_.br().x) add(row.end - 0.5, box_.y + k);
   }
   for (int k = 0; k < box_.width; k += column_stride) {
     const BlobExtent& column = columns_[static_cast<size_t>(k)];
     if (column.end <= column.begin) continue;
-    if (column.begin > 0) add(box_.x + k, column.begin - 0.5);
-    if (column.end < camera_.height) add(box_.x + k, column.end - 0.5);
+    if (column.begin > readable_.y) add(box_.x + k, column.begin - 0.5);
+    if (column.end < readable_.br().y) add(box_.x + k, column.end - 0.5);
   }
   find_rays();
 }
@@ -320,7 +320,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   const bool whole = result.visible_fraction >= kOfAnything;
   // A straight border that hides the share h of a circle hides h - sin(2 pi h) / 2 pi of its area. Where edges are
   // missing although nothing is hidden and the surface there is not painted, the contour is not what it seems.
-  const double paint = painted_share(true), missing = std::max(0.0, 1 - result.visible_fraction - paint);
+  const double paint = painted_share(true), missing = std::max(0.0, 1 - seen_inside - paint);
   double sine, cosine;
   sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
   const double expected = missing - sine / (2 * std::numbers::pi);
@@ -338,7 +338,7 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   }
   const double most_residual = std::max(search.small_residual, kWorstShape * result.radius_px);
   if (!(result.residual_px < most_residual) || result.visible_fraction < kOfASphere) return Verdict::kNothing;
-  const bool enough = result.visible_fraction >= std::min(least_seen_, kHalf) && seen_inside >= least_seen_;
+  const bool enough = result.visible_fraction >= std::min(least_seen_, kLeastCutOff) && seen_inside >= least_seen_;
   return enough ? Verdict::kAccepted : Verdict::kPart;
 }
 
@@ -384,7 +384,7 @@ double SphereContourFitter::describe(const ConeFit& fit, double noise, SphereCon
     squares += point.weight * point.residual_px * point.residual_px;
     weights += point.weight;
   }
-  if (!(all > 0 && weights > 0)) return 0;
+  if (!(inside > 0 && weights > 0)) return 0;
   result.visible_fraction = seen / all;
   result.residual_px = std::sqrt(squares / weights);
   // A complete contour means no occlusion, even where the blob has holes. The blob's border is not exact, so occlusion
@@ -414,26 +414,26 @@ double SphereContourFitter::describe(const ConeFit& fit, double noise, SphereCon
                                                   .motion = motion_});
   result.covariance = errors.covariance;
   result.shared = errors.shared;
-  return std::min(1.0, seen / inside);
+  return seen / inside;
 }
 
 void SphereContourFitter::use_centroid(SphereContour& result) const {
-  const BlobCentroid blob = centroid_of(rows_, box_, readable_, middle_px_);
+  const BlobCentre centre = centre_of(rows_, box_, readable_, middle_px_);
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   result.kind = SphereContour::Kind::kCentroid;
-  result.centre_px = middle_px_ + blob.centre;
-  result.radius_px = blob.radius_px;
+  result.centre_px = middle_px_ + centre.px;
+  result.radius_px = centre.radius_px;
   const Eigen::Vector2d ray = ray_of(camera_, result.centre_px, middle_ray_);
   result.value << ray, result.radius_px / focal;
   result.covariance.setZero();
   result.shared.setZero();
-  result.shared.col(kHidden).head<2>() = d_ray_d_pixel_ * blob.from_aspect;
-  result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * blob.covariance * d_ray_d_pixel_.transpose();
-  constexpr double kSize = 0.3, kBorder = 0.5;  // the size is a rough estimate; pixels
-  const double sigma_size = kSize * result.value.z() + kBorder / focal;
+  result.shared.col(kShape).head<2>() = d_ray_d_pixel_ * centre.shape_sigma;
+  result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * centre.covariance * d_ray_d_pixel_.transpose();
+  constexpr double kSize = 0.3, kPixel = 0.5;  // the size is a rough estimate
+  const double sigma_size = kSize * result.value.z() + kPixel / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
-  result.cut_off = blob.cut_off;
-  result.occlusion = std::max(result.occlusion, blob.cut_off ? blob.cut_off_share : SphereContour::kUnknown);
+  result.cut_off = centre.cut_off;
+  if (centre.cut_off) result.occlusion = std::max(result.occlusion, centre.cut_off_share);
 }
 
 SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,
@@ -458,6 +458,11 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     use_centroid(centroid);
     result.kind = SphereContour::Kind::kEdges;
     result.from_centroid = result.value - centroid.value;
+    // A part of the contour of an object that need not be a sphere: an arc of an ellipse fits a circle elsewhere.
+    if (result.cut_off && least_seen_ > kOfASphere) {
+      result.shared.col(kShape) = result.from_centroid;
+      result.covariance += result.from_centroid * result.from_centroid.transpose();
+    }
     // The ends of a moved object have no sharp edges: the blob's centroid, which they do not mislead, tells how far the
     // contour may be off.
     if (motion_.variance > kMoved2)
@@ -467,7 +472,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     // Occlusion is meaningful only for objects known to be spheres.
     if (least_seen_ > kOfASphere || part.visible_fraction == 0) result = {.occlusion = SphereContour::kUnknown};
     use_centroid(result);
-    if (verdict == Verdict::kPart && !result.cut_off) {
+    if (verdict == Verdict::kPart) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
       result.shared.col(kHidden) = part.value - result.value;
       result.covariance += result.shared.col(kHidden) * result.shared.col(kHidden).transpose();

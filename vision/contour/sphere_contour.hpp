@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "vision/colour/blob.hpp"
-#include "vision/contour/blob_centroid.hpp"
+#include "vision/contour/blob_centre.hpp"
 #include "vision/contour/contour_cone.hpp"
 #include "vision/contour/contour_edgel.hpp"
 #include "vision/contour/contour_polygon.hpp"

@@ -107,7 +107,8 @@ class CandidateScorer {
   bool too_little(const SphereContour& contour) const {
     const bool well_seen =
         contour.kind == SphereContour::Kind::kEdges && contour.visible_fraction >= SphereContourFitter::kOfAnything;
-    return contour.occlusion > options_.max_occlusion && !well_seen;
+    const bool located = contour.occlusion < BlobCentre::kNotLocated;
+    return !located || (contour.occlusion > options_.max_occlusion && !well_seen);
   }
 
   /// Prior of the radius at a distance; nothing when the radius is not known.
@@ -142,7 +143,12 @@ class CandidateScorer {
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
         match.status = Status::kOutsidePredictionGate;
     }
-    if (only_part && (left.cut_off || right.cut_off)) {
+    // A blob that the border cuts off may belong to anything: good enough to continue a track, not to start one.
+    const auto cut_off_blob = [](const SphereContour& contour) {
+      return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
+    };
+    const bool may_start = !cut_off_blob(left) && !cut_off_blob(right);
+    if ((only_part && (left.cut_off || right.cut_off)) || (!prediction_ && !may_start)) {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
