@@ -14,13 +14,14 @@ constexpr double kLongestAcceleration = 0.15;
 /// Of the estimate of a velocity that is not observed. m: standard deviation of a position whose covariance is not
 /// known either, as of a colour detector at arm's length.
 constexpr double kUnknownError = 2e-3;
+constexpr double kAbsurd = 1e4;    // m^2: vision's own may have metres along the line of sight
 constexpr double kLongestGap = 1;  // s: after a longer one the motion is unknown again
 constexpr double kGate2 = 9;       // squared Mahalanobis distance of an observation that may still be the target's
 
-/// Whether C is a valid covariance, m^2: finite, no element above 1 m^2, and positive semidefinite (no principal minor
-/// is negative beyond rounding).
+/// Whether C is a valid covariance: finite, no element above kAbsurd, and positive semidefinite (no principal minor is
+/// negative beyond rounding).
 bool positive(const Eigen::Matrix3d& C) {
-  if (!C.allFinite() || C.cwiseAbs().maxCoeff() > 1 || C.diagonal().minCoeff() < 0) return false;
+  if (!C.allFinite() || C.cwiseAbs().maxCoeff() > kAbsurd || C.diagonal().minCoeff() < 0) return false;
   const double largest = C.diagonal().maxCoeff(), rounding = 1e-9 * largest * largest;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;

@@ -408,7 +408,8 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
-                      match.left >= 0 && match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
+                      match.occlusion < BlobCentre::kNotLocated && match.left >= 0 && match.right >= 0 &&
+                      track_.status() != TargetTrack::Status::kLost;
   if (!seen && !partly) {
     TargetReport unseen = update_unseen(times.pair, description(match.status));
     unseen.ambiguous = match.status == Status::kAmbiguous;

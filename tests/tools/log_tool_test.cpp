@@ -5,6 +5,7 @@
 #include <multireach/bridge_state_t.hpp>
 #include <multireach/node_inputs_t.hpp>
 #include <multireach/node_status_t.hpp>
+#include <multireach/target_candidates_t.hpp>
 #include <multireach/target_t.hpp>
 
 #include "numeric/random.hpp"
@@ -59,6 +60,18 @@ TEST_F(LogTool, SummarisesChannels) {
   EXPECT_NEAR(summary.json()["channels"]["TARGET"]["rate_hz"].get<double>(), 96 / 0.99, 1e-9);
   EXPECT_EQ(summary.channels.at("THEIRS").type, "?");
   EXPECT_TRUE(summary_of(write("whole", 100)).sound());
+}
+
+// They have the sequence numbers of their TARGETs, and not every TARGET has candidates.
+TEST_F(LogTool, TargetsWithoutCandidatesAreNoLoss) {
+  LogWriter log(path("run"));
+  for (int64_t k = 0; k < 40; ++k) {
+    target_candidates_t message{};
+    message.sequence = k;
+    if (k % 3 != 1) log.write(1'000'000 + 33'000 * k, "TARGET_CANDIDATES", *encode(message));
+  }
+  log.close();
+  EXPECT_TRUE(summary_of(path("run")).sound());
 }
 
 TEST_F(LogTool, APublisherThatWasRestartedLostNothing) {
@@ -188,13 +201,14 @@ TEST_F(LogTool, TheReportNamesStopsOfTheBridgeButNotTheEndOfTheRun) {
 
 TEST_F(LogTool, ATargetThatWasNeverSeenOrNeverInReachIsNoSuccess) {
   const RobotConfig robot = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml");
+  int8_t seen_as = target_t::STATUS_TRACKED;
   const auto reason = [&](const char* name, int64_t last_seen, double x) {
     LogWriter log(path(name));
     for (int64_t k = 0; k < 90; ++k) {
       target_t message{};
       message.utime = 1'700'000'000'000'000 + 33'000 * k;
       message.last_seen_utime = last_seen < 0 ? -1 : message.utime;
-      message.status = last_seen < 0 ? target_t::STATUS_LOST : target_t::STATUS_TRACKED;
+      message.status = last_seen < 0 ? target_t::STATUS_LOST : seen_as;
       message.reason = "not in the left image";
       message.position_m[0] = x;
       log.write(message.utime, "TARGET", *encode(message));
@@ -206,6 +220,8 @@ TEST_F(LogTool, ATargetThatWasNeverSeenOrNeverInReachIsNoSuccess) {
   };
   EXPECT_EQ(reason("unseen", -1, 0), "the target was never seen: not in the left image");
   EXPECT_EQ(reason("far", 0, 5), "none of the 1 positions is within the arm's reach");
+  seen_as = target_t::STATUS_UNCALIBRATED;
+  EXPECT_NE(reason("without_pose", 0, 0).find("vision.yaml needs cameras.left_to_robot"), std::string::npos);
 }
 
 TEST_F(LogTool, SaysWhereALogIsDamagedAndWhatIsMissingThere) {

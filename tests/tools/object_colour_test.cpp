@@ -196,6 +196,33 @@ TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   EXPECT_EQ(learn_object({.bgr = image, .region = region}).fault, "");
 }
 
+// A white highlight, or a stripe, divides the object, and the click shows one side of it only.
+TEST(ObjectColourOf, AsksForAClickOnWhatMayBeAPartOfTheObject) {
+  const Ball ball{{150, 110}, 24, kOrange};
+  const auto fault_and_warnings = [&](int stripe_at, const std::vector<Ball>& others) {
+    std::vector<Ball> balls{ball};
+    balls.insert(balls.end(), others.begin(), others.end());
+    cv::Mat image = picture(balls, {}, 7);
+    cv::rectangle(image, {stripe_at, 80, 9, 60}, cv::Scalar(235, 238, 236), cv::FILLED);
+    ObjectRegion region;
+    region.mask = cv::Mat::zeros(image.size(), CV_8UC1);
+    cv::circle(region.mask, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
+    region.mask.colRange(0, stripe_at + 9) = 0;
+    region.box = cv::boundingRect(region.mask);
+    const ObjectColour object = learn_object({.bgr = image, .region = region});
+    std::string all = object.fault;
+    for (const std::string& warning : object.warnings) all += "\n" + warning;
+    return all;
+  };
+  const std::string part = "if that is a part of the object, click there as well";
+  const std::string equal = fault_and_warnings(146, {}), small = fault_and_warnings(134, {});
+  EXPECT_NE(equal.find("another object is found, at 1"), std::string::npos) << equal;
+  EXPECT_NE(equal.find(part), std::string::npos) << equal;
+  EXPECT_NE(small.find("has its colours, too: " + part), std::string::npos) << small;
+  const std::string far = fault_and_warnings(128, {{{300, 110}, 12, kOrange}});
+  EXPECT_EQ(far.find(part), std::string::npos) << "a thing elsewhere is no part of it: " << far;
+}
+
 /// Area of what a model finds in an image around a place, pixels.
 double found_at(const ObjectColour& object, const cv::Mat& image, const cv::Point& place) {
   vision::BlobFinder finder;

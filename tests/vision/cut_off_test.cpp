@@ -194,6 +194,22 @@ TEST(SphereContourFit, ABallThatTheBorderCutsOffIsWhereItsCovarianceSays) {
   EXPECT_GE(inside, 0.8875 * kPictures);
 }
 
+// A search region's part of the image, or a window, does not hold what it cuts off.
+TEST(SphereContourFit, ABlobThatOnlyTheSearchedPartCutsOffIsNotLocated) {
+  const CameraModel c = camera();
+  cv::Mat image(c.height, c.width, CV_8UC3, cv::Scalar(120, 110, 100));
+  cv::ellipse(image, {160, 120}, {20, 32}, 0, 0, 360, cv::Scalar(60, 50, 210), cv::FILLED);
+  const auto occlusion_in = [&](const cv::Mat& shown, const cv::Rect& part) {
+    const Blob blob = red_blobs(shown).at(0);
+    EXPECT_EQ(blob.box & part, blob.box);
+    return SphereContourFitter(c, SphereContourFitter::kOfAnything).fit(shown, blob, part).occlusion;
+  };
+  EXPECT_LT(occlusion_in(image, {100, 60, 120, 120}), BlobCentre::kNotLocated);
+  cv::Mat cut_off = image.clone();
+  cut_off.colRange(170, c.width) = cv::Scalar(120, 110, 100);
+  EXPECT_EQ(occlusion_in(cut_off, {100, 60, 70, 120}), BlobCentre::kNotLocated);
+}
+
 // An arc of an ellipse fits a circle of another centre: the blob tells how far that may be off.
 TEST(SphereContourFit, AnEllipseThatTheBorderCutsOffIsWhereItsCovarianceSays) {
   const CameraModel c = camera();

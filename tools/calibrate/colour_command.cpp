@@ -288,11 +288,14 @@ int learn_both(const ColourOptions& options, const std::vector<std::string>& ord
     write_json_file(options.json, {{"left", of_left}, {"right", one ? of_left : json_of(right_pictures, in_right)}});
   }
   for (const Learned* learned : {&left, &right}) {
-    if (!learned->fault.empty()) throw std::runtime_error(learned->fault + "; see --picture");
+    if (learned->fault.empty()) continue;
+    const bool old = std::filesystem::exists(options.output);
+    throw std::runtime_error(fmt::format("{}; see --picture; {} is {}", learned->fault, options.output,
+                                         old ? "left as it was" : "not written"));
   }
   write_text_file(options.output, colour_text({in_left.model, in_right.model}));
   const auto summary = [](const vision::LearnedColour& colour) {
-    return fmt::format("{:.0f} % of the object and {:.1f} % of the background", 100 * colour.kept,
+    return fmt::format("{:.0f} % of the outlined object and {:.1f} % of the background", 100 * colour.kept,
                        100 * colour.background);
   };
   if (one) {
@@ -324,7 +327,7 @@ Command colour_command(CommandLine& cli) {
         .repeated()
         .needs(file)
         .excludes(in_window);
-    app.option("--rectangle-" + name, input->rectangles, "X,Y,WIDTH,HEIGHT: filled by the object, pixels")
+    app.option("--rectangle-" + name, input->rectangles, "X,Y,WIDTH,HEIGHT: just around the object, pixels")
         .repeated()
         .needs(file)
         .excludes(in_window);

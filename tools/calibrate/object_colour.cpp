@@ -16,6 +16,9 @@ namespace {
 constexpr double kFewest = 0.25;  // least share of the object's area by which something is found, or the object itself
 constexpr double kFilled = 0.5;   // share of the picture from which on vision says that the colour is everywhere
 constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
+constexpr double kPart = 0.1;     // least share of the object's area of a part of it that is worth a click
+// What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
+constexpr char kIfPart[] = "if that is a part of the object, click there as well, or draw a rectangle around all of it";
 
 double area_of(const ObjectRegion& region) {
   return region.mask.empty() ? region.box.area() : cv::countNonZero(region.mask);
@@ -32,6 +35,13 @@ double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
     }
   }
   return area;
+}
+
+/// Whether something is no farther from the region than twice its length.
+bool is_near(const cv::Rect& box, const ObjectRegion& region) {
+  const int margin = 2 * std::max(region.box.width, region.box.height);
+  const cv::Rect around = region.box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin);
+  return !(around & box).empty();
 }
 
 /// "X,Y" in the picture.
@@ -92,8 +102,9 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
   }
   for (const vision::Blob& blob : found.blobs) {
     if (blob.area < kSimilar * object->area || area_inside(blob, region) > 0.5 * blob.area) continue;
-    return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one",
-                       position_of(blob, corner), 100 * blob.area / object->area);
+    return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one{}{}",
+                       position_of(blob, corner), 100 * blob.area / object->area, is_near(blob.box, region) ? ": " : "",
+                       is_near(blob.box, region) ? kIfPart : "");
   }
   const double whole = area_of(region);
   if (all_inside < kFewest * whole)
@@ -113,6 +124,19 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, d
     return fmt::format(
         "with the learned colours something is found at {}, {:.0f} % as large as the object, which is not there",
         position_of(blob, corner), 100 * blob.area / area);
+  }
+  return {};
+}
+
+/// Where something beside the object has its colours, as a sentence; empty where nothing has.
+std::string doubt_of_region(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
+                            const cv::Point& corner) {
+  vision::BlobFinder finder;
+  const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
+  for (const vision::Blob& blob : found.blobs) {
+    if (blob.area < kPart * area_of(region) || area_inside(blob, region) > 0.5 * blob.area) continue;
+    if (is_near(blob.box, region))
+      return fmt::format("what is at {} has its colours, too: {}", position_of(blob, corner), kIfPart);
   }
   return {};
 }
@@ -212,8 +236,11 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     const std::string fault = part.region ? finder_fault(part.bgr, colour.model, *part.region, part.corner)
                                           : finder_fault(part.bgr, colour.model, smallest, part.corner);
     if (fault.empty()) {
-      const std::string doubt = part.region ? doubt_of_vision(part, colour.model) : "";
-      if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
+      if (!part.region) continue;
+      for (const std::string& doubt :
+           {doubt_of_region(part.bgr, colour.model, *part.region, part.corner), doubt_of_vision(part, colour.model)}) {
+        if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
+      }
       continue;
     }
     object.faulty_picture = k;

@@ -1,6 +1,7 @@
 #include "tools/log/log_summary.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cinttypes>
 #include <cstdio>
 
@@ -12,7 +13,8 @@ namespace multireach {
 namespace {
 
 constexpr size_t kMaxSentences = 100;
-constexpr std::string_view kSequenceOfCommands = "bridge_state_t";  // its `sequence` is a JOINT_COMMAND's, not its own
+// Types whose `sequence` is that of another message, a JOINT_COMMAND or a TARGET: not each of those has one.
+constexpr std::array<std::string_view, 2> kSequenceOfOthers{"bridge_state_t", "target_candidates_t"};
 
 void add_event(LogSummary& summary, const LogEvent& event) {
   LogSummary::Channel& channel = summary.channels[std::string(event.channel)];
@@ -28,7 +30,7 @@ void add_event(LogSummary& summary, const LogEvent& event) {
   if (!type) return;
   if (!well_formed(*type, event.data)) {
     ++channel.malformed;
-  } else if (type->name == kSequenceOfCommands) {
+  } else if (std::ranges::find(kSequenceOfOthers, type->name) != kSequenceOfOthers.end()) {
     return;
   } else if (const auto sequence = sequence_of(*type, event.data)) {
     channel.sequence.add(*sequence, event.utime);

@@ -415,7 +415,11 @@ RunReport RunReporter::report() const {
     report.reason = "no TARGET was recorded";
   } else if (std::ranges::none_of(run.targets,
                                   [](const target_t& target) { return target.status == target_t::STATUS_TRACKED; })) {
-    report.reason = "the target was never seen: " + run.targets.back().reason;
+    const bool without_pose =
+        std::ranges::any_of(run.targets, [](const target_t& t) { return t.status == target_t::STATUS_UNCALIBRATED; });
+    report.reason = without_pose ? "the target was seen, but nobody knows where the cameras are: vision.yaml needs "
+                                   "cameras.left_to_robot (docs/calibrate.md)"
+                                 : "the target was never seen: " + run.targets.back().reason;
   } else if (reaches.empty() && !unreachable.empty()) {
     report.reason = fmt::format("none of the {} positions is within the arm's reach", unreachable.size());
   } else if (reached < reaches.size()) {

@@ -433,7 +433,12 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
   const double sigma_size = kSize * result.value.z() + kPixel / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
   result.cut_off = centre.cut_off;
-  if (centre.cut_off) result.occlusion = std::max(result.occlusion, centre.cut_off_share);
+  // What only the searched part of the image cuts off is not where it is looked for.
+  const bool in_image = (box_.x > readable_.x || readable_.x == 0) && (box_.y > readable_.y || readable_.y == 0) &&
+                        (box_.br().x < readable_.br().x || readable_.br().x == camera_.width) &&
+                        (box_.br().y < readable_.br().y || readable_.br().y == camera_.height);
+  if (centre.cut_off)
+    result.occlusion = in_image ? std::max(result.occlusion, centre.cut_off_share) : BlobCentre::kNotLocated;
 }
 
 SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,

@@ -35,11 +35,11 @@ struct SphereContour {
   double radius_px = 0;             ///< approximate, in pixels at the image centre
   double visible_fraction = 0;      ///< share of the contour's length with a fitting edge
   static constexpr double kUnknown = -1;
-  double occlusion = 0;    ///< share of the contour's area that is occluded or outside the image; kUnknown: not known
+  double occlusion = 0;    ///< share of the area that is occluded or outside the image; kUnknown: not known
   double residual_px = 0;  ///< weighted root mean square of the edges' distances from the contour
   double motion_px = 0;    ///< how far the object moved during the exposure, from the blur of its edges; 0: not known
   double area = 0;         ///< of the blob, pixels
-  bool cut_off = false;    ///< a part of the contour is outside of the readable pixels
+  bool cut_off = false;    ///< a part of the contour, or of what the blob shows, is outside of the readable pixels
 
   Eigen::Vector2d ray() const { return value.head<2>(); }
   Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }
@@ -49,7 +49,7 @@ struct SphereContour {
 class SphereContourFitter {
  public:
   /// Smallest visible share of an accepted contour: low for an object known to be a sphere, high for one of unknown
-  /// shape. That is asked of what is within the image; of an unknown shape that is cut off, half must be.
+  /// shape. Only the contour within the image counts; of an object of unknown shape, half of all must be visible, too.
   static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
 
   explicit SphereContourFitter(const CameraModel& camera, double least_seen = kOfASphere)

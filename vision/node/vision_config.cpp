@@ -83,7 +83,7 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
           "Largest ratio of the radii that the two images give, in addition to their errors.")
       .number(
           "max_occlusion", "", 0.01, 1, [](auto& s) -> auto& { return s.options.match.max_occlusion; },
-          "Largest share of the contour's area that may be occluded.")
+          "Largest share of the target's area that may be occluded or beyond the image's border.")
       .number(
           "max_prediction_sigmas", "", 0.1, 100, [](auto& s) -> auto& { return s.options.match.max_prediction_sigmas; },
           "Largest distance of a match from the predicted position, in standard deviations.")

@@ -71,7 +71,8 @@ class CandidateScorer {
     match.left_px = left.centre_px;
     match.right_px = right.centre_px;
     const bool known = left.occlusion >= 0 && right.occlusion >= 0;
-    match.occlusion = known ? std::max(left.occlusion, right.occlusion) : SphereContour::kUnknown;
+    const double most = std::max(left.occlusion, right.occlusion);
+    match.occlusion = known || most >= BlobCentre::kNotLocated ? most : SphereContour::kUnknown;
     match.both_by_contour = left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges;
     scored.radius_px = std::min(left.radius_px, right.radius_px);
     scored.score = scored.radius_px * (1 + left.visible_fraction + right.visible_fraction);

@@ -57,7 +57,7 @@ struct MatchOptions {
   double radius_tolerance_m = 0;  ///< standard deviation of `radius_m`
   double max_epipolar_px = 3;     ///< epipolar error allowed in addition to three standard deviations
   double max_size_ratio = 1.35;   ///< of the two radii at the triangulated position, in addition to their errors
-  double max_occlusion = 0.22;    ///< occluded share of the contour's area
+  double max_occlusion = 0.22;    ///< share of the target's area that is occluded or beyond the border
   double max_prediction_sigmas = 5;
 };
 
