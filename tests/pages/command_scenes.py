@@ -137,6 +137,7 @@ SCENES = (
         Run("multireach-log import run.mcap -o session.lcm --left /left/image_raw --right /right/image_raw", says=r"^\d+ pairs"),
         Run("tools/multireach log import run.mcap -o session.lcm --left /left/image_raw --right /right/image_raw", says=r"^\d+ pairs"),
         Run("multireach-replay run session.lcm --vision vision.yaml -o out.lcm"),
+        Run("multireach-log report out.lcm --robot robots/hoap2", says="seen"),
         Run("multireach-log export pairs session.lcm -o pictures"),
         Run("multireach-log export euroc session.lcm -o recording"),
         Run("multireach-log export bag session.lcm -o session.bag"),
