@@ -24,12 +24,14 @@ struct Thing {
   Eigen::Vector3d p_L;
   double radius_m = kRadius;
   Appearance appearance{.background = 0, .compactness = 0.9, .colour_share = 0.8};
+  double size_sigma = 0;  // of its image, as a share
 };
 
-SphereContour contour_of(const CameraModel& camera, const Eigen::Vector3d& p_C, double radius_m) {
+SphereContour contour_of(const CameraModel& camera, const Eigen::Vector3d& p_C, double radius_m, double size_sigma) {
   SphereContour contour;
   contour.value << p_C.hnormalized(), radius_m / p_C.norm();
   contour.covariance = std::pow(0.5 / kFocal, 2) * Eigen::Matrix3d::Identity();
+  contour.covariance(2, 2) += std::pow(size_sigma * contour.value.z(), 2);
   contour.centre_px = camera.project(p_C);
   contour.radius_px = contour.value.z() * kFocal;
   contour.visible_fraction = 1;
@@ -48,8 +50,8 @@ Judged judge(const std::vector<Thing>& things, const TargetHistory& history = {}
   std::vector<SphereContour> left, right;
   std::vector<Appearance> appearance;
   for (const Thing& thing : things) {
-    left.push_back(contour_of(rig().left, thing.p_L, thing.radius_m));
-    right.push_back(contour_of(rig().right, rig().X_RL * thing.p_L, thing.radius_m));
+    left.push_back(contour_of(rig().left, thing.p_L, thing.radius_m, thing.size_sigma));
+    right.push_back(contour_of(rig().right, rig().X_RL * thing.p_L, thing.radius_m, thing.size_sigma));
     appearance.push_back(thing.appearance);
   }
   std::optional<Prediction> prediction;
@@ -80,8 +82,27 @@ TEST(Candidates, OfTwoEqualBallsNoneIsChosenAndBothAreNamed) {
     EXPECT_LT(std::min((b - kHere).norm(), (b - kThere).norm()), 1e-6);
     EXPECT_GT((a - b).norm(), 0.1) << "one candidate for each ball";
     EXPECT_STREQ(judged.candidates[1].reason, "it could be the target as well");
-    for (size_t k = 2; k < judged.candidates.size(); ++k) EXPECT_TRUE(judged.candidates[k].by_order) << k;
+    for (size_t k = 2; k < judged.candidates.size(); ++k) EXPECT_TRUE(judged.candidates[k].mixed) << k;
   }
+}
+
+// A large thing, and a small one that is nearer: the images of both, taken together, would be two things in order.
+TEST(Candidates, TwoThingsOfDifferentSizesAreNotMixed) {
+  const Eigen::Vector3d near(0.03, 0, 0.1);  // left of the large one in the right image, and right of it in the left
+  constexpr double kCentroid = 0.3;          // a centroid's size, as a share: both mixtures pass as one thing
+  const auto judge_with = [&](double small_m) {
+    Thing large{kHere, 2 * kRadius}, small{near, small_m};
+    large.size_sigma = small.size_sigma = kCentroid;
+    return judge({large, small}, {}, {});
+  };
+  const auto is_one_thing = [&](const Candidate& candidate) {
+    const Eigen::Vector3d& p_W = candidate.match.point.p_W;
+    return std::min((p_W - kHere).norm(), (p_W - near).norm()) < 1e-6;
+  };
+  for (const Candidate& candidate : judge_with(0.12 * kRadius).candidates)
+    EXPECT_EQ(candidate.mixed, !is_one_thing(candidate)) << candidate.match.point.p_W.transpose();
+  for (const Candidate& candidate : judge_with(0.3 * kRadius).candidates)
+    EXPECT_EQ(candidate.mixed, is_one_thing(candidate)) << "of one size, the order decides";
 }
 
 TEST(Candidates, WhatIsRememberedAsStandingStillYieldsToWhatMoves) {

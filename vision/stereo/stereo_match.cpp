@@ -264,27 +264,41 @@ int progress(Status status) {
   }
 }
 
+/// How well the two images of a pair fit each other: a log likelihood, up to a constant.
+double fit_of(const ComparedPair& pair, const MatchOptions& options) {
+  const double allowed_px = options.max_epipolar_px / kSigmas;
+  const double epipolar2 = pair.match.epipolar_px * pair.match.epipolar_px /
+                           (pair.match.epipolar_sigma_px * pair.match.epipolar_sigma_px + allowed_px * allowed_px);
+  return -0.5 * (epipolar2 + pair.size_sigmas * pair.size_sigmas);
+}
+
 /// Of two objects that look alike, each left contour fits both right ones. The pairs that exchange their order are most
-/// likely wrong: marks them.
-void mark_crossed(std::span<const SphereContour> left, std::span<const SphereContour> right,
-                  std::vector<ComparedPair>& all) {
-  const auto seen = [&](size_t i, size_t j) { return all[i * right.size() + j].match.status == Status::kSeen; };
-  std::vector<size_t> crossed;
-  for (size_t k = 0; k < all.size(); ++k) {
-    const size_t i = k / right.size(), j = k % right.size();
-    bool crosses = false;
-    for (size_t other_i = 0; other_i < left.size(); ++other_i) {
-      for (size_t other_j = 0; other_j < right.size(); ++other_j) {
-        if (other_i == i || other_j == j || !seen(i, j) || !seen(other_i, other_j)) continue;
-        if (!seen(i, other_j) || !seen(other_i, j)) continue;
-        const double in_left = left[other_i].ray().x() - left[i].ray().x();
-        const double in_right = right[other_j].ray().x() - right[j].ray().x();
-        crosses = crosses || in_left * in_right < 0;
+/// likely wrong, unless they fit clearly better than the others: marks the wrong ones.
+void mark_mixed(std::span<const SphereContour> left, std::span<const SphereContour> right, const MatchOptions& options,
+                std::vector<ComparedPair>& all) {
+  constexpr double kClearly = 3;  // a likelihood ratio of 20
+  const auto pair = [&](size_t i, size_t j) -> ComparedPair& { return all[i * right.size() + j]; };
+  const auto seen = [&](size_t i, size_t j) { return pair(i, j).match.status == Status::kSeen; };
+  const auto fit_of_both = [&](size_t i, size_t j, size_t other_i, size_t other_j) {
+    return fit_of(pair(i, j), options) + fit_of(pair(other_i, other_j), options);
+  };
+  for (size_t i = 0; i < left.size(); ++i) {
+    for (size_t other_i = i + 1; other_i < left.size(); ++other_i) {
+      for (size_t j = 0; j < right.size(); ++j) {
+        for (size_t other_j = 0; other_j < right.size(); ++other_j) {
+          const double in_left = left[other_i].ray().x() - left[i].ray().x();
+          const double in_right = right[other_j].ray().x() - right[j].ray().x();
+          if (!(in_left * in_right < 0)) continue;
+          if (!seen(i, j) || !seen(other_i, other_j) || !seen(i, other_j) || !seen(other_i, j)) continue;
+          if (fit_of_both(i, j, other_i, other_j) > fit_of_both(i, other_j, other_i, j) + kClearly) {
+            pair(i, other_j).mixed = pair(other_i, j).mixed = true;
+          } else {
+            pair(i, j).mixed = pair(other_i, other_j).mixed = true;
+          }
+        }
       }
     }
-    if (crosses) crossed.push_back(k);
   }
-  for (const size_t k : crossed) all[k].crossed = true;
 }
 
 const SphereContour& largest(std::span<const SphereContour> contours) {
@@ -350,10 +364,10 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
     }
   }
   if (prediction) return all;
-  mark_crossed(left, right, all);
-  constexpr double kCrossed = 1e-6;  // lowers the scores below those of the others
+  mark_mixed(left, right, options, all);
+  constexpr double kMixed = 1e-6;  // lowers the scores below those of the others
   for (ComparedPair& pair : all) {
-    if (pair.crossed) pair.score *= kCrossed;
+    if (pair.mixed) pair.score *= kMixed;
   }
   return all;
 }

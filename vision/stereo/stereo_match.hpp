@@ -75,9 +75,9 @@ struct ComparedPair {
   double radius_px = 0;    ///< of the smaller image
   double radius_m = 0;     ///< without prior knowledge of the radius; 0 where it was not triangulated
   double radius_sigma_m = 0;
-  /// The pair exchanges the order of two objects that look alike, of which each left contour fits both right ones: most
-  /// likely it consists of the left image of one and the right image of the other.
-  bool crossed = false;
+  /// Of two objects that look alike, each left contour fits both right ones, and this pair most likely consists of the
+  /// left image of one and the right image of the other: it exchanges their order, or fits clearly less.
+  bool mixed = false;
 };
 
 /// Compares all pairs of contours, left by left. Empty where an image has none.

@@ -120,7 +120,7 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
     if (pair.match.status != Status::kSeen) continue;
     Candidate& candidate = candidates.emplace_back();
     candidate.match = pair.match;
-    candidate.by_order = pair.crossed;
+    candidate.mixed = pair.mixed;
     candidate.radius_px = pair.radius_px;
     const double radius_m = options.radius_m > 0 ? options.radius_m : history.radius_m;
     if (pair.radius_m > 0) candidate.expected_px = pair.radius_px * radius_m / pair.radius_m;
@@ -136,23 +136,23 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
   }
   // Equal sums keep the order of the pairs.
   std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
-    return a.by_order != b.by_order ? b.by_order : a.evidence.sum() > b.evidence.sum();
+    return a.mixed != b.mixed ? b.mixed : a.evidence.sum() > b.evidence.sum();
   });
   return candidates;
 }
 
 std::optional<size_t> choose(std::span<Candidate> candidates) {
-  if (candidates.empty() || candidates.front().by_order) return std::nullopt;
+  if (candidates.empty() || candidates.front().mixed) return std::nullopt;
   const Evidence& best = candidates.front().evidence;
   bool alone = true;
   for (Candidate& other : candidates.subspan(1)) {
     const bool near = best.sum() - other.evidence.sum() < kLead, part = same_thing(candidates.front(), other);
-    const bool rival = !other.by_order && near && !part;
+    const bool rival = !other.mixed && near && !part;
     alone = alone && !rival;
-    other.reason = other.by_order ? "it exchanges the order of two things that look alike"
-                   : rival        ? "it could be the target as well"
-                   : part         ? "it may be a part of the best one"
-                                  : weakness(other.evidence, best);
+    other.reason = other.mixed ? "its two images seem to show two things that look alike"
+                   : rival     ? "it could be the target as well"
+                   : part      ? "it may be a part of the best one"
+                               : weakness(other.evidence, best);
   }
   candidates.front().chosen = alone;
   candidates.front().reason = alone ? "chosen" : "others could be the target as well";

@@ -33,7 +33,7 @@ struct Candidate {
   Evidence evidence;
   double radius_px = 0;    ///< of the smaller image
   double expected_px = 0;  ///< radius of the target at this distance; 0 where it is not known
-  bool by_order = false;   ///< excluded: it exchanges the order of two things that look alike
+  bool mixed = false;      ///< excluded: its two images most likely show two things that look alike
   bool chosen = false;
   const char* reason = "";  ///< why it was chosen, or why not, as text
 };
