@@ -264,19 +264,10 @@ int progress(Status status) {
   }
 }
 
-/// How well the two images of a pair fit each other: a log likelihood, up to a constant.
-double fit_of(const ComparedPair& pair, const MatchOptions& options) {
-  const double allowed_px = options.max_epipolar_px / kSigmas;
-  const double epipolar2 = pair.match.epipolar_px * pair.match.epipolar_px /
-                           (pair.match.epipolar_sigma_px * pair.match.epipolar_sigma_px + allowed_px * allowed_px);
-  return -0.5 * (epipolar2 + pair.size_sigmas * pair.size_sigmas);
-}
-
 /// Of two objects that look alike, each left contour fits both right ones. The pairs that exchange their order are most
 /// likely wrong, unless they fit clearly better than the others: marks the wrong ones.
 void mark_mixed(std::span<const SphereContour> left, std::span<const SphereContour> right, const MatchOptions& options,
                 std::vector<ComparedPair>& all) {
-  constexpr double kClearly = 3;  // a likelihood ratio of 20
   const auto pair = [&](size_t i, size_t j) -> ComparedPair& { return all[i * right.size() + j]; };
   const auto seen = [&](size_t i, size_t j) { return pair(i, j).match.status == Status::kSeen; };
   const auto fit_of_both = [&](size_t i, size_t j, size_t other_i, size_t other_j) {
@@ -290,7 +281,7 @@ void mark_mixed(std::span<const SphereContour> left, std::span<const SphereConto
           const double in_right = right[other_j].ray().x() - right[j].ray().x();
           if (!(in_left * in_right < 0)) continue;
           if (!seen(i, j) || !seen(other_i, other_j) || !seen(i, other_j) || !seen(other_i, j)) continue;
-          if (fit_of_both(i, j, other_i, other_j) > fit_of_both(i, other_j, other_i, j) + kClearly) {
+          if (fit_of_both(i, j, other_i, other_j) > fit_of_both(i, other_j, other_i, j) + kLead) {
             pair(i, other_j).mixed = pair(other_i, j).mixed = true;
           } else {
             pair(i, j).mixed = pair(other_i, other_j).mixed = true;
@@ -306,6 +297,13 @@ const SphereContour& largest(std::span<const SphereContour> contours) {
 }
 
 }  // namespace
+
+double fit_of(const ComparedPair& pair, const MatchOptions& options) {
+  const double allowed_px = options.max_epipolar_px / kSigmas;
+  const double epipolar2 = pair.match.epipolar_px * pair.match.epipolar_px /
+                           (pair.match.epipolar_sigma_px * pair.match.epipolar_sigma_px + allowed_px * allowed_px);
+  return -0.5 * (epipolar2 + pair.size_sigmas * pair.size_sigmas);
+}
 
 const char* description(StereoMatch::Status status) {
   switch (status) {

@@ -42,13 +42,6 @@ double roundness(const StereoMatch& match, const Appearance& left, const Appeara
   return interpolated(std::min(left.compactness, right.compactness), 0.6, kShape);
 }
 
-double stereo(const ComparedPair& pair, const MatchOptions& options) {
-  const double allowed = options.max_epipolar_px / kGates;
-  const double epipolar2 =
-      squared(pair.match.epipolar_px) / (squared(pair.match.epipolar_sigma_px) + allowed * allowed);
-  return -0.5 * (epipolar2 + squared(pair.size_sigmas));
-}
-
 /// By the known radius, or else by that of the last match. Where neither is known, by the area: other things of the
 /// colour come in all sizes, the more the smaller. Among large ones less is known; if their areas are distributed like
 /// 1 / a^2 (an assumption), and those of targets like 1 / a, as of a thing at any distance, the likelihood ratio is
@@ -130,7 +123,7 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
     term[Evidence::kStill] = interpolated(std::min(in_left.background, in_right.background), 0.3, kStill);
     term[Evidence::kRound] = roundness(pair.match, in_left, in_right);
     term[Evidence::kColour] = interpolated(std::min(in_left.colour_share, in_right.colour_share), 0.2, kColour);
-    term[Evidence::kStereo] = stereo(pair, options);
+    term[Evidence::kStereo] = fit_of(pair, options);
     term[Evidence::kSize] = size(pair, pair.radius_px, history, options);
     term[Evidence::kHistory] = history_of(pair.match, history);
   }

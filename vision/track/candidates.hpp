@@ -45,10 +45,6 @@ struct TargetHistory {
   double radius_m = 0;                     ///< of its last match; 0: not known
 };
 
-/// A candidate must exceed all others by this difference of evidence: likelihood ratio 20, from which on evidence
-/// counts as strong (Kass and Raftery, Bayes Factors, J. Am. Stat. Assoc. 90, 1995, Sect. 3.2).
-inline constexpr double kLead = 2.995732273553991;  // ln 20
-
 /// The candidates among compared pairs, best evidence first: pairs that passed all checks of `options`. `left` and
 /// `right` describe the blobs that the pairs' matches refer to.
 std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::span<const Appearance> left,
