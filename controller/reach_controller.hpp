@@ -154,6 +154,10 @@ class ReachController {
   void stop_ticks() { grid_origin_.reset(); }
   /// The time of the next tick, a whole number of integration steps after the first; nullopt before restart_grid().
   std::optional<int64_t> next_tick() const;
+  /// Where the newest target that was seen is, filtered, m, in W; nothing before the first.
+  std::optional<Eigen::Vector3d> target_position() const {
+    return last_seen_ ? std::optional(last_position_) : std::nullopt;
+  }
   /// Whether a target of the next tick's time, or a newer one, is there: nothing is gained by waiting for another.
   bool target_waits() const { return last_seen_ && grid_origin_ && *last_seen_ >= *next_tick(); }
   /// Computes the next tick. Call start() and restart_grid() first: before, the output is of ReachMode::kNotStarted and

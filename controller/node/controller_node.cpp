@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "controller/collision/link_at.hpp"
 #include "controller/node/controller_config.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/files.hpp"
@@ -254,6 +255,15 @@ std::string ControllerNode::choice_text() const {
   return ", target '" + choice_.name + "' chosen" + by;
 }
 
+/// The joint that moves the link inside which the target seems to be; empty where it is in none.
+std::string ControllerNode::joint_at_target() const {
+  const auto* law = std::get_if<controller::GuardedParameters>(&controller_.options().law);
+  const auto target = controller_.target_position();
+  if (!law || !target || last_.target_lost) return "";
+  const auto link = controller::link_at(controller_.chain(), law->body, last_.theta, *target);
+  return link ? joint_names_[static_cast<size_t>(*link)] : "";
+}
+
 std::string ControllerNode::state() const {
   return reach_text() + choice_text();
 }
@@ -289,6 +299,9 @@ std::string ControllerNode::reach_text() const {
   if (last_.target_lost) text += ", target lost";
   if (uncalibrated_) text += std::string(", ") + kUncalibrated;
   if (last_.target_unreachable) text += ", target unreachable";
+  if (const std::string joint = joint_at_target(); !joint.empty())
+    text +=
+        fmt::format(", the target is inside the arm, in the link after joint '{}': does vision see the arm?", joint);
   if (last_.target_flickers) text += ", target flickers between two positions: waiting until it stays";
   if (const char* why = blocked_text(last_.blocked); *why)
     text += fmt::format(", blocked {:.3f} m short: {}", last_.distance_m, why);

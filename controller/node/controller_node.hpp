@@ -37,6 +37,7 @@ class ControllerNode : public Node {
   Receipt receive_bridge_state(std::span<const uint8_t> bytes);
   std::string choice_text() const;
   std::string reach_text() const;
+  std::string joint_at_target() const;
 
   static constexpr int64_t kChoiceSilence = 3000000;  // us: who has chosen and was not heard for this long is gone
 

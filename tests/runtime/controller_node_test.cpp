@@ -7,6 +7,7 @@
 #include <multireach/target_choice_t.hpp>
 
 #include "controller/node/controller_node.hpp"
+#include "kinematics/joint_frames.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/joint_fields.hpp"
 #include "tests/runtime/node_messages.hpp"
@@ -128,6 +129,36 @@ TEST(ControllerNode, RefusesTargetsOfAnUnknownCameraPoseAndSaysWhy) {
   EXPECT_EQ(node.state().find("the camera pose is unknown"), std::string::npos) << node.state();
   EXPECT_EQ(node.receive(channel::kTarget, target(2, 3000, kFront, 77), out).effect, Receipt::Effect::kNone);
   EXPECT_EQ(node.counters().refused, 2) << "no status that it knows";
+}
+
+TEST(ControllerNode, SaysWhenTheTargetIsInsideTheArmItself) {
+  ControllerNode node(robot());
+  Outbox out;
+  node.receive(channel::kRobotState, robot_state(0), out);
+  node.receive(channel::kTarget, target(0, 1000, kFront), out);
+  node.tick(out);
+  EXPECT_EQ(node.state().find("inside the arm"), std::string::npos) << node.state();
+  const auto setpoint = last_of<joint_setpoint_t>(out, channel::kJointSetpoint);
+  const Chain chain = robot().chain;
+  // The longest link before the hand: the upper arm.
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double longest = 0;
+  std::string joint;
+  visit_joints(chain, setpoint.joint_position, [&](int i, const auto&, const auto&, const Eigen::Isometry3d& X_WL) {
+    const Eigen::Vector3d along = chain.fixed(i + 1).translation();
+    if (i + 1 == chain.size() || !(along.norm() > longest)) return;
+    longest = along.norm();
+    middle = X_WL * Eigen::Vector3d(0.5 * along);
+    joint = setpoint.joint_name[static_cast<size_t>(i)];
+  });
+  node.receive(channel::kTarget, target(1, 51000, middle), out);
+  node.tick(out);
+  EXPECT_NE(node.state().find("the target is inside the arm, in the link after joint '" + joint + "'"),
+            std::string::npos)
+      << node.state();
+  node.receive(channel::kTarget, target(2, 101000, kFront), out);
+  node.tick(out);
+  EXPECT_EQ(node.state().find("inside the arm"), std::string::npos) << node.state();
 }
 
 TEST(ControllerNode, FollowsTheTargetThatIsChosenUntilTheChoiceEnds) {
