@@ -111,10 +111,13 @@ StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& opt
 void StereoTracker::restart() {
   track_ = TargetTrack(options_.track);
   identity_ = {};
+  calibration_ = {};
   radius_m_ = 0;
   for (CameraState& camera_state : cameras_) {
     camera_state.gains = {};
     camera_state.background.forget();
+    camera_state.motion.forget();
+    camera_state.shift = {};
     camera_state.looks = camera_state.since_look = 0;
   }
 }
@@ -218,7 +221,8 @@ StereoRig StereoTracker::rig_at(const PairTimes& times) const {
   return rig;
 }
 
-StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& left, const View& right) const {
+StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& left, const View& right,
+                                          const OtherTargets& others) const {
   using Status = StereoMatch::Status;
   const auto failed = [](Status status) {
     Found found;
@@ -230,13 +234,15 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
-  Found found = match_among(times, left, right, !identity_.known(), true);
+  Found found = match_among(times, left, right, others, !identity_.known(), true);
   StereoMatch& match = found.match;
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;
+  const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
+  if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   if (!lost && !identity_.known() && is_background(match, left, right)) {
-    Found other = match_among(times, left, right, false, false);
+    Found other = match_among(times, left, right, others, false, false);
     if (other.match.status == Status::kSeen && may_replace(other.match, match, left, right)) {
       // What appears or moves is more likely the target than what stands still, if it is seen repeatedly.
       other.match.status = Status::kOutsidePredictionGate;
@@ -262,15 +268,17 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
          agrees(right, other.right, tracked.right);
 }
 
-/// Matches the contours, with those in the background or without. In a confirmed track a sphere's contour counts also
-/// before background of its colour.
+/// Matches the contours that are no other target, with those in the background or without. In a confirmed track a
+/// sphere's contour counts also before background of its colour.
 StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
-                                                bool background, bool predicted) const {
+                                                const OtherTargets& others, bool background, bool predicted) const {
   std::array<std::vector<SphereContour>, 2> contours;
   std::array<std::vector<int>, 2> from;
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const View& view = side == Side::kLeft ? left : right;
+    const std::vector<bool>& taken = others.taken[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
+      if (k < taken.size() && taken[k]) continue;
       const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
       if (!background && !sphere && view.appearance[k].background > kBackground) continue;
       contours[index(side)].push_back(view.contours[k]);
@@ -292,7 +300,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   found.match = best_match(contours[0], contours[1], pairs);
   found.candidates = candidates_of(pairs, left.appearance, right.appearance, history, options_.match);
   if (found.candidates.empty()) return found;
-  const auto chosen = choose(found.candidates);
+  const auto chosen = choose(found.candidates, others.sought);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
   const bool by_looks = !history.agile && !(options_.match.radius_m > 0);
@@ -318,6 +326,14 @@ TargetHistory StereoTracker::history_at(const PairTimes& times) const {
   }
   history.radius_m = radius_m_;
   return history;
+}
+
+std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
+  const TargetHistory history = history_at(times);
+  if (!history.steady) return std::nullopt;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = options_.rig.X_RL * p_L;
+  if (!(p_L.z() > 0 && p_R.z() > 0)) return std::nullopt;
+  return std::array{options_.rig.left.project(p_L), options_.rig.right.project(p_R)};
 }
 
 bool StereoTracker::is_inside_windows(const StereoMatch& match, const View& left, const View& right) const {
@@ -376,10 +392,26 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   TargetReport result = update_track(times, match, left, right);
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
+    if (followed) calibration_.update(match);
+    notice_motion(Side::kLeft, left, times.pair);
+    notice_motion(Side::kRight, right, times.pair);
     learn_background(Side::kLeft, left, followed ? match.left : -1);
     learn_background(Side::kRight, right, followed ? match.right : -1);
   }
   return result;
+}
+
+/// Notices when a camera moves. What moved in the image has not moved by itself then, and what was learned of the
+/// background is forgotten, unless it is still about there.
+void StereoTracker::notice_motion(Side side, const View& view, int64_t utime) {
+  CameraState& camera_state = cameras_[index(side)];
+  if (!view.fits || view.dark || view.window != search_area(side)) return;
+  const CameraMotion::Motion motion = camera_state.motion.look(view.bgr(view.window));
+  if (motion == CameraMotion::Motion::kNone) return;
+  if (motion == CameraMotion::Motion::kLarge) camera_state.background.forget();
+  camera_state.shift.last_utime = utime;
+  camera_state.shift.total_px += camera_state.motion.shift_px();
+  identity_.begin_motion_anew();
 }
 
 /// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be

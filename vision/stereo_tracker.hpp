@@ -7,7 +7,9 @@
 #include "vision/colour/find.hpp"
 #include "vision/colour/illumination.hpp"
 #include "vision/pair_times.hpp"
+#include "vision/stereo/calibration_check.hpp"
 #include "vision/stereo/stereo_match.hpp"
+#include "vision/track/camera_motion.hpp"
 #include "vision/track/candidates.hpp"
 #include "vision/track/search_region.hpp"
 #include "vision/track/target_identity.hpp"
@@ -50,6 +52,12 @@ struct TargetReport {
   bool ambiguous = false;  ///< this pair shows several things that could be the target; a position is not to be used
 };
 
+/// What a pair shows of the other targets that look like one.
+struct OtherTargets {
+  std::array<std::vector<bool>, 2> taken{};  ///< for each blob of the views, whether it is another target; or empty
+  size_t sought = 1;  ///< how many targets that look like this one are looked for, itself included
+};
+
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
 /// pair measure() for both images, match(), then update() or update_unseen(). Deterministic: its
 /// whole state between pairs is what serialize() returns.
@@ -64,6 +72,14 @@ class StereoTracker {
   void restart();
   const TargetTrack& track() const { return track_; }
   const TargetIdentity& identity() const { return identity_; }
+  /// What does not fit the calibration in the mean of many pairs.
+  CalibrationCheck::Disagreement calibration_off() const { return calibration_.disagreement(); }
+  /// What was noticed of a camera's motion since the start.
+  struct CameraShift {
+    std::optional<int64_t> last_utime;  ///< when it moved last, microseconds
+    Eigen::Vector2d total_px{0, 0};     ///< of the image, to the right and down; about
+  };
+  const CameraShift& camera_shift(Side side) const { return cameras_[index(side)].shift; }
   cv::Rect whole_image(Side side) const;
   /// The part of an image that is searched for a target whose position is not known: the whole, or what shows the
   /// search region.
@@ -86,7 +102,11 @@ class StereoTracker {
     std::vector<Candidate> candidates;
   };
   /// Matches and triangulates the two views. Does not change the tracker.
-  Found match(const PairTimes& times, const View& left, const View& right) const;
+  Found match(const PairTimes& times, const View& left, const View& right, const OtherTargets& others = {}) const;
+  /// Whether the target is expected somewhere in this pair.
+  bool is_expected(const PairTimes& times) const { return history_at(times).agile.has_value(); }
+  /// Where the target's centre is expected in both images, pixels, if it moves steadily.
+  std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const PairTimes& times) const;
   /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched and lies
   /// completely inside both windows.
   bool is_inside_windows(const StereoMatch& match, const View& left, const View& right) const;
@@ -115,13 +135,16 @@ class StereoTracker {
           model(colour),
           wider(wider_model(colour)),
           fitter(camera, least_seen),
-          background({camera.width, camera.height}) {}
+          background({camera.width, camera.height}),
+          motion(searched.size()) {}
     cv::Rect area;  // that is searched
     AdaptedColourModel model, wider;
     WhiteBalanceGains gains;
     BlobFinder finder;
     SphereContourFitter fitter;
     ColourBackground background;
+    CameraMotion motion;
+    CameraShift shift;   // no state: for people
     int looks = 0;       // at the search area, up to the number that suffices to begin with
     int since_look = 0;  // pairs
   };
@@ -136,9 +159,11 @@ class StereoTracker {
   TargetReport report(TargetTrack::Status status, const char* reason) const;
   void adapt(Side side, const View& view, int chosen, double quality);
   TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  void notice_motion(Side side, const View& view, int64_t utime);
   void learn_background(Side side, const View& view, int chosen);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
-  Found match_among(const PairTimes& times, const View& left, const View& right, bool background, bool predicted) const;
+  Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
+                    bool background, bool predicted) const;
   TargetHistory history_at(const PairTimes& times) const;
 
   TrackerOptions options_;
@@ -146,6 +171,7 @@ class StereoTracker {
   TargetTrack track_;
   TargetIdentity identity_;
   double radius_m_ = 0;  // of the object, from the last match
+  CalibrationCheck calibration_;
 };
 
 }  // namespace multireach::vision

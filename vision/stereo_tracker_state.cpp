@@ -1,7 +1,9 @@
 // What a tracker carries from one pair to the next, as numbers.
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "vision/packed_cells.hpp"
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach::vision {
@@ -9,7 +11,8 @@ namespace multireach::vision {
 std::vector<double> StereoTracker::serialize(int64_t utime) const {
   std::vector<double> state = track_.serialize();
   for (const CameraState& camera_state : cameras_) {
-    camera_state.background.serialize(state);
+    append_packed(camera_state.background.cells(), state);
+    append_packed(camera_state.motion.cells(), state);
     state.insert(state.end(), {static_cast<double>(camera_state.looks), static_cast<double>(camera_state.since_look)});
   }
   const std::vector<double> identity = identity_.serialize(utime);
@@ -25,8 +28,13 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   constexpr size_t kOwn = 6, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
   constexpr size_t kLooks = 2;       // numbers of looks, after each background
-  const std::array sizes{cameras_[0].background.serialized_size(), cameras_[1].background.serialized_size()};
-  const size_t besides = sizes[0] + sizes[1] + 2 * kLooks + kIdentity + kOwn;
+  std::array<size_t, 2> backgrounds{}, pictures{};
+  size_t besides = kIdentity + kOwn;
+  for (size_t side = 0; side < 2; ++side) {
+    backgrounds[side] = packed_size(cameras_[side].background.cells().size());
+    pictures[side] = packed_size(cameras_[side].motion.cells().size());
+    besides += backgrounds[side] + pictures[side] + kLooks;
+  }
   if (state.size() < besides) return false;
   const auto whole = [](double value, double most) {
     return value >= 0 && value <= most && value == std::floor(value);
@@ -38,12 +46,17 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
   const auto of_track = state.first(state.size() - besides);
-  std::array<std::span<const double>, 2> backgrounds;
+  struct OfCamera {
+    std::span<const double> background, picture, looks;
+  };
+  std::array<OfCamera, 2> of_camera;
   size_t at = of_track.size();
-  for (size_t side = 0; side < 2; at += sizes[side] + kLooks, ++side) {
-    backgrounds[side] = state.subspan(at, sizes[side] + kLooks);
-    const auto looks = backgrounds[side].last(kLooks);
-    if (!cameras_[side].background.valid(backgrounds[side].first(sizes[side]))) return false;
+  for (size_t side = 0; side < 2; ++side) {
+    const auto next = [&](size_t count) { return state.subspan(std::exchange(at, at + count), count); };
+    of_camera[side] = {next(backgrounds[side]), next(pictures[side]), next(kLooks)};
+    const auto& [background, picture, looks] = of_camera[side];
+    if (!is_packed(background, cameras_[side].background.cells().size())) return false;
+    if (!is_packed(picture, cameras_[side].motion.cells().size())) return false;
     if (!whole(looks[0], kFirstLooks) || !whole(looks[1], kLookEvery)) return false;
   }
   TargetIdentity identity;
@@ -51,9 +64,11 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   if (!track_.deserialize(utime + static_cast<int64_t>(own[0]), of_track)) return false;
   identity_ = identity;
   for (size_t side = 0; side < 2; ++side) {
-    cameras_[side].background.deserialize(backgrounds[side].first(sizes[side]));
-    cameras_[side].looks = static_cast<int>(backgrounds[side][sizes[side]]);
-    cameras_[side].since_look = static_cast<int>(backgrounds[side][sizes[side] + 1]);
+    CameraState& camera_state = cameras_[side];
+    unpack(of_camera[side].background, camera_state.background.cells());
+    unpack(of_camera[side].picture, camera_state.motion.cells());
+    camera_state.looks = static_cast<int>(of_camera[side].looks[0]);
+    camera_state.since_look = static_cast<int>(of_camera[side].looks[1]);
   }
   radius_m_ = own[1];
   cameras_[0].gains = {own[2], own[3]};

@@ -1,15 +1,42 @@
 #include "vision/stereo_vision.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 #include "vision/track/shared_state.hpp"
 
 namespace multireach::vision {
 
+namespace {
+
+/// Whether only their motion tells two targets apart.
+bool look_alike(const TrackerOptions& a, const TrackerOptions& b) {
+  return a.colour == b.colour && a.match.radius_m == b.match.radius_m;
+}
+
+}  // namespace
+
 StereoVision::StereoVision(const std::vector<TrackerOptions>& options) {
   if (options.empty()) throw std::invalid_argument("vision needs at least one target");
-  for (const TrackerOptions& each : options) targets_.push_back({StereoTracker(each)});
+  std::vector<std::vector<size_t>> groups;
+  for (const TrackerOptions& each : options) {
+    const auto group = std::ranges::find_if(
+        groups, [&](const std::vector<size_t>& other) { return look_alike(options[other.front()], each); });
+    if (group == groups.end())
+      groups.push_back({targets_.size()});
+    else
+      group->push_back(targets_.size());
+    targets_.push_back({StereoTracker(each)});
+  }
+  std::ranges::copy_if(groups, std::back_inserter(equal_), [](const auto& group) { return group.size() > 1; });
+}
+
+/// The targets that look like this one, itself included; null where there is no other.
+const std::vector<size_t>* StereoVision::group_of(size_t target) const {
+  const auto group = std::ranges::find_if(
+      equal_, [&](const std::vector<size_t>& each) { return std::ranges::find(each, target) != each.end(); });
+  return group == equal_.end() ? nullptr : &*group;
 }
 
 const char* StereoVision::update(StereoImages& images) {
@@ -69,6 +96,7 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
     target.candidates = std::move(found.candidates);
     target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
   }
+  for (const std::vector<size_t>& group : equal_) divide_things(group, images.times());
   return true;
 }
 
@@ -76,7 +104,8 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
 /// when an image cannot be decoded.
 bool StereoVision::look_again(StereoImages& images) {
   using Colours = StereoTracker::Colours;
-  for (Target& target : targets_) {
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
     if (!target.tracker.may_look_again(images.times().pair, target.match)) continue;
     std::array<View, 2> views;
     for (const Side side : {Side::kLeft, Side::kRight}) {
@@ -85,7 +114,9 @@ bool StereoVision::look_again(StereoImages& images) {
       if (!bgr) return false;
       views[index(side)] = target.tracker.measure(side, *bgr, window, images.chroma_subsampled(side), Colours::kWider);
     }
-    StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1]);
+    OtherTargets others;
+    if (const auto* group = group_of(k)) others = others_of(k, *group, images.times(), views);
+    StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1], others);
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
     if (!target.tracker.is_inside_windows(found.match, views[0], views[1])) continue;
     target.match = found.match;

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "mask_blobs.hpp"
+#include "vision/packed_cells.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -58,23 +60,32 @@ TEST(ColourBackground, GoesOnFromItsState) {
   ColourBackground background(kImage);
   background.learn(kWhole, rectangles({{40, 60, 50, 30}, {200, 100, 80, 80}}), {}, 5);
   std::vector<double> state;
-  background.serialize(state);
-  ASSERT_EQ(state.size(), background.serialized_size());
+  append_packed(background.cells(), state);
+  ASSERT_EQ(state.size(), packed_size(background.cells().size()));
   ColourBackground other(kImage);
-  ASSERT_TRUE(other.valid(state));
-  other.deserialize(state);
+  ASSERT_TRUE(is_packed(state, other.cells().size()));
+  unpack(state, other.cells());
   for (auto* each : {&background, &other}) each->learn(kWhole, rectangles({{210, 110, 60, 60}}), {}, 2);
-  std::vector<double> first, second;
-  background.serialize(first);
-  other.serialize(second);
-  EXPECT_EQ(first, second);
-  for (const double wrong : {-1.0, 0.5, 1e15, static_cast<double>(NAN)}) {
-    std::vector<double> damaged = state;
-    damaged[3] = wrong;
-    EXPECT_FALSE(other.valid(damaged)) << wrong;
+  EXPECT_TRUE(std::ranges::equal(background.cells(), other.cells()));
+}
+
+TEST(PackedCells, ComeBackAndDamageIsNoticed) {
+  for (const size_t count : {0U, 1U, 5U, 6U, 7U, 300U}) {
+    std::vector<uint8_t> cells(count), again(count);
+    for (size_t k = 0; k < count; ++k) cells[k] = static_cast<uint8_t>(255 - 37 * k);
+    std::vector<double> state;
+    append_packed(cells, state);
+    ASSERT_TRUE(is_packed(state, count)) << count;
+    unpack(state, again);
+    EXPECT_EQ(cells, again);
+    EXPECT_FALSE(is_packed(state, count + 6));
+    for (const double wrong : {-1.0, 0.5, 1e15, static_cast<double>(NAN)}) {
+      if (state.empty()) continue;
+      std::vector<double> damaged = state;
+      damaged.back() = wrong;
+      EXPECT_FALSE(is_packed(damaged, count)) << wrong;
+    }
   }
-  state.pop_back();
-  EXPECT_FALSE(other.valid(state));
 }
 
 }  // namespace

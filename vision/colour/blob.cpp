@@ -19,4 +19,16 @@ double compactness(const Blob& blob) {
   return compactness(blob.area, blob.spread);
 }
 
+int64_t common_pixels(const Blob& a, const Blob& b) {
+  if ((a.box & b.box).empty()) return 0;
+  int64_t common = 0;
+  for (auto first = a.runs.begin(), second = b.runs.begin(); first != a.runs.end() && second != b.runs.end();) {
+    if (first->row == second->row)
+      common += std::max(0, std::min(first->end, second->end) - std::max(first->begin, second->begin));
+    const bool first_ends = first->row != second->row ? first->row < second->row : first->end < second->end;
+    ++(first_ends ? first : second);
+  }
+  return common;
+}
+
 }  // namespace multireach::vision

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -27,5 +28,8 @@ struct Blob {
 /// `spread`: covariance of their positions, pixels^2.
 double compactness(double area, const Eigen::Matrix2d& spread);
 double compactness(const Blob& blob);
+
+/// Number of pixels that two blobs of one image have in common.
+int64_t common_pixels(const Blob& a, const Blob& b);
 
 }  // namespace multireach::vision

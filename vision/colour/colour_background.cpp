@@ -1,16 +1,14 @@
 #include "vision/colour/colour_background.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdlib>
 
 namespace multireach::vision {
 namespace {
 
 constexpr int kFull = 255;
-constexpr int kMemory = 16;       // looks, time constant of a cell
-constexpr int kOccupied = 8;      // a cell contains the colour when more than one of this many pixels has it
-constexpr size_t kPerNumber = 6;  // a double holds 53 bits exactly
-constexpr double kBase = 256;
+constexpr int kMemory = 16;   // looks, time constant of a cell
+constexpr int kOccupied = 8;  // a cell contains the colour when more than one of this many pixels has it
 
 }  // namespace
 
@@ -65,35 +63,6 @@ double ColourBackground::share_of(const Blob& blob) const {
     all += pixels;
   });
   return all > 0 ? static_cast<double>(known) / (kFull * static_cast<double>(all)) : 0;
-}
-
-size_t ColourBackground::serialized_size() const {
-  return (level_.size() + kPerNumber - 1) / kPerNumber;
-}
-
-void ColourBackground::serialize(std::vector<double>& state) const {
-  for (size_t first = 0; first < level_.size(); first += kPerNumber) {
-    double number = 0;
-    for (size_t k = std::min(first + kPerNumber, level_.size()); k-- > first;) number = number * kBase + level_[k];
-    state.push_back(number);
-  }
-}
-
-bool ColourBackground::valid(std::span<const double> state) const {
-  if (state.size() != serialized_size()) return false;
-  for (size_t k = 0; k < state.size(); ++k) {
-    const double cells = static_cast<double>(std::min(kPerNumber, level_.size() - k * kPerNumber));
-    if (!(state[k] >= 0 && state[k] < std::pow(kBase, cells) && state[k] == std::floor(state[k]))) return false;
-  }
-  return true;
-}
-
-void ColourBackground::deserialize(std::span<const double> state) {
-  for (size_t first = 0; first < level_.size(); first += kPerNumber) {
-    auto number = static_cast<uint64_t>(state[first / kPerNumber]);
-    for (size_t k = first; k < std::min(first + kPerNumber, level_.size()); ++k, number >>= 8)
-      level_[k] = static_cast<uint8_t>(number & 0xff);
-  }
 }
 
 }  // namespace multireach::vision

@@ -25,13 +25,9 @@ class ColourBackground {
   /// Share of a blob's pixels that the background explains, 0 to 1.
   double share_of(const Blob& blob) const;
 
-  size_t serialized_size() const;
-  /// Appends the complete state: six cells in each number.
-  void serialize(std::vector<double>& state) const;
-  /// Whether deserialize() accepts a state.
-  bool valid(std::span<const double> state) const;
-  /// Restores a state that serialize() appended and valid() accepts.
-  void deserialize(std::span<const double> state);
+  /// The complete state: `cells().size()` numbers of 8 bits.
+  std::span<const uint8_t> cells() const { return level_; }
+  std::span<uint8_t> cells() { return level_; }
 
  private:
   size_t cell_at(int column, int row) const {

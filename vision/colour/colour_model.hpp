@@ -13,6 +13,7 @@ struct ChromaComponent {
   Eigen::Vector2d mean{0, 0};
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Identity();
   double weight = 1;  ///< proportional to its share of all pixels
+  friend bool operator==(const ChromaComponent&, const ChromaComponent&) = default;
 };
 
 /// White balance of one camera relative to the light in which a model was learned: factors that map its current red and
@@ -37,6 +38,7 @@ struct ColourModel {
   double tolerance = 3;
   double min_luma = 12, max_luma = 250;  ///< Y, grey levels
   double noise_grey_levels = 2;          ///< standard deviation
+  friend bool operator==(const ColourModel&, const ColourModel&) = default;
 };
 inline constexpr int kClipped = 248;
 

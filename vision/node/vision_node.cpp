@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <future>
 #include <multireach/debug_request_t.hpp>
 #include <utility>
@@ -19,6 +20,8 @@ constexpr std::array kSides{Side::kLeft, Side::kRight};
 constexpr int64_t kPicturesFor = 2000000;  // us, how long one request sends debug pictures
 /// At most about ten debug pictures a second, microseconds: people look at them, and each delays the next pair.
 constexpr int64_t kPicturePeriod = 95000;
+constexpr int64_t kMovesFor = 2000000;  // us after a camera's last motion that its state says so
+constexpr double kMovedPx = 2;          // least shift of an image that is said afterwards
 
 /// `calibrated`: whether the camera pose is known. Without it, nothing may be done with a position that is only
 /// expected.
@@ -350,6 +353,34 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   send(out, channel::kVisionDebug, message);
 }
 
+/// What the images of many pairs say of the cameras, each after a semicolon.
+std::string VisionNode::remarks() const {
+  if (!vision_) return {};
+  std::string text;
+  const vision::StereoTracker& any = vision_->targets().front().tracker;
+  for (const Side side : kSides) {
+    const auto& [last, total_px] = any.camera_shift(side);
+    const char* name = side == Side::kLeft ? "left" : "right";
+    if (last && last_.front().utime - *last < kMovesFor) {
+      text += fmt::format("; the {} camera moves", name);
+    } else if (last && total_px.norm() > kMovedPx) {
+      text += fmt::format("; the {} camera has moved by about {:.0f} px: find the cameras' pose again", name,
+                          total_px.norm());
+    }
+  }
+  for (const vision::StereoVision::Target& target : vision_->targets()) {
+    const auto [rows_px, size_share] = target.tracker.calibration_off();
+    const std::string& of = last_[static_cast<size_t>(&target - vision_->targets().data())].name;
+    if (rows_px)
+      text += fmt::format("; the rows of {} differ by {:.1f} px between the images: calibrate again", of,
+                          std::abs(*rows_px));
+    if (size_share)
+      text += fmt::format("; {} looks {:.0f} % {} than its ball_radius_m: check it, or calibrate again", of,
+                          100 * std::abs(*size_share), *size_share > 0 ? "larger" : "smaller");
+  }
+  return text;
+}
+
 std::string VisionNode::state() const {
   if (last_.front().utime == 0) return "waiting";
   std::string text;
@@ -358,7 +389,7 @@ std::string VisionNode::state() const {
     text += fmt::format("{} {}", last.name, word_for(last.status));
     if (last.status != target_t::STATUS_TRACKED) text += ": " + last.reason;
   }
-  return text;
+  return text + remarks();
 }
 
 }  // namespace multireach

@@ -44,6 +44,7 @@ class VisionNode : public Node {
   tracker_state_t tracker_state_message(size_t k) const;
   std::optional<target_candidates_t> candidates_message(size_t k) const;
   vision::DebugMarks marks_of(size_t k) const;
+  std::string remarks() const;
   void send_debug_picture(StereoFrames& frames, Outbox& out);
 
   VisionConfig config_;

@@ -134,7 +134,12 @@ class CandidateScorer {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
-    if (prior) match.point.covariance += covariance_of_contradiction(left, right, *free);
+    if (prior) {
+      match.point.covariance += covariance_of_contradiction(left, right, *free);
+      match.size_share = free->radius_m / prior->radius_m - 1;
+      match.size_sigma =
+          std::sqrt(free->radius_sigma_m * free->radius_sigma_m + prior->sigma_m * prior->sigma_m) / prior->radius_m;
+    }
     match.status = Status::kSeen;
     const bool only_part = too_little(left) || too_little(right);
     if (prediction_) {
@@ -345,6 +350,10 @@ const char* description(StereoMatch::Status status) {
       return "only small or ragged blobs of the target's colour are seen";
     case Status::kAmbiguous:
       return "several things could be the target";
+    case Status::kOtherTarget:
+      return "only another target that looks the same is seen";
+    case Status::kTogether:
+      return "this target and another one that looks the same are seen as one";
   }
   return "";
 }

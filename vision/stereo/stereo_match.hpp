@@ -31,6 +31,8 @@ struct StereoMatch {
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
     kUnlikely,               ///< only specks that are too small and ragged to be taken for the target
     kAmbiguous,              ///< several objects could be the target
+    kOtherTarget,            ///< only what another target is that looks alike
+    kTogether,               ///< a blob in which this target and another one that looks alike are expected
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,
@@ -44,6 +46,9 @@ struct StereoMatch {
   /// Signed distance of the right ray from the left ray (+: the right ray passes below in the left image), in pixels of
   /// the left camera, and its standard deviation. For a good calibration its mean over many frames is 0.
   double epipolar_px = 0, epipolar_sigma_px = 0;
+  /// By which share of the known radius the object looks larger at its distance, and the standard deviation; 0 and 0
+  /// where the radius is not known.
+  double size_share = 0, size_sigma = 0;
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 };

@@ -92,13 +92,6 @@ const char* weakness(const Evidence& evidence, const Evidence& best) {
   return kWhy[most];
 }
 
-/// Whether two candidates may be parts of one thing: discs that do not cover each other are at least the sum of their
-/// radii apart, and where one covers a part of the other, what remains is at least a radius apart.
-bool same_thing(const Candidate& a, const Candidate& b) {
-  const double nearest = std::max({a.radius_px + b.radius_px, a.expected_px, b.expected_px});
-  return (a.match.left_px - b.match.left_px).norm() < nearest && (a.match.right_px - b.match.right_px).norm() < nearest;
-}
-
 }  // namespace
 
 double Evidence::sum() const {
@@ -134,22 +127,31 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
   return candidates;
 }
 
-std::optional<size_t> choose(std::span<Candidate> candidates) {
+// Discs that do not cover each other are at least the sum of their radii apart, and where one covers a part of the
+// other, what remains is at least a radius apart.
+bool same_thing(const Candidate& a, const Candidate& b) {
+  const double nearest = std::max({a.radius_px + b.radius_px, a.expected_px, b.expected_px});
+  return (a.match.left_px - b.match.left_px).norm() < nearest && (a.match.right_px - b.match.right_px).norm() < nearest;
+}
+
+std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought) {
   if (candidates.empty() || candidates.front().mixed) return std::nullopt;
   const Evidence& best = candidates.front().evidence;
-  bool alone = true;
+  std::vector<const Candidate*> things{&candidates.front()};  // that could be a target that is looked for
   for (Candidate& other : candidates.subspan(1)) {
     const bool near = best.sum() - other.evidence.sum() < kLead, part = same_thing(candidates.front(), other);
     const bool rival = !other.mixed && near && !part;
-    alone = alone && !rival;
+    if (rival && std::ranges::none_of(things, [&](const Candidate* thing) { return same_thing(*thing, other); }))
+      things.push_back(&other);
     other.reason = other.mixed ? "its two images seem to show two things that look alike"
                    : rival     ? "it could be the target as well"
                    : part      ? "it may be a part of the best one"
                                : weakness(other.evidence, best);
   }
-  candidates.front().chosen = alone;
-  candidates.front().reason = alone ? "chosen" : "others could be the target as well";
-  return alone ? std::optional<size_t>(0) : std::nullopt;
+  const bool enough = things.size() <= sought;
+  candidates.front().chosen = enough;
+  candidates.front().reason = enough ? "chosen" : "others could be the target as well";
+  return enough ? std::optional<size_t>(0) : std::nullopt;
 }
 
 bool is_likely(const Candidate& candidate) {

@@ -51,10 +51,13 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
                                      std::span<const Appearance> right, const TargetHistory& history,
                                      const MatchOptions& options);
 
-/// Chooses the first candidate, unless another thing comes within kLead of it: one whose images are so far from those
-/// of the first that both are not parts of one thing. Sets `chosen` and all reasons. Returns the chosen one's index;
-/// nothing where there is none, or where several could be the target.
-std::optional<size_t> choose(std::span<Candidate> candidates);
+/// Whether two candidates may be parts of one thing: their images are too near to one another for two.
+[[nodiscard]] bool same_thing(const Candidate& a, const Candidate& b);
+
+/// Chooses the first candidate, unless other things come within kLead of it: such that are not parts of the same thing.
+/// Where `sought` targets that look alike are looked for, as many things may come so near. Sets `chosen` and all
+/// reasons. Returns the chosen one's index; nothing where there is none, or where several could be the target.
+std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1);
 
 /// Whether a candidate of unknown size, for a target that is not tracked, is enough like a target to be taken for it.
 /// Specks that are small and ragged are not.

@@ -42,6 +42,12 @@ void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   last_radius_px_ = 0;
 }
 
+void TargetIdentity::begin_motion_anew() {
+  first_px_ = last_px_;
+  strayed_ = false;
+  moved_ = 0;
+}
+
 std::vector<double> TargetIdentity::serialize(int64_t utime) const {
   std::vector<double> state{confirmed_ ? 1.0 : 0.0, known_ ? 1.0 : 0.0, strayed_ ? 1.0 : 0.0,
                             static_cast<double>(contours_), static_cast<double>(moved_)};

@@ -25,6 +25,9 @@ class TargetIdentity {
   /// Takes a pair without a match; `lost`: the track has ended.
   void update_unseen(int64_t utime, bool lost);
 
+  /// The camera has moved: what the object seemed to move so far says nothing.
+  void begin_motion_anew();
+
   /// The tracked object is the target.
   bool confirmed() const { return confirmed_; }
   /// The tracked object never moved by more than a part of its size.

@@ -1,0 +1,167 @@
+// Equal balls that are targets of their own: which is which.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "camera/rendering/ball_renderer.hpp"
+#include "numeric/random.hpp"
+#include "vision/stereo_vision.hpp"
+
+namespace multireach {
+namespace {
+
+using vision::StereoVision;
+using Status = vision::TargetTrack::Status;
+
+constexpr int64_t kFrame = 33333;
+constexpr double kRadius = 0.033;
+
+class EqualBalls : public testing::TestWithParam<double> {
+ protected:
+  EqualBalls()
+      : left_(kScene, rig_.left, rig_.X_WL, rig_.X_WL), right_(kScene, rig_.right, rig_.X_RL.inverse(), rig_.X_WL) {}
+
+  StereoVision vision_for(size_t targets) const {
+    vision::TrackerOptions options;
+    options.rig = rig_;
+    options.colour.fill(vision::model_of({.references = {{220, 40, 110}}, .tolerance = 0.55}));
+    options.match.radius_m = GetParam();
+    return StereoVision(std::vector<vision::TrackerOptions>(targets, options));
+  }
+
+  /// Shows a pair with these balls; a near one hides a far one.
+  void look(int k, std::vector<Eigen::Vector3d> balls, StereoVision& vision) const {
+    const auto stream = static_cast<uint64_t>(2 * k);
+    std::ranges::sort(balls, std::greater<>(), [](const Eigen::Vector3d& ball) { return ball.z(); });
+    cv::Mat left = left_.render(std::nullopt, stream), right = right_.render(std::nullopt, stream + 1);
+    for (const Eigen::Vector3d& ball : balls) {
+      add_ball(left_, ball, stream, left);
+      add_ball(right_, ball, stream + 1, right);
+    }
+    const int64_t utime = k * kFrame;
+    vision::DecodedImages images({utime, utime, utime}, left, right);
+    ASSERT_EQ(vision.update(images), nullptr);
+  }
+
+  static bool is_at(const StereoVision& vision, size_t target, const Eigen::Vector3d& ball) {
+    const vision::TargetReport& report = vision.targets()[target].report;
+    return report.status == Status::kTracked && (report.estimate.position - ball).norm() < 0.5 * kRadius;
+  }
+  /// The target that is said to be at a ball; -1: none, -2: several.
+  static int target_at(const StereoVision& vision, const Eigen::Vector3d& ball) {
+    int found = -1;
+    for (size_t k = 0; k < vision.targets().size(); ++k) {
+      if (is_at(vision, k, ball)) found = found == -1 ? static_cast<int>(k) : -2;
+    }
+    return found;
+  }
+
+ private:
+  static void add_ball(const BallRenderer& camera, const Eigen::Vector3d& ball, uint64_t stream, cv::Mat& image) {
+    const cv::Mat with = camera.render(ball, stream), without = camera.render(std::nullopt, stream);
+    cv::Mat differs;
+    cv::absdiff(with, without, differs);
+    cv::cvtColor(differs, differs, cv::COLOR_BGR2GRAY);
+    with.copyTo(image, differs > 0);  // the noise is the same
+  }
+
+  static constexpr SceneOptions kScene{.ball_radius_m = kRadius, .wall_distance_m = 3, .distractors = 0};
+  StereoRig rig_ = parallel_rig(320, 240, 300, 0.12);
+  BallRenderer left_, right_;
+};
+
+INSTANTIATE_TEST_SUITE_P(RadiusKnownOrNot, EqualBalls, testing::Values(kRadius, 0.0));
+
+TEST_P(EqualBalls, OneBallIsOneTarget) {
+  StereoVision vision = vision_for(2);
+  int right = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Vector3d ball(-0.2 + 0.006 * k, 0.02, 1.2);
+    look(k, {ball}, vision);
+    right += is_at(vision, 0, ball);
+    EXPECT_EQ(vision.targets()[1].report.status, Status::kLost) << k;
+    EXPECT_STREQ(vision.targets()[1].report.reason, "only another target that looks the same is seen") << k;
+  }
+  EXPECT_EQ(right, 60);
+}
+
+TEST_P(EqualBalls, AsManyBallsAsTargetsAreAllFollowedAndOneMoreIsAmbiguous) {
+  const std::vector<Eigen::Vector3d> balls{{-0.15, 0.03, 1.2}, {0.12, -0.05, 1.3}, {0.0, 0.1, 1.25}};
+  StereoVision two = vision_for(2);
+  for (int k = 0; k < 20; ++k) {
+    look(k, {balls[0], balls[1]}, two);
+    const int first = target_at(two, balls[0]), second = target_at(two, balls[1]);
+    EXPECT_TRUE(first >= 0 && second >= 0 && first != second) << k << ": " << first << ", " << second;
+  }
+  StereoVision again = vision_for(2);
+  for (int k = 0; k < 5; ++k) {
+    look(k, balls, again);
+    for (const StereoVision::Target& target : again.targets()) EXPECT_TRUE(target.report.ambiguous) << k;
+  }
+}
+
+TEST_P(EqualBalls, WhatAppearsIsTheTargetThatIsNotSeenYet) {
+  StereoVision vision = vision_for(2);
+  const Eigen::Vector3d second(0.12, -0.05, 1.3);
+  int right = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Vector3d first(-0.15, -0.1 + 0.003 * k, 1.2);
+    std::vector<Eigen::Vector3d> balls{first};
+    if (k >= 20) balls.push_back(second);
+    look(k, balls, vision);
+    right += is_at(vision, 0, first) && (k < 20 || is_at(vision, 1, second));
+  }
+  EXPECT_GE(right, 59) << "of 60";
+  // The first one goes; the second keeps its name.
+  for (int k = 60; k < 90; ++k) {
+    look(k, {second}, vision);
+    EXPECT_TRUE(is_at(vision, 1, second)) << k;
+    EXPECT_NE(vision.targets()[0].report.status, Status::kTracked) << k;
+  }
+}
+
+TEST_P(EqualBalls, ThatCrossKeepTheirNames) {
+  // The near ball passes in front of the far one, which is hidden in between.
+  int crossings = 0, kept = 0, wrong = 0;
+  for (uint64_t seed = 1; seed <= 12; ++seed) {
+    const CounterRandom random(seed);
+    uint64_t at = 0;
+    const auto between = [&](double from, double to) { return random.uniform(at++, from, to); };
+    const std::array x{between(-0.03, 0.03), between(-0.03, 0.03)};  // where they meet, by their direction
+    const std::array depth{between(1.0, 1.15), between(1.25, 1.5)};
+    std::array<Eigen::Vector3d, 2> velocity;
+    for (Eigen::Vector3d& each : velocity) {
+      for (double& coordinate : each) coordinate = between(-1, 1);
+    }
+    for (size_t k = 0; k < 2; ++k) velocity[k].x() = (k == 0 ? 1 : -1) * between(0.25, 0.8);
+    for (size_t k = 0; k < 2; ++k)
+      velocity[k].tail<2>() = velocity[k].tail<2>().cwiseProduct(Eigen::Vector2d(0.3, 0.1));
+    StereoVision vision = vision_for(2);
+    constexpr int kPairs = 36, kMeet = 18;
+    std::array<int, 2> name{-1, -1};
+    bool both = true;
+    for (int k = 0; k < kPairs; ++k) {
+      std::vector<Eigen::Vector3d> balls;
+      for (size_t each = 0; each < 2; ++each)
+        balls.emplace_back(depth[each] * Eigen::Vector3d(x[0], x[1], 1) + velocity[each] * ((k - kMeet) / 30.0));
+      look(k, balls, vision);
+      if (k == 3) name = {target_at(vision, balls[0]), target_at(vision, balls[1])};
+      if (k < 3) continue;
+      for (size_t each = 0; each < 2; ++each) {
+        if (name[1 - each] >= 0) wrong += is_at(vision, static_cast<size_t>(name[1 - each]), balls[each]);
+        if (k >= kPairs - 3)
+          both = both && name[each] >= 0 && is_at(vision, static_cast<size_t>(name[each]), balls[each]);
+      }
+    }
+    EXPECT_TRUE(name[0] >= 0 && name[1] >= 0 && name[0] != name[1]) << "seed " << seed << ": " << name[0] << name[1];
+    ++crossings;
+    kept += both;
+    if (!both) std::printf("seed %d: names are not kept\n", static_cast<int>(seed));
+  }
+  EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
+  EXPECT_EQ(kept, crossings);
+}
+
+}  // namespace
+}  // namespace multireach

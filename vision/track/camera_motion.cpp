@@ -1,0 +1,164 @@
+#include "vision/track/camera_motion.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "numeric/natural_log.hpp"
+#include "vision/stereo/stereo_match.hpp"
+
+namespace multireach::vision {
+namespace {
+
+// Smallest shift that counts, as a share of a cell: two pixels of 640. Between looks at still cameras, the largest of
+// 132 on the videos that docs/real-images.md names for tuning was 0.12 pixels.
+constexpr double kLeast = 1.0 / 16;
+constexpr double kLarge = 1.0 / 8;  // likewise: a quarter of a cell of ColourBackground
+constexpr int kLeastCell = 16;      // pixels
+constexpr int kMemory = 16;         // looks, time constant of what was seen before
+constexpr int kLeastRows = 4;       // of cells
+constexpr double kNoise = 1;        // grey levels, least standard deviation of a cell's difference
+constexpr int kRounds = 10;
+constexpr double kFreedom = 3;  // degrees of freedom of the Student distribution of the differences
+// Log likelihood by which a motion must explain the differences better than a change of exposure alone: strong
+// evidence, and one for each number that the motion has more (Akaike).
+constexpr double kEvidence = kLead + 4;
+
+constexpr int kMotion = 4, kNumbers = 6;  // shift to the right and down, scale, turn; contrast, brightness
+using Row = Eigen::Matrix<double, kNumbers, 1>;
+
+struct Differences {
+  std::vector<Row> derivative;
+  std::vector<double> value;  // grey levels
+};
+
+struct Fit {
+  Row numbers = Row::Zero();
+  std::vector<double> residual;
+  double sigma = 0;
+};
+
+/// Fits the last `count` numbers robustly, by weights for a Student distribution.
+Fit fitted(const Differences& differences, int count) {
+  const size_t size = differences.value.size();
+  Fit fit;
+  fit.residual = differences.value;
+  std::vector<double> weight(size, 1), sorted;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::MatrixXd information = 1e-9 * Eigen::MatrixXd::Identity(count, count);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
+    for (size_t k = 0; k < size; ++k) {
+      const auto derivative = differences.derivative[k].tail(count);
+      information += weight[k] * derivative * derivative.transpose();
+      right += weight[k] * derivative * differences.value[k];
+    }
+    fit.numbers.tail(count) = information.ldlt().solve(right);
+    sorted.clear();
+    for (size_t k = 0; k < size; ++k) {
+      fit.residual[k] = differences.value[k] - differences.derivative[k].tail(count).dot(fit.numbers.tail(count));
+      sorted.push_back(std::abs(fit.residual[k]));
+    }
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(size / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    fit.sigma = std::max(kNoise, 1.4826 * *middle);  // of a normal distribution with this median
+    for (size_t k = 0; k < size; ++k) {
+      const double off = fit.residual[k] / fit.sigma;
+      weight[k] = (kFreedom + 1) / (kFreedom + off * off);
+    }
+  }
+  return fit;
+}
+
+double log_likelihood(const Fit& fit, double sigma) {
+  double sum = 0;
+  for (const double residual : fit.residual)
+    sum -= 0.5 * (kFreedom + 1) * natural_log(1 + residual * residual / (kFreedom * sigma * sigma));
+  return sum;
+}
+
+}  // namespace
+
+CameraMotion::CameraMotion(const cv::Size& area)
+    : cell_px_(std::max(kLeastCell, (area.width + kColumns - 1) / kColumns)),
+      columns_(area.width / cell_px_),
+      rows_(area.height / cell_px_),
+      before_(static_cast<size_t>(columns_ * rows_), 0),
+      now_(before_),
+      gradient_(before_.size(), Eigen::Vector2d::Zero()) {}
+
+void CameraMotion::forget() {
+  std::ranges::fill(before_, uint8_t{0});
+}
+
+/// Means over every second pixel in both directions of green, which is most of the luma. The mean over a cell changes
+/// with a shift by what enters and leaves at its borders: so the gradient is that between strips along them.
+void CameraMotion::measure(const cv::Mat& bgr) {
+  constexpr int kStep = 2;
+  const int half = cell_px_ / 8;
+  const auto mean_of = [&](const cv::Rect& part) {
+    int64_t sum = 0, count = 0;
+    for (int y = part.y; y < part.br().y; y += kStep) {
+      const auto* pixels = bgr.ptr<cv::Vec3b>(y);
+      for (int x = part.x; x < part.br().x; x += kStep, ++count) sum += pixels[x][1];
+    }
+    return static_cast<double>(sum) / static_cast<double>(count);
+  };
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const auto k = static_cast<size_t>(row * columns_ + column);
+      const int x = column * cell_px_, y = row * cell_px_;
+      now_[k] = static_cast<uint8_t>(mean_of({x, y, cell_px_, cell_px_}) + 0.5);
+      if (row == 0 || column == 0 || row + 1 == rows_ || column + 1 == columns_) continue;
+      const double left = mean_of({x - half, y, 2 * half, cell_px_});
+      const double right = mean_of({x + cell_px_ - half, y, 2 * half, cell_px_});
+      const double above = mean_of({x, y - half, cell_px_, 2 * half});
+      const double below = mean_of({x, y + cell_px_ - half, cell_px_, 2 * half});
+      gradient_[k] = Eigen::Vector2d(right - left, below - above) / cell_px_;
+    }
+  }
+}
+
+CameraMotion::Motion CameraMotion::motion() {
+  Differences differences;
+  double mean = 0;
+  for (const uint8_t level : before_) mean += level;
+  mean /= static_cast<double>(before_.size());
+  for (int row = 1; row + 1 < rows_; ++row) {
+    for (int column = 1; column + 1 < columns_; ++column) {
+      const auto k = static_cast<size_t>(row * columns_ + column);
+      const double to_right = gradient_[k].x(), down = gradient_[k].y();
+      // From the middle of the image, in halves of its width.
+      const double x = (2 * column + 1.0 - columns_) / columns_, y = (2 * row + 1.0 - rows_) / columns_;
+      Row derivative;
+      derivative << -to_right, -down, -(to_right * x + down * y), -(down * x - to_right * y), before_[k] - mean, 1;
+      differences.derivative.push_back(derivative);
+      differences.value.push_back(now_[k] - before_[k]);
+    }
+  }
+  const Fit still = fitted(differences, kNumbers - kMotion), moving = fitted(differences, kNumbers);
+  shift_px_ = moving.numbers.head<2>();
+  const double apart2 = shift_px_.squaredNorm() + moving.numbers.segment<2>(2).squaredNorm() / 2;
+  const auto exceeds = [&](double share) { return apart2 > share * share * cell_px_ * cell_px_; };
+  if (!exceeds(kLeast)) return Motion::kNone;
+  if (log_likelihood(moving, moving.sigma) - log_likelihood(still, moving.sigma) < kEvidence) return Motion::kNone;
+  return exceeds(kLarge) ? Motion::kLarge : Motion::kSmall;
+}
+
+CameraMotion::Motion CameraMotion::look(const cv::Mat& bgr) {
+  shift_px_.setZero();
+  if (rows_ < kLeastRows || columns_ < kLeastRows) return Motion::kNone;
+  measure(bgr);
+  const bool first = std::ranges::all_of(before_, [](uint8_t level) { return level == 0; });
+  const Motion found = first ? Motion::kNone : motion();
+  const bool moved = found != Motion::kNone;
+  if (!moved) shift_px_.setZero();
+  for (size_t k = 0; k < before_.size(); ++k) {
+    const int apart = now_[k] - before_[k];
+    const int step = first || moved ? std::abs(apart) : std::min(std::abs(apart), std::abs(apart) / kMemory + 1);
+    before_[k] = static_cast<uint8_t>(before_[k] + (apart > 0 ? step : -step));
+  }
+  return found;
+}
+
+}  // namespace multireach::vision
