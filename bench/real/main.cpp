@@ -412,7 +412,7 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Tracks objects in folders of real images (docs/vision.md) and prints tables, beside an OpenCV baseline.");
+      "Tracks objects in folders of real images (docs/real-images.md) and prints tables, beside an OpenCV baseline.");
   std::vector<std::string> folders;
   multireach::bench::Choices choices;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();

@@ -28,7 +28,7 @@ struct StillObject {
   double disparity_px = 0;         ///< at the click, between the images' columns
 };
 
-/// Real data in one folder, as set.yaml in it describes (docs/vision.md).
+/// Real data in one folder, as set.yaml in it describes (docs/real-images.md).
 struct RealSet {
   std::string name;
   bool for_test = false;  ///< no constant was chosen on it
