@@ -7,11 +7,29 @@
 
 namespace multireach {
 
+/// How uncertain a stereo calibration is: the covariance of the errors that move triangulated positions in the left
+/// camera's frame. An error of the whole rig's orientation is none of them: the camera pose X_WL takes it up.
+struct RigErrors {
+  enum Error {
+    kFocalLength,  ///< of all focal lengths, relative
+    kBaseline,     ///< of the distance between the cameras, relative
+    kRotationX,    ///< rotation of the right camera about its own axes x, y, z, rad
+    kRotationY,
+    kRotationZ,
+    kCount
+  };
+  Eigen::Matrix<double, kCount, kCount> covariance =
+      Eigen::Matrix<double, kCount, kCount>::Zero();  ///< zero: not known
+
+  bool known() const { return !covariance.isZero(0); }
+};
+
 /// Two cameras with fixed poses relative to each other and to the robot's base.
 struct StereoRig {
   CameraModel left, right;
   Eigen::Isometry3d X_RL;  ///< maps left-camera to right-camera coordinates (R and T of OpenCV's stereo calibration)
   Eigen::Isometry3d X_WL;  ///< maps left-camera coordinates to the robot's base frame W
+  RigErrors errors{};      ///< of the calibration
 
   double baseline_m() const { return X_RL.translation().norm(); }
 };

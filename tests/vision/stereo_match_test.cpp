@@ -154,6 +154,21 @@ TEST(StereoMatching, AWrongCalibrationContradictsAKnownRadius) {
   EXPECT_EQ(match_candidates({ball.left}, {ball.right}).status, Status::kSeen) << "3 % are not a contradiction";
 }
 
+TEST(StereoMatching, AKnownRadiusAllowsForTheErrorsOfTheCalibration) {
+  StereoRig wide = rig(), doubtful = rig();
+  wide.X_RL.translation() *= 1.1;
+  const Pair ball = seen_by(wide, kBall);
+  const auto status = [&] {
+    return vision::match_candidates(doubtful, std::vector{ball.left}, std::vector{ball.right}, std::nullopt,
+                                    {.radius_m = kRadius})
+        .status;
+  };
+  doubtful.errors.covariance(RigErrors::kBaseline, RigErrors::kBaseline) = 0.005 * 0.005;
+  EXPECT_EQ(status(), Status::kWrongRadius);
+  doubtful.errors.covariance(RigErrors::kBaseline, RigErrors::kBaseline) = 0.03 * 0.03;
+  EXPECT_EQ(status(), Status::kSeen);
+}
+
 TEST(StereoMatching, AContourOfAnotherSizeThanTheKnownOneIsTrustedLess) {
   // Edges at wrong places on one side of the left contour: 0.3 px smaller, and its centre as far away.
   const Pair ball = pair_of(kBall);

@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "imaging/rig_errors.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -112,19 +114,21 @@ class CandidateScorer {
     return !located || (contour.occlusion > options_.max_occlusion && !well_seen);
   }
 
-  /// Prior of the radius at a distance; nothing when the radius is not known.
-  std::optional<RadiusPrior> prior_at(double depth_m) const {
+  /// Prior of the radius at a position; nothing when the radius is not known. Errors of the calibration change the
+  /// measured radius of an object.
+  std::optional<RadiusPrior> prior_at(const Triangulation& point) const {
     if (!(options_.radius_m > 0)) return std::nullopt;
     const double focal = std::sqrt(rig_.left.fx * rig_.left.fy);
-    const double blur_m = kRadiusBlur * depth_m / focal;
-    return RadiusPrior{options_.radius_m,
-                       std::sqrt(blur_m * blur_m + options_.radius_tolerance_m * options_.radius_tolerance_m)};
+    const double blur_m = kRadiusBlur * point.depth_left_m / focal;
+    const double tolerance2 = options_.radius_tolerance_m * options_.radius_tolerance_m;
+    const double by_rig2 = options_.radius_m * options_.radius_m * size_variance_by_rig_errors(rig_, point.p_W);
+    return RadiusPrior{options_.radius_m, std::sqrt(blur_m * blur_m + tolerance2 + by_rig2)};
   }
 
   /// Triangulates the sphere of a pair whose contours agree, and checks the position.
   void locate(const SphereContour& left, const SphereContour& right, ComparedPair& scored) const {
     StereoMatch& match = scored.match;
-    const auto prior = prior_at(match.point.depth_left_m);
+    const auto prior = prior_at(match.point);
     const auto free = triangulate_sphere(rig_, sphere_of(left, right), sphere_of(right, left), std::nullopt);
     const auto sphere = prior ? triangulate_sphere(rig_, sphere_of(left, right), sphere_of(right, left), prior) : free;
     if (!sphere || !free) {
@@ -174,13 +178,15 @@ class CandidateScorer {
                                               const SphereTriangulation& free) const {
     SphereMeasurement wider_left = sphere_of(left, right), wider_right = sphere_of(right, left);
     bool any = false;
+    const double by_rig2 = size_variance_by_rig_errors(rig_, free.p_W);
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
       const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
       const double distance_m = depth_m * contour.ray().homogeneous().norm();
-      const double apart = contour.value.z() - options_.radius_m / distance_m;
+      const double expected = options_.radius_m / distance_m, apart = contour.value.z() - expected;
       if (!by_edges && apart > 0) return;
       const double tolerance = options_.radius_tolerance_m / distance_m;
-      const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance;
+      const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance -
+                             expected * expected * by_rig2;
       if (!(excess2 > 0)) return;
       sphere.covariance.topLeftCorner<2, 2>() += kOneSided * excess2 * Eigen::Matrix2d::Identity();
       any = true;
