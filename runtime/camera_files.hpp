@@ -11,7 +11,7 @@ namespace multireach {
 
 /// File format of a stereo calibration.
 enum class CameraFormat {
-  kVision,  ///< vision.yaml, section `cameras`: left, right, left_to_right, left_to_robot
+  kVision,  ///< vision.yaml, section `cameras`: left, right, left_to_right, errors, left_to_robot
   kOpenCv,  ///< M1 D1 M2 D2 R T (R1 R2 P1 P2 Q) as OpenCV YAML, in one file or two (intrinsics, extrinsics)
   kRos,     ///< two ROS camera_info files: left, right
   kKalibr,  ///< Kalibr's camchain: cam0 (left), cam1 (right), T_cn_cnm1

@@ -1,5 +1,6 @@
 #include "runtime/rig_config.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <filesystem>
 
@@ -104,7 +105,65 @@ ConfigKeys<Transform> transform_keys() {
              read_rpy);
 }
 
+/// Standard deviations of a calibration's errors, in the order of RigErrors, and their correlation.
+struct ErrorsSection {
+  Eigen::Matrix<double, RigErrors::kCount, 1> sigma = Eigen::Matrix<double, RigErrors::kCount, 1>::Zero();
+  Eigen::Matrix<double, RigErrors::kCount, RigErrors::kCount> correlation =
+      Eigen::Matrix<double, RigErrors::kCount, RigErrors::kCount>::Identity();
+};
+
+void read_rotation_sigmas(const Config& config, ErrorsSection& section) {
+  if (!config.has("rotation_rad")) return;
+  section.sigma.tail<3>() = vector3_from(config, "rotation_rad");
+  if (!(section.sigma.minCoeff() >= 0 && section.sigma.maxCoeff() <= 0.1))
+    config.fail("rotation_rad", "three standard deviations from 0 to 0.1 rad");
+}
+
+void read_correlation(const Config& config, ErrorsSection& section) {
+  if (!config.has("correlation")) return;
+  constexpr int kCount = RigErrors::kCount;
+  const std::vector<double> values = config.matrix("correlation", kCount, kCount);
+  section.correlation = Eigen::Map<const Eigen::Matrix<double, kCount, kCount, Eigen::RowMajor>>(values.data());
+  constexpr double kRounding = 1e-4;  // of numbers that were written with a few digits
+  const auto& C = section.correlation;
+  const bool symmetric = (C - C.transpose()).cwiseAbs().maxCoeff() < kRounding;
+  const bool ones = (C.diagonal().array() - 1).abs().maxCoeff() < kRounding;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kCount, kCount>> axes(0.5 * (C + C.transpose()));
+  if (!(symmetric && ones && axes.eigenvalues().minCoeff() > -kRounding))
+    config.fail("correlation", "a correlation matrix: symmetric, with ones on its diagonal, positive semidefinite");
+  // Rounding may have made an eigenvalue negative.
+  section.correlation =
+      axes.eigenvectors() * axes.eigenvalues().cwiseMax(0).asDiagonal() * axes.eigenvectors().transpose();
+}
+
+ConfigKeys<ErrorsSection> errors_keys() {
+  constexpr double kMax = 0.1;
+  return ConfigKeys<ErrorsSection>(
+             "vision.yaml, section cameras.errors",
+             "Standard deviations of the calibration's errors, as `multireach-calibrate cameras` writes them. The "
+             "covariance of every reported position includes what they cause.")
+      .number(
+          "focal_length_relative", "", 0, kMax, [](auto& s) -> auto& { return s.sigma[RigErrors::kFocalLength]; },
+          "Of the focal lengths of both cameras together, relative.")
+      .number(
+          "baseline_relative", "", 0, kMax, [](auto& s) -> auto& { return s.sigma[RigErrors::kBaseline]; },
+          "Of the distance between the cameras, relative.")
+      .other("rotation_rad", "list of 3 numbers from 0 to 0.1", "rad", "0, 0, 0",
+             "Of the right camera's orientation relative to the left camera, about the right camera's axes x, y, z.",
+             read_rotation_sigmas)
+      .other("correlation", "5 lists of 5 numbers", "", "none",
+             "Correlation matrix of these five, in this order. Without it they are independent.", read_correlation);
+}
+
 }  // namespace
+
+RigErrors rig_errors_from(const Config& config) {
+  ErrorsSection section;
+  errors_keys().read(config, section);
+  RigErrors errors;
+  errors.covariance = section.sigma.asDiagonal() * section.correlation * section.sigma.asDiagonal();
+  return errors;
+}
 
 CameraModel camera_model_from(const Config& config) {
   CameraModel camera;
@@ -124,6 +183,7 @@ StereoRig inline_rig(const Config& cameras) {
   rig.right = camera_model_from(cameras.section("right"));
   rig.X_RL = transform_from(cameras.section("left_to_right"));
   rig.X_WL.setIdentity();
+  if (cameras.has("errors")) rig.errors = rig_errors_from(cameras.section("errors"));
   return rig;
 }
 
@@ -162,6 +222,11 @@ ConfigKeys<CamerasSection> cameras_keys() {
              "frame and "
              "of status UNCALIBRATED, for `multireach-calibrate hand-eye`.",
              read_elsewhere("left_to_robot"))
+      .other(
+          "errors", "section", "", "none",
+          "How uncertain the calibration is. Default: as `file` says, if that is a vision.yaml; otherwise not known, "
+          "and the covariances of positions do not include it.",
+          read_elsewhere("errors"))
       .other("file", "text", "", "none",
              "A calibration in a third-party format: OpenCV, Kalibr, or another vision.yaml.",
              [](const Config& config, Section& s) {
@@ -196,7 +261,8 @@ ConfigKeys<CamerasSection> cameras_keys() {
 }  // namespace
 
 std::string rig_config_reference() {
-  return cameras_keys().reference() + "\n" + camera_keys().reference() + "\n" + transform_keys().reference();
+  return cameras_keys().reference() + "\n" + camera_keys().reference() + "\n" + transform_keys().reference() + "\n" +
+         errors_keys().reference();
 }
 
 RigConfig load_rig(const Config& cameras) {
@@ -215,6 +281,7 @@ RigConfig load_rig(const Config& cameras) {
     }
     const CameraFiles found = read_camera_files(section.paths, section.hints);
     rig = found.rig;
+    if (cameras.has("errors")) rig.errors = rig_errors_from(cameras.section("errors"));
     config.has_robot_pose = found.has_robot_pose;
   }
   if (cameras.has("left_to_robot")) {

@@ -13,7 +13,10 @@ CameraModel camera_model_from(const Config& config);
 /// A rigid transform given by `translation_m` and `rpy_rad` (about fixed x, y, z) or `rotation` (row by row).
 Eigen::Isometry3d transform_from(const Config& config);
 
-/// Reads left, right and left_to_right of a section `cameras`; X_WL is the identity.
+/// Errors of a calibration: focal_length_relative, baseline_relative, rotation_rad, correlation.
+RigErrors rig_errors_from(const Config& config);
+
+/// Reads left, right, left_to_right and, where they are known, errors of a section `cameras`; X_WL is the identity.
 StereoRig inline_rig(const Config& cameras);
 
 /// The cameras of a vision file.

@@ -81,6 +81,22 @@ TEST_F(CameraFilesTest, EveryFormatGivesTheSameRigBack) {
             std::string::npos);
 }
 
+TEST_F(CameraFilesTest, AVisionFileKeepsHowUncertainTheCalibrationIs) {
+  EXPECT_EQ(camera_file_texts(rig_, CameraFormat::kVision)[0].find("errors:"), std::string::npos);
+  StereoRig rig = rig_;
+  const CounterRandom random(3);
+  Eigen::Matrix<double, 5, 5> any;
+  for (Eigen::Index k = 0; k < any.size(); ++k) any(k) = 1e-3 * random.uniform(static_cast<uint64_t>(k), -1, 1);
+  any.row(RigErrors::kBaseline) *= 1e-3;
+  rig.errors.covariance = any * any.transpose();
+  const RigErrors back = read_camera_files(written(CameraFormat::kVision, rig)).rig.errors;
+  const Eigen::Matrix<double, 5, 1> sigma = rig.errors.covariance.diagonal().cwiseSqrt();
+  EXPECT_LT(((back.covariance - rig.errors.covariance).array() / (sigma * sigma.transpose()).array()).abs().maxCoeff(),
+            1e-3)
+      << "a few digits are enough";
+  EXPECT_FALSE(read_camera_files(written(CameraFormat::kOpenCv, rig)).rig.errors.known());
+}
+
 TEST_F(CameraFilesTest, OpenCvReadsWhatIsWritten) {
   const std::vector<std::string> paths = written(CameraFormat::kOpenCv, rig_);
   cv::FileStorage file(paths[0], cv::FileStorage::READ);

@@ -47,6 +47,54 @@ TEST(RigConfig, RefusesALineOfSightAlongUp) {
                InputError);
 }
 
+Config with_errors(const std::string& errors) {
+  const std::string camera = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}";
+  return Config::parse("vision.yaml", "left: " + camera + "\nright: " + camera +
+                                          "\nleft_to_right: {translation_m: [-0.06, 0, 0]}\nerrors: " + errors + "\n");
+}
+
+TEST(RigConfig, ErrorsOfTheCalibrationAreKnownWhereTheFileSaysThem) {
+  EXPECT_FALSE(load_rig(cameras("{translation_m: [0, 0, 1]}")).rig.errors.known());
+  const RigErrors some =
+      load_rig(with_errors("{focal_length_relative: 0.002, rotation_rad: [0.001, 0.0003, 0.0005]}")).rig.errors;
+  EXPECT_TRUE(some.known());
+  const Eigen::Matrix<double, 5, 1> variances =
+      (Eigen::Matrix<double, 5, 1>() << 2e-3, 0, 1e-3, 3e-4, 5e-4).finished().cwiseAbs2();
+  EXPECT_TRUE(some.covariance.isApprox(Eigen::Matrix<double, 5, 5>(variances.asDiagonal()), 1e-12));
+  const RigErrors correlated = load_rig(with_errors("{focal_length_relative: 0.002, baseline_relative: 0.001, "
+                                                    "correlation: [[1, -0.5, 0, 0, 0], [-0.5, 1, 0, 0, 0], "
+                                                    "[0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]]}"))
+                                   .rig.errors;
+  EXPECT_NEAR(correlated.covariance(RigErrors::kFocalLength, RigErrors::kBaseline), -1e-6, 1e-15);
+  EXPECT_NEAR(correlated.covariance(RigErrors::kBaseline, RigErrors::kBaseline), 1e-6, 1e-15);
+}
+
+TEST(RigConfig, RefusesErrorsOfACalibrationThatMakeNoSense) {
+  const auto fault = [](const std::string& errors) -> std::string {
+    try {
+      load_rig(with_errors(errors));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "nothing was refused";
+  };
+  const auto refuses = [&](const std::string& errors, const std::string& key) {
+    const std::string said = fault(errors);
+    EXPECT_NE(said.find("vision.yaml:4"), std::string::npos) << said;
+    EXPECT_NE(said.find(key), std::string::npos) << said;
+  };
+  refuses("{baseline_relative: -0.001}", "baseline_relative");
+  refuses("{focal_length_relative: 0.5}", "focal_length_relative");
+  refuses("{rotation_rad: [0.001, 0.001]}", "rotation_rad");
+  refuses("{rotation_rad: [0.001, -0.001, 0]}", "rotation_rad");
+  refuses("{rotation: [0.001, 0.001, 0.001]}", "rotation");
+  refuses("{correlation: [1, 0, 0, 0, 1]}", "correlation");
+  refuses("{correlation: [[1, 2, 0, 0, 0], [2, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]]}",
+          "positive semidefinite");
+  refuses("{correlation: [[1, 0.5, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 1]]}",
+          "symmetric");
+}
+
 TEST(RigConfig, RollPitchAndYawAreAboutFixedAxes) {
   const double roll = 0.3, pitch = -0.4, yaw = 0.5;
   const StereoRig rig = load_rig(cameras("{translation_m: [0, 0, 0], rpy_rad: [0.3, -0.4, 0.5]}")).rig;

@@ -111,10 +111,32 @@ std::string vision_camera(const char* name, const CameraModel& camera) {
       list(camera.distortion.data(), coefficients(camera)));
 }
 
+/// The errors of the calibration, of few digits: they are estimates.
+std::string errors_text(const RigErrors& errors) {
+  const Eigen::Matrix<double, RigErrors::kCount, 1> sigma = errors.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  std::string text = fmt::format(
+      "  errors:   # standard deviations\n    focal_length_relative: {:.4g}\n    baseline_relative: {:.4g}\n"
+      "    rotation_rad: [{:.4g}, {:.4g}, {:.4g}]   # of the right camera, about its axes\n"
+      "    correlation:   # of these five\n",
+      sigma[RigErrors::kFocalLength], sigma[RigErrors::kBaseline], sigma[RigErrors::kRotationX],
+      sigma[RigErrors::kRotationY], sigma[RigErrors::kRotationZ]);
+  for (int row = 0; row < RigErrors::kCount; ++row) {
+    std::vector<std::string> numbers;
+    for (int column = 0; column < RigErrors::kCount; ++column) {
+      const double scale = sigma[row] * sigma[column];
+      const double correlation = scale > 0 ? errors.covariance(row, column) / scale : 0;
+      numbers.push_back(row == column ? "1" : fmt::format("{:.6f}", correlation));
+    }
+    text += "    - " + list(numbers) + "\n";
+  }
+  return text;
+}
+
 std::string vision_text(const StereoRig& rig, bool robot) {
   std::string text = "cameras:\n" + vision_camera("left", rig.left) + vision_camera("right", rig.right) +
                      "  left_to_right:   # X_RL: a point in the left camera's frame to the right camera's\n" +
                      transform_text(rig.X_RL, "    ");
+  if (rig.errors.known()) text += errors_text(rig.errors);
   if (robot) {
     text += "  left_to_robot:   # X_WL: a point in the left camera's frame to the robot's base\n" +
             transform_text(rig.X_WL, "    ");

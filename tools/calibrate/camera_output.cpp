@@ -2,6 +2,7 @@
 #include "tools/calibrate/camera_file_texts.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdio>
 
@@ -30,6 +31,10 @@ void CameraOutput::check() const {
 
 void CameraOutput::write(const StereoRig& rig, bool robot) const {
   const std::vector<std::string> texts = camera_file_texts(rig, format(), robot);
+  if (rig.errors.known() && format() != CameraFormat::kVision) {
+    spdlog::info("{}: this format does not contain how uncertain the calibration is; a file of the format vision does",
+                 paths.front());
+  }
   for (size_t k = 0; k < texts.size(); ++k) write_text_file(paths[k], texts[k]);
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +10,7 @@
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
 #include "tools/calibrate/board_images.hpp"
+#include "tools/calibrate/calibration_errors.hpp"
 #include "tools/calibrate/camera_output.hpp"
 #include "tools/calibrate/commands.hpp"
 #include "tools/calibrate/reprojection_picture.hpp"
@@ -18,7 +20,7 @@ namespace {
 
 struct CamerasOptions {
   std::string left, right, pattern, lens, picture, json;
-  double square_m = 0;
+  double square_m = 0, square_sigma_m = 0;
   bool leave_out_poor = false, leave_one_out = false;
   CameraOutput output;
 };
@@ -29,6 +31,26 @@ Lens lens_of(const CamerasOptions& options) {
   if (format == CameraFormat::kKalibr && options.lens != "radtan")
     throw InputError("--lens " + options.lens + ": Kalibr's files have radtan only");
   return options.lens == "radtan" ? Lens::kRadtan : options.lens == "rational" ? Lens::kRational : Lens::kPlumbBob;
+}
+
+constexpr std::array kDistances{0.5, 1.0, 2.0};  // m, for the report
+
+nlohmann::json errors_json(const StereoRig& rig, double view_factor) {
+  constexpr int kCount = RigErrors::kCount;
+  const Eigen::Matrix<double, kCount, 1> sigma = rig.errors.covariance.diagonal().cwiseSqrt();
+  const Eigen::Matrix<double, kCount, kCount> correlation =
+      sigma.cwiseInverse().asDiagonal() * rig.errors.covariance * sigma.cwiseInverse().asDiagonal();
+  nlohmann::json json{{"focal_length_relative", sigma[RigErrors::kFocalLength]},
+                      {"baseline_relative", sigma[RigErrors::kBaseline]},
+                      {"rotation_rad", {sigma[2], sigma[3], sigma[4]}},
+                      {"view_factor", view_factor}};
+  for (int row = 0; row < kCount; ++row) {
+    const Eigen::Matrix<double, 1, kCount> values = correlation.row(row);
+    json["correlation"].push_back(std::vector<double>(values.begin(), values.end()));
+  }
+  for (const double distance_m : kDistances)
+    json["positions"].push_back({{"distance_m", distance_m}, {"sigma_m", axial_sigma_m(rig, distance_m)}});
+  return json;
 }
 
 nlohmann::json result_json(const BoardImages& images, const StereoCalibration& calibration,
@@ -96,6 +118,12 @@ std::string table_of(const nlohmann::json& json) {
       json["pairs_used"].get<int>(), json["pairs_given"].get<int>(), json["stereo_rms_px"].get<double>(),
       json["left_rms_px"].get<double>(), json["right_rms_px"].get<double>(), 1e3 * json["baseline_m"].get<double>(),
       100 * json["left_coverage"].get<double>(), 100 * json["right_coverage"].get<double>());
+  const nlohmann::json& positions = json["errors"]["positions"];
+  const auto millimetres = [&](size_t k) { return 1e3 * positions[k]["sigma_m"].get<double>(); };
+  text += fmt::format(
+      "positions       at 0.5 m, 1 m and 2 m this calibration leaves errors of {:.2g}, {:.2g} and {:.2g} mm (standard "
+      "deviations)\n",
+      millimetres(0), millimetres(1), millimetres(2));
   if (json.contains("leave_one_out")) {
     const nlohmann::json& out = json["leave_one_out"];
     text += fmt::format("left-out boards median {:.4f}, 95 % {:.4f}, max {:.4f} squares\n",
@@ -129,7 +157,9 @@ int calibrate_cameras(const CamerasOptions& options) {
                     images.left_files.size(), images.pairs.size(), options.pattern));
   }
   progress.show(finding);
-  const StereoCalibration calibration = calibrate(images.pairs, board, images.size, lens, options.leave_out_poor);
+  StereoCalibration calibration = calibrate(images.pairs, board, images.size, lens, options.leave_out_poor);
+  const double square_sigma = options.square_sigma_m / options.square_m;
+  calibration.rig.errors.covariance(RigErrors::kBaseline, RigErrors::kBaseline) += square_sigma * square_sigma;
   std::vector<double> left_out;
   if (options.leave_one_out) {
     left_out = leave_one_out(images.pairs, board, images.size, lens, calibration,
@@ -139,7 +169,8 @@ int calibrate_cameras(const CamerasOptions& options) {
   warn_about_fit(images, calibration);
   check_rig(calibration.rig, "--left, --right");
 
-  const nlohmann::json json = result_json(images, calibration, left_out);
+  nlohmann::json json = result_json(images, calibration, left_out);
+  json["errors"] = errors_json(calibration.rig, errors_of(calibration, board, lens).view_factor);
   if (!options.picture.empty()) {
     const std::vector<uint8_t> png = encode_png(reprojection_picture(images.pairs, calibration, images.size));
     OutputFile file(options.picture);
@@ -161,6 +192,10 @@ Command cameras_command(CommandLine& cli) {
   app.option("--right", options->right, "the right camera's, paired in the order of their names").required();
   app.option("--pattern", options->pattern, "COLUMNSxROWS of inner corners, as 9x6").required();
   app.option("--square", options->square_m, "side of a square, m, as 0.025").required().finite(1e-5, 1);
+  app.option("--square-sigma", options->square_sigma_m,
+             "standard deviation of this side, m, as 0.00005: how well all squares together are measured")
+      .finite(0, 0.1)
+      .show_default();
   app.option("--lens", options->lens,
              "distortion: radtan (k1 k2 p1 p2), plumb_bob (and k3; default except Kalibr) or rational (k1 to k6)")
       .one_of({"radtan", "plumb_bob", "rational"});

@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 #include <stdexcept>
 
+#include "tools/calibrate/calibration_errors.hpp"
 #include "tools/calibrate/rigid_fit.hpp"
 
 namespace multireach {
@@ -111,6 +112,10 @@ PairFit fit_of(const BoardPair& pair, const Board& board, const Cameras& cameras
     turn += change.rowRange(0, 3);
     shift += change.rowRange(3, 6);
   }
+  cv::Mat R_LB;
+  cv::Rodrigues(turn, R_LB);
+  fit.X_LB.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R_LB.ptr<double>());
+  fit.X_LB.translation() = Eigen::Map<const Eigen::Vector3d>(shift.ptr<double>());
   const auto rms = [](const Corners& residuals) {
     double sum = 0;
     for (const cv::Point2f& r : residuals) sum += static_cast<double>(r.x) * r.x + static_cast<double>(r.y) * r.y;
@@ -195,6 +200,7 @@ StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& bo
       throw std::runtime_error(
           fmt::format("the focal lengths would be known to {:.0f} % only{}", 100 * doubt, kAdvice));
     }
+    result.rig.errors = errors_of(result, board, lens).rig;
     return result;
   } catch (const cv::Exception&) {
     throw std::runtime_error(std::string("these pairs do not determine the cameras") + kAdvice);

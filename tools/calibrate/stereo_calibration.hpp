@@ -22,16 +22,17 @@ enum class Lens {
 
 /// How well one pair of images fits the calibration, for the board pose that fits both images best.
 struct PairFit {
-  double left_rms_px = 0, right_rms_px = 0;  ///< rms distance between corners and their projections
-  Corners left_residuals, right_residuals;   ///< image - projection, pixels
-  bool poor = false;                         ///< far larger residuals than most pairs
+  double left_rms_px = 0, right_rms_px = 0;                ///< rms distance between corners and their projections
+  Corners left_residuals, right_residuals;                 ///< image - projection, pixels
+  Eigen::Isometry3d X_LB = Eigen::Isometry3d::Identity();  ///< maps the board's frame to the left camera's
+  bool poor = false;                                       ///< far larger residuals than most pairs
   bool used = true;
 
   double rms_px() const;
 };
 
 struct StereoCalibration {
-  StereoRig rig;                             ///< X_WL is the identity
+  StereoRig rig;                             ///< with its errors; X_WL is the identity
   double left_rms_px = 0, right_rms_px = 0;  ///< each camera calibrated alone
   double stereo_rms_px = 0;                  ///< both together, of the pairs used, as cv::stereoCalibrate defines it
   double left_fx_sigma_px = 0, right_fx_sigma_px = 0;  ///< standard deviation of fx, each camera by itself
