@@ -7,6 +7,7 @@
 #include "runtime/image_file.hpp"
 #include "vision/node/stereo_frames.hpp"
 #include "vision/node/vision_config.hpp"
+#include "vision/reported_covariance.hpp"
 #include "vision/tag_vision.hpp"
 
 namespace multireach::python {
@@ -182,7 +183,8 @@ chroma_subsampled: the images were decoded from JPEGs with 4:2:0 or 4:2:2 chroma
             const auto point = vision::triangulate(rig, measured(rig.left, left_px, "left_px"),
                                                    measured(rig.right, right_px, "right_px"));
             if (!point) return py::none();
-            return py::make_tuple(array_of(point->p_W), matrix_of(point->covariance));
+            return py::make_tuple(array_of(point->p_W),
+                                  matrix_of(vision::reported_covariance(rig, {point->p_W, point->covariance})));
           },
           py::arg("left_px"), py::arg("right_px"), py::arg("sigma_px") = 0.5,
           "(position, covariance) in W, m and m^2, of a point seen at these pixels; None when the rays do not meet.");

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "vision/reported_covariance.hpp"
 #include "vision/track/shared_state.hpp"
 
 namespace multireach::vision {
@@ -44,6 +45,7 @@ const char* StereoVision::update(StereoImages& images) {
   for (Target& target : targets_) {
     target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
                           : target.tracker.update(images.times(), target.match, target.views[0], target.views[1]);
+    add_rig_errors(target.tracker.options().rig, target.report);
   }
   return fault;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "vision/reported_covariance.hpp"
 #include "vision/track/shared_state.hpp"
 
 namespace multireach::vision {
@@ -37,6 +38,7 @@ const char* TagVision::update(StereoImages& images) {
   for (Target& target : targets_) {
     target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
                           : target.tracker.update(images.times(), target.match);
+    add_rig_errors(target.tracker.options().rig, target.match.used, target.report);
   }
   return fault;
 }

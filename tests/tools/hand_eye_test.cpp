@@ -9,6 +9,7 @@
 #include <multireach/target_t.hpp>
 
 #include "camera/rendering/ball_renderer.hpp"
+#include "imaging/rig_errors.hpp"
 #include "numeric/random.hpp"
 #include "numeric/trigonometry.hpp"
 #include "runtime/channels.hpp"
@@ -292,6 +293,34 @@ TEST_F(HandEyeFiles, TargetsOfAnUnknownCameraPoseAreInTheCamerasFrame) {
   }
   write(target_t::STATUS_TRACKED, Eigen::Isometry3d::Identity());
   EXPECT_THROW(samples_from_log(path_, chain, std::nullopt, {}), InputError) << "in W, but of which cameras?";
+}
+
+TEST_F(HandEyeFiles, WhatAllPositionsShareIsNoNoiseOfThem) {
+  StereoRig rig = VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml").rig;
+  rig.errors.covariance.diagonal() << 1e-5, 1e-5, 1e-8, 1e-6, 1e-6;
+  StereoRig rig_L = rig;
+  rig_L.X_WL.setIdentity();
+  const Chain chain = RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml").chain;
+  for (const int8_t status : {target_t::STATUS_TRACKED, target_t::STATUS_UNCALIBRATED}) {
+    const bool in_W = status == target_t::STATUS_TRACKED;
+    SessionLog log(path_, chain);
+    int64_t utime = 1000000;
+    for (const JointVector& theta : postures_in_view(chain, rig, 8)) {
+      const Eigen::Vector3d p_W = chain.position(theta), p = in_W ? p_W : rig.X_WL.inverse() * p_W;
+      const Eigen::Matrix3d shared = covariance_by_rig_errors(in_W ? rig : rig_L, p);
+      for (int frame = 0; frame < 20; ++frame, utime += 33333) {
+        log.state(theta, utime);
+        log.target(p, 1e-6 * Eigen::Matrix3d::Identity() + shared, status, utime + 1);
+      }
+    }
+    log.close();
+    const auto samples = samples_from_log(path_, chain, rig.X_WL, {.target = "", .rig = rig});
+    ASSERT_EQ(samples.size(), 8U);
+    for (const HandEyeSample& sample : samples) {
+      EXPECT_LT((1e6 * sample.covariance - 1e6 * sample.covariance(0, 0) * Eigen::Matrix3d::Identity()).norm(), 1e-6);
+      EXPECT_LT(sample.covariance(0, 0), 1.1e-7) << "of at least ten measurements";
+    }
+  }
 }
 
 TEST_F(HandEyeFiles, ATargetThatTheHandOnlyFollowsIsRefused) {

@@ -12,6 +12,7 @@
 #include "camera/node/camera_node.hpp"
 #include "camera/node/render_source.hpp"
 #include "camera/rendering/ball_renderer.hpp"
+#include "imaging/rig_errors.hpp"
 #include "runtime/channels.hpp"
 #include "vision/node/vision_node.hpp"
 
@@ -363,6 +364,36 @@ TEST(VisionSession, TheSameWhetherDecodedBeforehandOrAsNeeded) {
     ASSERT_EQ(a[0].bytes, b[0].bytes) << k;
     ASSERT_EQ(a[1].bytes, b[1].bytes) << k;
   }
+}
+
+TEST(VisionSession, ReportsTheErrorsOfTheCalibrationButDoesNotTrackByThem) {
+  VisionConfig config = VisionConfig::load(kVisionFile);
+  vision::TrackerOptions& options = config.targets.front().options;
+  options.match.radius_m = 0;  // a known radius is compared with the measured one, for which these errors count
+  VisionNode exact(config);
+  config.rig.errors.covariance.diagonal() << 1e-5, 1e-5, 1e-8, 1e-6, 1e-6;
+  options.rig = config.rig;
+  VisionNode doubtful(config);
+  Scene scene;
+  std::vector<int8_t> seen;
+  for (int k = 0; k < 40; ++k) {
+    images_t pair = scene.next();
+    if (k % 8 == 7) std::ranges::fill(pair.images[0].data, uint8_t{90});  // damaged
+    const auto bytes = *encode(pair);
+    Outbox a, b;
+    exact.receive(channel::kStereoImages, bytes, a);
+    doubtful.receive(channel::kStereoImages, bytes, b);
+    ASSERT_EQ(a.size(), b.size());
+    EXPECT_EQ(a[1].bytes, b[1].bytes) << "the tracker's state, pair " << k;
+    const auto without = *decode<target_t>(a[0].bytes), with = *decode<target_t>(b[0].bytes);
+    EXPECT_EQ(position_of(with), position_of(without));
+    Eigen::Matrix3d expected = Eigen::Map<const Eigen::Matrix3d>(&without.covariance_m2[0][0]);
+    if (with.status != target_t::STATUS_LOST) expected += covariance_by_rig_errors(config.rig, position_of(with));
+    EXPECT_LT((Eigen::Map<const Eigen::Matrix3d>(&with.covariance_m2[0][0]) - expected).norm(), 1e-12);
+    seen.push_back(with.status);
+  }
+  EXPECT_GT(std::ranges::count(seen, target_t::STATUS_TRACKED), 20);
+  EXPECT_GT(std::ranges::count(seen, target_t::STATUS_COASTING), 1);
 }
 
 TEST(VisionSession, SeveralTargetsByName) {

@@ -43,6 +43,7 @@ std::vector<HandEyeSample> samples_of(const HandEyeArguments& arguments) {
   LogChoice choice = arguments.choice;
   choice.still_m = arguments.still_m;
   const VisionConfig vision = VisionConfig::load(arguments.vision);
+  choice.rig = vision.rig;
   return samples_from_log(arguments.log, robot.chain, vision.calibrated ? std::optional(vision.rig.X_WL) : std::nullopt,
                           choice);
 }

@@ -15,6 +15,7 @@
 #include "runtime/message.hpp"
 #include "runtime/program.hpp"
 #include "runtime/progress.hpp"
+#include "vision/reported_covariance.hpp"
 
 namespace multireach {
 namespace {
@@ -101,9 +102,14 @@ std::vector<HandEyeSample> samples_from_log(const std::string& path, const Chain
       names.insert(target->name);
       any_seen = true;
       const Eigen::Isometry3d X_LF = in_W ? X_WL->inverse() : Eigen::Isometry3d::Identity();
-      const Eigen::Matrix3d covariance =
+      Eigen::Matrix3d covariance =
           Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target->covariance_m2[0][0]);
       const Eigen::Vector3d p_FT = Eigen::Map<const Eigen::Vector3d>(target->position_m);
+      if (choice.rig) {
+        StereoRig rig = *choice.rig;
+        rig.X_WL = X_LF.inverse();
+        covariance = vision::measured_covariance(rig, {p_FT, covariance});
+      }
       standstills.target(X_LF * p_FT, X_LF.linear() * covariance * X_LF.linear().transpose(), event->utime);
     }
   }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "imaging/stereo_rig.hpp"
 #include "kinematics/chain.hpp"
 #include "tools/calibrate/hand_eye.hpp"
 
@@ -13,6 +14,9 @@ namespace multireach {
 struct LogChoice {
   std::string target;      ///< the target's name; "" if there is only one
   double still_m = 0.002;  ///< the hand counts as standing still while it stays within this
+  /// The cameras that the targets were seen with. The errors of their calibration are part of every covariance in the
+  /// log; they are the same at all positions, so they are removed.
+  std::optional<StereoRig> rig{};
 };
 
 /// Collects the positions at which a hand that holds the target stands still, message by message.

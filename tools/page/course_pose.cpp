@@ -11,6 +11,7 @@
 #include "tools/calibrate/hand_eye_output.hpp"
 #include "tools/page/course_step.hpp"
 #include "tools/page/posture_tour.hpp"
+#include "vision/reported_covariance.hpp"
 
 namespace multireach {
 namespace {
@@ -19,8 +20,11 @@ using nlohmann::json;
 
 const Eigen::Vector3d kPracticeOffset(0.010, 0.004, -0.006);  // m: where the practice's hand holds the ball
 
-Eigen::Matrix3d covariance_of(const target_t& target) {
-  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0]);
+/// Covariance of a target's position without the errors of the calibration, which are the same at all positions.
+Eigen::Matrix3d covariance_of(const target_t& target, const StereoRig& rig) {
+  return vision::measured_covariance(
+      rig, {Eigen::Map<const Eigen::Vector3d>(target.position_m),
+            Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(&target.covariance_m2[0][0])});
 }
 
 json list(const Eigen::Vector3d& vector) {
@@ -94,12 +98,12 @@ class TourStep : public CourseStep {
     context.arm.stop();
     tour_.reset();
   }
-  void measure(const target_t& target, int8_t status, CourseContext& context) {
+  void measure(const target_t& target, int8_t status, const StereoRig& rig, CourseContext& context) {
     if (!tour_ || is_older_than_standstill(target.utime, context)) return;
     std::optional<Eigen::Vector3d> p;
     if (target.status == status) p = Eigen::Map<const Eigen::Vector3d>(target.position_m);
     reason_ = p ? "" : target.reason;
-    tour_->target(p, covariance_of(target), context.now_us, context.arm.arrived());
+    tour_->target(p, covariance_of(target, rig), context.now_us, context.arm.arrived());
   }
   /// Under load cameras and vision lag, and images from before a standstill must not count as images of it. The robot's
   /// clock says nothing about them: it may begin at 0, and that of a simulated robot stands still while it lags.
@@ -158,7 +162,8 @@ class PoseStep : public TourStep {
   }
 
   void target(const target_t& target, CourseContext& context) override {
-    if (active_ && target.status != target_t::STATUS_TRACKED) measure(target, target_t::STATUS_UNCALIBRATED, context);
+    if (active_ && target.status != target_t::STATUS_TRACKED)
+      measure(target, target_t::STATUS_UNCALIBRATED, rig_, context);
   }
 
   std::string text() const override {
@@ -265,7 +270,7 @@ class CheckStep : public TourStep {
 
   void target(const target_t& target, CourseContext& context) override {
     vision_knows_ = target.status != target_t::STATUS_UNCALIBRATED;
-    if (active_ && vision_knows_) measure(target, target_t::STATUS_TRACKED, context);
+    if (active_ && vision_knows_) measure(target, target_t::STATUS_TRACKED, rig_, context);
   }
 
   std::string text() const override {

@@ -10,6 +10,7 @@
 #include "runtime/image_file.hpp"
 #include "runtime/program.hpp"
 #include "vision/node/vision_node.hpp"
+#include "vision/reported_covariance.hpp"
 
 namespace multireach {
 namespace {
@@ -66,7 +67,8 @@ nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat
                         {"occlusion", match.occlusion}};
   if (seen) {
     answer["position_m"] = vector(match.point.p_W);
-    answer["covariance_m2"] = rows_of(match.point.covariance);
+    answer["covariance_m2"] =
+        rows_of(vision::reported_covariance(target.options.rig, {match.point.p_W, match.point.covariance}));
     answer["depth_m"] = match.point.depth_left_m;
     answer["epipolar_error_px"] = match.point.epipolar_error_px;
   }

@@ -9,6 +9,7 @@
 
 #include "runtime/channels.hpp"
 #include "runtime/time_line.hpp"
+#include "vision/reported_covariance.hpp"
 
 namespace multireach {
 namespace {
@@ -183,7 +184,8 @@ std::optional<target_candidates_t> VisionNode::candidates_message(size_t k) cons
     using Evidence = vision::Evidence;
     target_candidate_t& sent = message.candidates.emplace_back();
     put(sent.position_m, candidate.match.point.p_W);
-    put(sent.covariance_m2, candidate.match.point.covariance);
+    const vision::Triangulation& point = candidate.match.point;
+    put(sent.covariance_m2, vision::reported_covariance(config_.rig, {point.p_W, point.covariance}));
     Eigen::Map<Eigen::Vector2d>(sent.left_px) = candidate.match.left_px;
     Eigen::Map<Eigen::Vector2d>(sent.right_px) = candidate.match.right_px;
     sent.score = candidate.evidence.sum();
