@@ -1,0 +1,386 @@
+#!/usr/bin/python3
+"""Makes the folders that multireach-bench-real measures from public repositories (docs/real-images.md).
+
+    prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
+                   --robocup_ml CLONE --PRiMEStereoMatch CLONE
+
+Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
+Repositories that are not given are left out. Needs the Debian packages git, python3-numpy, python3-opencv and
+python3-scipy. The tables in docs/real-images.md were measured on folders from these commits:
+
+    FlaviusPopescu/av2                      cdd09d4   juggled1, juggled2
+    crunchiness/AV                          69fd198   table
+    EilidhHendry/ball-tracking              d19f12b   thrown
+    AlvaroNavarroMora/RVA_VisionChallenge   7159b27   vot1
+    SYSU-QuadCopter-2014-Team/Detect        22723f6   vot2 (later commits no longer have the images)
+    andrepool/robocup_ml                    45430e3   football1 to football5
+    PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
+"""
+import argparse
+import io
+import pathlib
+import shutil
+import subprocess
+import sys
+from collections import Counter
+
+import cv2
+import numpy as np
+import scipy.io
+
+
+class PrepareError(Exception):
+    """A fault that the user can act on."""
+
+
+class Clone:
+    """A local git repository; files are read from one commit."""
+
+    def __init__(self, path, revision="HEAD"):
+        self.path = path
+        if not pathlib.Path(path).is_dir():
+            raise PrepareError(f"{path} is not a folder. Give the folder of a git clone.")
+        self.commit = self._git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()
+
+    def _git(self, *arguments):
+        done = subprocess.run(["git", "-C", str(self.path), *arguments], capture_output=True, check=False)
+        if done.returncode != 0:
+            why = done.stderr.decode(errors="replace").strip()
+            advice = "Give a complete clone of the repository that the option names, not a shallow one."
+            raise PrepareError(f"{self.path}: git {arguments[0]} failed: {why}\n{advice}")
+        return done.stdout
+
+    def files(self, folder, ending):
+        """Paths in `folder` that end with `ending`, sorted."""
+        names = self._git("ls-tree", "-r", "-z", "--full-tree", "--name-only", self.commit, f"{folder}/")
+        found = sorted(name for name in names.decode().split("\0") if name.endswith(ending))
+        if not found:
+            raise PrepareError(f"{self.path}: commit {self.commit[:7]} has no {ending} file in {folder}/.")
+        return found
+
+    def read(self, path):
+        return self._git("cat-file", "blob", f"{self.commit}:{path}")
+
+    def text(self, path):
+        return self.read(path).decode("utf-8-sig")
+
+    def mat(self, path):
+        return scipy.io.loadmat(io.BytesIO(self.read(path)))
+
+
+def file_name(path):
+    return path.rsplit("/", 1)[-1]
+
+
+def decode(data):
+    """The pixels of an image file's bytes."""
+    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+
+
+# Writing folders
+
+
+def new_folder(folder):
+    """An empty folder. One of an earlier run is replaced, anything else is left untouched."""
+    if folder.exists():
+        if not (folder / "set.yaml").is_file():
+            raise PrepareError(f"{folder} exists and has no set.yaml, so this script did not make it. Remove it first.")
+        shutil.rmtree(folder)
+    folder.mkdir(parents=True)
+    return folder
+
+
+def write_video(folder, settings, images, labels, clicks=None):
+    """Writes a video. `settings`: lines of YAML; `images`: bytes by file name; `labels`: (image, object, x, y)."""
+    new_folder(folder)
+    (folder / "frames").mkdir()
+    for name, data in images.items():
+        (folder / "frames" / name).write_bytes(data)
+    lines = ["image,object,x_px,y_px", *(f"{image},{thing},{x:.2f},{y:.2f}" for image, thing, x, y in labels)]
+    (folder / "labels.csv").write_text("\n".join(lines) + "\n")
+    settings = ["images: frames", "labels: labels.csv", *settings]
+    if clicks:
+        settings.append("clicks:")
+        settings += [f"  {thing}: [{', '.join(names)}]" for thing, names in clicks.items()]
+    (folder / "set.yaml").write_text("\n".join(settings) + "\n")
+    counts = ", ".join(f"{count} of {thing}" for thing, count in sorted(Counter(row[1] for row in labels).items()))
+    print(f"{folder}: {len(images)} images; labels: {counts}")
+
+
+def settings_of(name, use, frames_per_s, disparity_px):
+    return [f"name: {name}", f"use: {use}", f"frames_per_s: {frames_per_s}", f"disparity_px: {disparity_px}"]
+
+
+# Juggled balls
+
+
+def highest_in_each_quarter(names, labels):
+    """For each object and each quarter of the video, the image in which the object is highest."""
+    clicks = {}
+    for thing in sorted({row[1] for row in labels}):
+        height = {image: y for image, other, _, y in labels if other == thing}
+        quarters = [names[len(names) * k // 4 : len(names) * (k + 1) // 4] for k in range(4)]
+        clicks[thing] = [min((name for name in quarter if name in height), key=height.get) for quarter in quarters]
+    return clicks
+
+
+def make_juggled(out, clone):
+    """Centres are MATLAB coordinates, so the first pixel is 1."""
+    # gt1: image number, then row and column of the red, green and yellow ball.
+    # tracks: column and row of the yellow, green and red ball.
+    truth, tracks = clone.mat("gt1.mat")["gt1"].astype(float), clone.mat("track.mat")["tracks"]
+    videos = [
+        (1, {"red": truth[[2, 1]], "green": truth[[4, 3]], "yellow": truth[[6, 5]]}),
+        (2, {"yellow": tracks.T[:2], "green": tracks.T[2:4], "red": tracks.T[4:]}),
+    ]
+    for number, centres in videos:
+        source = f"juggle{number}"
+        images = {file_name(path): clone.read(path) for path in clone.files(source, ".jpg")}
+        names = list(images)
+        labels = []
+        for thing, points in centres.items():
+            if points.shape[1] != len(names):
+                count = points.shape[1]
+                raise PrepareError(f"{clone.path}: {source} has {len(names)} images, but {count} labels of {thing}.")
+            labels += [(image, thing, x - 1, y - 1) for image, x, y in zip(names, *points) if np.isfinite(x + y)]
+        settings = settings_of(f"juggled balls {number}", "tuning", 25, 28)
+        write_video(out / f"juggled{number}", settings, images, labels, highest_in_each_quarter(names, labels))
+
+
+# Balls on a table
+
+
+def make_table(out, clone):
+    """Ten balls with hand-labelled centres, in MATLAB coordinates. The fields' names are exchanged: rows are columns.
+
+    Ball by ball, because a click is at the first label of an object and image.
+    """
+    objects = [None, None, "pink", "pink", *["orange"] * 6]  # the first two are white, like the table
+    balls = clone.mat("balls_loc.mat")["new_balls"][0]
+    labels = []
+    for thing, (x, y, number) in zip(objects, balls):
+        if thing:
+            labels += [(f"{int(k):08d}.jpg", thing, a - 1, b - 1) for a, b, k in zip(x.flat, y.flat, number.flat)]
+    images = {file_name(path): clone.read(path) for path in clone.files("set1", ".jpg") if "bgframe" not in path}
+    write_video(out / "table", settings_of("balls on a table", "tuning", 30, 28), images, labels)
+
+
+# Balls thrown in a room
+
+
+# Of each object: lowest and highest mean hue (OpenCV's, 0 to 180) and lowest median chroma. They leave out a white box,
+# a paper and a brown toy, which are thrown too.
+THROWN = {
+    "red": (-6, 5, 18),
+    "orange": (6, 15, 60),
+    "yellow": (24, 32, 60),
+    "blue": (105, 117, 50),
+    "pink": (160, 173, 45),
+}
+
+
+def moving_contours(image, background):
+    """Contours of what differs from the background, of at least 60 pixels.
+
+    The threshold is just above the noise: the lower side of a dark ball hardly differs from the dark cloth behind it.
+    """
+    difference = cv2.GaussianBlur(cv2.absdiff(image, background), (0, 0), 1)
+    moving = (difference.max(axis=2) > 12).astype(np.uint8)
+    moving = cv2.morphologyEx(moving, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    moving = cv2.morphologyEx(moving, cv2.MORPH_CLOSE, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (7, 7)))
+    contours, _ = cv2.findContours(moving, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return [contour for contour in contours if cv2.contourArea(contour) >= 60]
+
+
+def colour_name(image, contour):
+    """The name of the object of this colour, or None. The hue is the mean of the pixels' hues, weighted with chroma."""
+    mask = np.zeros(image.shape[:2], np.uint8)
+    cv2.drawContours(mask, [contour], -1, 1, cv2.FILLED)
+    pixels = image[mask > 0]
+    chroma = pixels.max(axis=1).astype(float) - pixels.min(axis=1)
+    hues = cv2.cvtColor(pixels[None], cv2.COLOR_BGR2HSV)[0, :, 0]
+    hue = np.angle((chroma * np.exp(1j * np.pi * hues / 90)).sum()) * 90 / np.pi % 180
+    for name, (low, high, least) in THROWN.items():
+        if (hue - low) % 180 <= high - low and np.median(chroma) >= least:
+            return name
+    return None
+
+
+def is_whole_ball(contour, size):
+    """Whether a contour is compact, nearly an ellipse, of a ball's size, and away from the image border."""
+    x, y, width, height = cv2.boundingRect(contour)
+    if x < 2 or y < 2 or x + width > size[0] - 2 or y + height > size[1] - 2:
+        return False
+    area = cv2.contourArea(contour)
+    _, axes, _ = cv2.fitEllipse(contour)
+    return (
+        200 <= area <= 4000
+        and area > 0.9 * cv2.contourArea(cv2.convexHull(contour))
+        and area > 0.9 * np.pi / 4 * axes[0] * axes[1]
+        and max(axes) < 1.7 * min(axes)
+    )
+
+
+def make_thrown(out, clone):
+    """Labels are the centroids of moving blobs. Images without a coloured one are left out.
+
+    A blob at the image border, or of which a part is not told from the background, has no label, but its image stays.
+    """
+    data = {file_name(path): clone.read(path) for path in clone.files("Video5", ".jpg")}
+    every_tenth = [decode(one) for one in list(data.values())[::10]]
+    background = np.median(every_tenth, axis=0).astype(np.uint8)
+    images, labels = {}, []
+    for name, one in data.items():
+        image = decode(one)
+        blobs = [(colour_name(image, contour), contour) for contour in moving_contours(image, background)]
+        blobs = [(thing, contour) for thing, contour in blobs if thing]
+        if blobs:
+            images[name] = one
+        things = [thing for thing, _ in blobs]
+        for thing, contour in blobs:
+            if things.count(thing) == 1 and is_whole_ball(contour, image.shape[1::-1]):
+                m = cv2.moments(contour)
+                labels.append((name, thing, m["m10"] / m["m00"], m["m01"] / m["m00"]))
+    write_video(out / "thrown", settings_of("thrown in a room", "tuning", 30, 28), images, labels)
+
+
+# Sequences of the visual object tracking challenge
+
+
+def write_vot(folder, clone, source, images_in, name):
+    """Centres of the boxes in groundtruth.txt, one line for each image: x, y of four corners.
+
+    They are measured from the image's corner, so the centre of the first pixel is at 0.5.
+    """
+    lines = clone.text(f"{source}/groundtruth.txt").split()
+    images = {file_name(path): clone.read(path) for path in clone.files(images_in, ".jpg")}
+    labels = []
+    for image, line in zip(images, lines):
+        corners = np.array(line.split(","), float).reshape(4, 2)
+        if np.isfinite(corners).all():
+            labels.append((image, "ball", *corners.mean(axis=0) - 0.5))
+    write_video(folder, settings_of(name, "test", 30, 10), images, labels)
+
+
+def make_vot1(out, clone):
+    write_vot(out / "vot1", clone, "sequences/ball1", "sequences/ball1/color", "red football outdoors")
+
+
+def make_vot2(out, clone):
+    write_vot(out / "vot2", clone, "ball", "ball", "red football indoors")
+
+
+# Robot football
+
+FOOTBALL = [
+    ["20190606/r2", "20190606/r4"],
+    ["20220715/r7"],
+    ["20230709/r5", "20230709/r6"],
+    ["20220716/r2", "20220716/r4", "20220716/r6"],
+    ["20240222/r12", "20240222/r14"],
+]
+
+
+def balls_in(text, width, height):
+    """Centres of the balls in a label file: lines of class (0: ball), centre and size, in parts of the image's size."""
+    rows = [[float(cell) for cell in line.split()] for line in text.splitlines() if line.strip()]
+    return [(x * width - 0.5, y * height - 0.5) for kind, x, y, w, _ in rows if kind == 0 and w * width >= 12]
+
+
+def make_football(out, clone):
+    """Balls of at least 12 px have labels; images without one stay."""
+    for number, folders in enumerate(FOOTBALL, 1):
+        images, labels = {}, []
+        for path in (path for folder in folders for path in clone.files(folder, ".txt")):
+            data = clone.read(path[:-4] + ".jpg")
+            name = "_".join(path[:-4].split("/")[1:]) + ".jpg"
+            height, width = decode(data).shape[:2]
+            images[name] = data
+            labels += [(name, "ball", *ball) for ball in balls_in(clone.text(path), width, height)]
+        settings = settings_of(f"robot football {number}", "test", 0.1, 10)
+        write_video(out / f"football{number}", settings, images, labels)
+
+
+# Still scenes
+
+# Name, click, region (left, top, width, height) and whether it is whole.
+STILL = {
+    "Art": [
+        ("pink end of the crayon", (275, 315), (250, 279, 68, 76), True),
+        ("pink cone", (228, 250), (198, 183, 64, 98), True),
+        ("teal tip of the brush", (92, 113), (85, 102, 20, 25), True),
+    ],
+    "Dolls": [
+        ("pink pig", (140, 337), (117, 318, 50, 46), True),
+        ("green hat", (70, 30), (8, 0, 136, 68), False),
+        ("orange hair", (420, 125), (350, 103, 113, 125), False),
+        ("red horse", (281, 322), (262, 282, 38, 78), True),
+        ("orange cow", (401, 338), (385, 302, 39, 65), True),
+    ],
+    "Laundry": [("red top of the spray bottle", (335, 188), (289, 150, 60, 47), True)],
+    "Reindeer": [
+        ("red parcel", (153, 208), (140, 189, 37, 38), True),
+        ("yellow parcel", (120, 203), (111, 188, 23, 31), True),
+        ("red antler", (165, 108), (136, 83, 47, 48), True),
+    ],
+    "Books": [("orange stroke on a cover", (290, 303), (259, 290, 50, 42), True)],
+}
+
+
+def make_still(out, clone):
+    """Middlebury 2005 at a third of its size: f = 3740 px and a baseline of 160 mm at full size.
+
+    Disparities of the full size, less dmin columns that are cut off, are the values of the disparity image.
+    """
+    for pair, objects in STILL.items():
+        folder = new_folder(out / "still" / pair)
+        for name in ("view1.png", "view5.png", "disp1.png"):
+            (folder / name).write_bytes(clone.read(f"data/{pair}/{name}"))
+        cut_off = float(clone.text(f"data/{pair}/dmin.txt")) / 3
+        lines = [f"name: {pair}", "use: test", "left: view1.png", "right: view5.png", "disparity: disp1.png"]
+        lines += ["disparity_scale: 3", f"disparity_offset_px: {cut_off:.3f}", "fx_px: 1246.67", "baseline_m: 0.16"]
+        lines.append("objects:")
+        for name, click, region, whole in objects:
+            where = f"click: {list(click)}, region: {list(region)}"
+            lines.append(f"  - {{name: {name}, {where}, whole: {'true' if whole else 'false'}}}")
+        (folder / "set.yaml").write_text("\n".join(lines) + "\n")
+        print(f"{folder}: {len(objects)} objects")
+
+
+# Command line
+
+SOURCES = [
+    ("FlaviusPopescu/av2", "HEAD", make_juggled, "juggled1, juggled2"),
+    ("crunchiness/AV", "HEAD", make_table, "table"),
+    ("EilidhHendry/ball-tracking", "HEAD", make_thrown, "thrown"),
+    ("AlvaroNavarroMora/RVA_VisionChallenge", "HEAD", make_vot1, "vot1"),
+    ("SYSU-QuadCopter-2014-Team/Detect", "22723f628a9d8f75ed27e9c47e370ea0a20f664e", make_vot2, "vot2"),
+    ("andrepool/robocup_ml", "HEAD", make_football, "football1 to football5"),
+    ("PRiME-project/PRiMEStereoMatch", "HEAD", make_still, "still/*"),
+]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("out", metavar="OUT", type=pathlib.Path, help="folder to write the sets into")
+    for repository, _, _, folders in SOURCES:
+        option = "--" + file_name(repository)
+        parser.add_argument(option, metavar="CLONE", dest=repository, help=f"clone of {repository}: makes {folders}")
+    arguments = vars(parser.parse_args())
+    if not any(arguments[repository] for repository, _, _, _ in SOURCES):
+        parser.error("give at least one clone")
+    for repository, revision, make, folders in SOURCES:
+        path = arguments[repository]
+        if path is None:
+            print(f"{folders}: left out, because --{file_name(repository)} is not given")
+            continue
+        clone = Clone(path, revision)
+        print(f"{repository}: commit {clone.commit[:7]}")
+        make(arguments["out"], clone)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except PrepareError as fault:
+        sys.exit(f"prepare.py: {fault}")
