@@ -162,7 +162,7 @@ bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) cons
   using Status = StereoMatch::Status;
   const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
                       match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
-                      match.status == Status::kOutsideRegion;
+                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget;
   const auto seen = track_.last_seen_utime();
   if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
   if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
@@ -387,7 +387,7 @@ TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
 }
 
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
-                                   const View& right) {
+                                   const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   const bool newer = !track_.begun() || times.pair > track_.utime();
   TargetReport result = update_track(times, match, left, right);
   if (newer) {
@@ -395,8 +395,8 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     if (followed) calibration_.update(match);
     notice_motion(Side::kLeft, left, times.pair);
     notice_motion(Side::kRight, right, times.pair);
-    learn_background(Side::kLeft, left, followed ? match.left : -1);
-    learn_background(Side::kRight, right, followed ? match.right : -1);
+    learn_background(Side::kLeft, left, followed ? match.left : -1, others[0]);
+    learn_background(Side::kRight, right, followed ? match.right : -1, others[1]);
   }
   return result;
 }
@@ -410,13 +410,13 @@ void StereoTracker::notice_motion(Side side, const View& view, int64_t utime) {
   if (motion == CameraMotion::Motion::kNone) return;
   if (motion == CameraMotion::Motion::kLarge) camera_state.background.forget();
   camera_state.shift.last_utime = utime;
-  camera_state.shift.total_px += camera_state.motion.shift_px();
-  identity_.begin_motion_anew();
+  camera_state.shift.total_px += camera_state.motion.moved_px();
+  identity_.restart_motion_evidence();
 }
 
 /// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be
 /// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched.
-void StereoTracker::learn_background(Side side, const View& view, int chosen) {
+void StereoTracker::learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects) {
   CameraState& camera_state = cameras_[index(side)];
   if (!view.fits || view.filled || view.dark || view.wider) return;
   cv::Rect object;
@@ -427,8 +427,9 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen) {
     object |= cv::Rect(static_cast<int>(centre.x() - half), static_cast<int>(centre.y() - half),
                        static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1);
   }
+  objects.push_back(object);
   const bool whole = view.window == search_area(side);
-  camera_state.background.learn(view.window, view.blobs, object, whole ? camera_state.since_look + 1 : 1);
+  camera_state.background.learn(view.window, view.blobs, objects, whole ? camera_state.since_look + 1 : 1);
   camera_state.since_look = whole ? 0 : std::min(kLookEvery, camera_state.since_look + 1);
   if (whole) camera_state.looks = std::min(kFirstLooks, camera_state.looks + 1);
 }

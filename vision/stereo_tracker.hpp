@@ -60,7 +60,8 @@ struct OtherTargets {
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
 /// pair measure() for both images, match(), then update() or update_unseen(). Deterministic: its
-/// whole state between pairs is what serialize() returns.
+/// whole state between pairs is what serialize() returns, but for what is only said to people:
+/// calibration_disagreement() and camera_shift().
 class StereoTracker {
  public:
   /// Throws std::invalid_argument for invalid options: no colour, cameras without size or focal length, no baseline, a
@@ -73,11 +74,11 @@ class StereoTracker {
   const TargetTrack& track() const { return track_; }
   const TargetIdentity& identity() const { return identity_; }
   /// What does not fit the calibration in the mean of many pairs.
-  CalibrationCheck::Disagreement calibration_off() const { return calibration_.disagreement(); }
+  CalibrationCheck::Disagreement calibration_disagreement() const { return calibration_.disagreement(); }
   /// What was noticed of a camera's motion since the start.
   struct CameraShift {
     std::optional<int64_t> last_utime;  ///< when it moved last, microseconds
-    Eigen::Vector2d total_px{0, 0};     ///< of the image, to the right and down; about
+    Eigen::Vector3d total_px{0, 0, 0};  ///< of the image, as CameraMotion::moved_px(); about
   };
   const CameraShift& camera_shift(Side side) const { return cameras_[index(side)].shift; }
   cv::Rect whole_image(Side side) const;
@@ -115,8 +116,10 @@ class StereoTracker {
   bool may_look_again(int64_t utime, const StereoMatch& match) const;
   /// Whether what was found with the wider colours is the target: of its size, and round.
   bool is_target_again(const Found& found, const View& left, const View& right) const;
-  /// Updates the track and the white balance with a pair. `match` is the match of these views.
-  TargetReport update(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  /// Updates the track and the white balance with a pair. `match` is the match of these views. `others`: what encloses
+  /// other targets that look like this one in the left and the right image, and is no background.
+  TargetReport update(const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
+                      const std::array<std::vector<cv::Rect>, 2>& others = {});
   /// Updates the track with a pair that has no usable match. `reason` must be a string literal: it is not copied.
   TargetReport update_unseen(int64_t utime, const char* reason);
 
@@ -160,7 +163,7 @@ class StereoTracker {
   void adapt(Side side, const View& view, int chosen, double quality);
   TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
   void notice_motion(Side side, const View& view, int64_t utime);
-  void learn_background(Side side, const View& view, int chosen);
+  void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
                     bool background, bool predicted) const;

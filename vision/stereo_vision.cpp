@@ -42,12 +42,28 @@ const std::vector<size_t>* StereoVision::group_of(size_t target) const {
 
 const char* StereoVision::update(StereoImages& images) {
   const char* fault = measure(images);
-  for (Target& target : targets_) {
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
     target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
-                          : target.tracker.update(images.times(), target.match, target.views[0], target.views[1]);
+                          : target.tracker.update(images.times(), target.match, target.views[0], target.views[1],
+                                                  boxes_of_others(k));
     add_rig_errors(target.tracker.options().rig, target.report);
   }
   return fault;
+}
+
+/// What encloses the other targets that look like this one, in both images.
+std::array<std::vector<cv::Rect>, 2> StereoVision::boxes_of_others(size_t target) const {
+  std::array<std::vector<cv::Rect>, 2> boxes;
+  const auto* group = group_of(target);
+  if (!group) return boxes;
+  for (const size_t other : *group) {
+    const Target& its = targets_[other];
+    if (other == target || its.match.status != StereoMatch::Status::kSeen) continue;
+    boxes[0].push_back(its.views[0].blobs[static_cast<size_t>(its.match.left)].box);
+    boxes[1].push_back(its.views[1].blobs[static_cast<size_t>(its.match.right)].box);
+  }
+  return boxes;
 }
 
 void StereoVision::restart() {

@@ -94,6 +94,7 @@ class StereoVision {
   OtherTargets others_of(size_t target, const std::vector<size_t>& group, const PairTimes& times,
                          const std::array<View, 2>& views) const;
   const std::vector<size_t>* group_of(size_t target) const;
+  std::array<std::vector<cv::Rect>, 2> boxes_of_others(size_t target) const;
 
   std::vector<Target> targets_;
   std::vector<std::vector<size_t>> equal_;  // groups of targets that look alike, by their indices

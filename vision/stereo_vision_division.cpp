@@ -1,5 +1,6 @@
 // Divides what a pair shows among targets that look alike.
 #include <algorithm>
+#include <utility>
 
 #include "vision/stereo_vision.hpp"
 #include "vision/track/equal_targets.hpp"
@@ -63,6 +64,12 @@ void give(const Share& share, Target& target) {
   if (share.ambiguous) target.match.status = Status::kAmbiguous;
 }
 
+/// Whether a target that is expected elsewhere can have got to its match, as by a bounce.
+bool may_be_jump(const Target& target, const PairTimes& times) {
+  return target.tracker.is_expected(times) &&
+         target.tracker.track().is_near(times.pair, {target.match.point.p_W, target.match.point.covariance});
+}
+
 /// What a target may have in a pair, so that no other one has it: its match, or of one that is tracked and ambiguous,
 /// all its candidates.
 std::vector<const StereoMatch*> things_of(const Target& target, const PairTimes& times) {
@@ -74,6 +81,7 @@ std::vector<const StereoMatch*> things_of(const Target& target, const PairTimes&
     case Status::kTogether:
       return {&match};
     case Status::kOutsidePredictionGate:
+      return may_be_jump(target, times) ? std::vector{&match} : std::vector<const StereoMatch*>{};
     case Status::kOccludedTooMuch:
     case Status::kCutOff:
       return expected ? std::vector{&match} : std::vector<const StereoMatch*>{};
@@ -129,19 +137,20 @@ OtherTargets StereoVision::others_of(size_t target, const std::vector<size_t>& g
 /// others in their order.
 void StereoVision::divide_things(const std::vector<size_t>& group, const PairTimes& times) {
   std::array<BlobNumbers, 2> numbers;
-  std::vector<size_t> expected, without, lost;
+  std::vector<size_t> expected, without, ambiguous, lost;
   std::vector<std::vector<Claim>> claims;
   for (const size_t k : group) {
     Target& target = targets_[k];
     const bool seen = target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous;
     if (!target.tracker.is_expected(times)) {
       lost.push_back(k);
-      target.match.left = target.match.right = -1;
+      target.match = {};
     } else if (seen) {
       expected.push_back(k);
       claims.push_back(claims_of(target, numbers));
     } else {
       without.push_back(k);
+      target.match = {};
     }
   }
   const std::vector<Share> shares = divide(claims);
@@ -150,8 +159,9 @@ void StereoVision::divide_things(const std::vector<size_t>& group, const PairTim
     if (shares[k].claim) {
       give(shares[k], target);
     } else {
-      target.match.left = target.match.right = -1;
+      target.match = {};
       without.push_back(expected[k]);
+      if (shares[k].ambiguous) ambiguous.push_back(expected[k]);
     }
   }
   const auto match_again = [&](size_t k, size_t sought) {
@@ -165,12 +175,32 @@ void StereoVision::divide_things(const std::vector<size_t>& group, const PairTim
   for (const size_t k : without) {
     for (const size_t owner : expected) {
       StereoMatch& match = targets_[owner].match;
-      if (match.status != Status::kSeen || !may_be_both(match, targets_[owner], targets_[k], times)) continue;
+      if (owner == k || match.left < 0 || match.status != Status::kSeen) continue;
+      if (!may_be_both(match, targets_[owner], targets_[k], times)) continue;
       match.status = Status::kTogether;
+      for (Candidate& candidate : targets_[owner].candidates) {
+        if (std::exchange(candidate.chosen, false)) candidate.reason = description(Status::kTogether);
+      }
     }
     match_again(k, 1);
   }
-  for (size_t k = 0; k < lost.size(); ++k) match_again(lost[k], lost.size() - k);
+  for (const size_t k : ambiguous) targets_[k].match.status = Status::kAmbiguous;
+  for (auto next = lost.begin(); next != lost.end(); ++next) {
+    // How many are looked for where this one is.
+    const auto same_place = [&](size_t other) {
+      const auto &its = targets_[other].tracker.options().search_region,
+                 &own = targets_[*next].tracker.options().search_region;
+      return its && own ? its->min() == own->min() && its->max() == own->max() : !its && !own;
+    };
+    match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), same_place)));
+  }
+  // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.
+  for (const size_t k : without) {
+    StereoMatch& match = targets_[k].match;
+    if (lost.empty() || match.status != Status::kOutsidePredictionGate || may_be_jump(targets_[k], times)) continue;
+    match = {};
+    match.status = Status::kOtherTarget;
+  }
   for (const size_t k : group) {
     Target& target = targets_[k];
     target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);

@@ -5,8 +5,8 @@
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
-Repositories that are not given are left out. Needs the Debian packages git, python3-numpy, python3-opencv and
-python3-scipy. The tables in docs/real-images.md were measured on folders from these commits:
+Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
+Debian packages git, python3-numpy, python3-opencv and python3-scipy.
 
     FlaviusPopescu/av2                      cdd09d4   juggled1, juggled2
     crunchiness/AV                          69fd198   table
@@ -74,19 +74,25 @@ def file_name(path):
 
 def decode(data):
     """The pixels of an image file's bytes."""
-    return cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    if pixels is None:
+        raise PrepareError("An image of the clone cannot be decoded (a Git LFS pointer?). Give a complete clone.")
+    return pixels
 
 
 # Writing folders
+
+MADE_HERE = "made-by-prepare.py"
 
 
 def new_folder(folder):
     """An empty folder. One of an earlier run is replaced, anything else is left untouched."""
     if folder.exists():
-        if not (folder / "set.yaml").is_file():
-            raise PrepareError(f"{folder} exists and has no set.yaml, so this script did not make it. Remove it first.")
+        if not (folder / MADE_HERE).is_file():
+            raise PrepareError(f"{folder} exists and has no {MADE_HERE}, so this script did not make it. Remove it first.")
         shutil.rmtree(folder)
     folder.mkdir(parents=True)
+    (folder / MADE_HERE).touch()
     return folder
 
 
@@ -350,13 +356,13 @@ def make_still(out, clone):
 # Command line
 
 SOURCES = [
-    ("FlaviusPopescu/av2", "HEAD", make_juggled, "juggled1, juggled2"),
-    ("crunchiness/AV", "HEAD", make_table, "table"),
-    ("EilidhHendry/ball-tracking", "HEAD", make_thrown, "thrown"),
-    ("AlvaroNavarroMora/RVA_VisionChallenge", "HEAD", make_vot1, "vot1"),
+    ("FlaviusPopescu/av2", "cdd09d4095a9b283635b13be0bfce906b4701e2b", make_juggled, "juggled1, juggled2"),
+    ("crunchiness/AV", "69fd1988fa35489c5edd283fca1cbea8534ab39b", make_table, "table"),
+    ("EilidhHendry/ball-tracking", "d19f12b61bd7cbb957c60b8bd41c1bf331e681e1", make_thrown, "thrown"),
+    ("AlvaroNavarroMora/RVA_VisionChallenge", "7159b27592e3cf9c0a0f38c95e20d1b020d947f2", make_vot1, "vot1"),
     ("SYSU-QuadCopter-2014-Team/Detect", "22723f628a9d8f75ed27e9c47e370ea0a20f664e", make_vot2, "vot2"),
-    ("andrepool/robocup_ml", "HEAD", make_football, "football1 to football5"),
-    ("PRiME-project/PRiMEStereoMatch", "HEAD", make_still, "still/*"),
+    ("andrepool/robocup_ml", "45430e3b36ea937e4ec1da62f0d4a7cb3490618b", make_football, "football1 to football5"),
+    ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
 ]
 
 

@@ -7,7 +7,7 @@
 namespace multireach::controller {
 
 std::optional<int> link_at(const Chain& chain, const Body& body, const JointVector& theta, const Eigen::Vector3d& p) {
-  constexpr double kOfHand = 3;  // link radii
+  constexpr double kNearTool = 3;  // link radii: a target that the tool reaches for may be there
   if (!(body.link_radius_m > 0) || theta.size() != chain.size()) return std::nullopt;
   std::optional<int> found;
   double nearest = body.link_radius_m;
@@ -22,7 +22,7 @@ std::optional<int> link_at(const Chain& chain, const Body& body, const JointVect
         nearest = apart;
         found = i;
       });
-  if ((p - X_WT.translation()).norm() <= kOfHand * body.link_radius_m) return std::nullopt;
+  if ((p - X_WT.translation()).norm() <= kNearTool * body.link_radius_m) return std::nullopt;
   return found;
 }
 

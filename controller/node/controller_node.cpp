@@ -300,8 +300,8 @@ std::string ControllerNode::reach_text() const {
   if (uncalibrated_) text += std::string(", ") + kUncalibrated;
   if (last_.target_unreachable) text += ", target unreachable";
   if (const std::string joint = joint_at_target(); !joint.empty())
-    text +=
-        fmt::format(", the target is inside the arm, in the link after joint '{}': does vision see the arm?", joint);
+    text += fmt::format(
+        ", the target is inside the arm, in the link after joint '{}': vision may track a part of the arm", joint);
   if (last_.target_flickers) text += ", target flickers between two positions: waiting until it stays";
   if (const char* why = blocked_text(last_.blocked); *why)
     text += fmt::format(", blocked {:.3f} m short: {}", last_.distance_m, why);

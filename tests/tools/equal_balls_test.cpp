@@ -101,6 +101,30 @@ TEST_P(EqualBalls, AsManyBallsAsTargetsAreAllFollowedAndOneMoreIsAmbiguous) {
   }
 }
 
+TEST_P(EqualBalls, SideBySideAtOneHeightAreBothFollowed) {
+  StereoVision vision = vision_for(2);
+  const Eigen::Vector3d left(-0.11, 0.02, 1.2), right(0.09, 0.02, 1.2);
+  for (int k = 0; k < 20; ++k) {
+    look(k, {left, right}, vision);
+    if (k < 3) continue;  // how fast they move, and so which is which, is not known yet
+    const int first = target_at(vision, left), second = target_at(vision, right);
+    EXPECT_TRUE(first >= 0 && second >= 0 && first != second) << k << ": " << first << ", " << second;
+  }
+}
+
+TEST_P(EqualBalls, OneLeavesAndTheOtherEntersElsewhere) {
+  StereoVision vision = vision_for(2);
+  // The first leaves at the left border; while it coasts, the second, which was never seen, enters at the right one.
+  int second_right = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Vector3d first(-0.4 - 0.01 * k, 0.1, 1.2), second(0.85 - 0.014 * k, -0.1, 1.2);
+    look(k, {first, second}, vision);
+    EXPECT_FALSE(is_at(vision, 0, second)) << k << ": the first name is at the second ball";
+    if (k >= 50) second_right += is_at(vision, 1, second);
+  }
+  EXPECT_EQ(second_right, 10);
+}
+
 TEST_P(EqualBalls, WhatAppearsIsTheTargetThatIsNotSeenYet) {
   StereoVision vision = vision_for(2);
   const Eigen::Vector3d second(0.12, -0.05, 1.3);

@@ -65,6 +65,17 @@ Judged judge(const std::vector<Thing>& things, const TargetHistory& history = {}
 
 const Eigen::Vector3d kHere(-0.05, 0, 0.5), kThere(0.06, 0.03, 0.52);
 
+TEST(Candidates, AsManyEqualThingsMayBeThereAsTargetsThatLookAlikeAreLookedFor) {
+  std::vector<Thing> things;
+  for (const double x : {-0.1, 0.0, 0.1}) things.push_back({{x, 0.05 * x, 0.5}});
+  for (size_t there = 1; there <= things.size(); ++there) {
+    std::vector<Candidate> candidates =
+        judge({things.begin(), things.begin() + static_cast<ptrdiff_t>(there)}).candidates;
+    for (size_t sought = 1; sought <= 4; ++sought)
+      EXPECT_EQ(choose(candidates, sought).has_value(), there <= sought) << there << " of " << sought;
+  }
+}
+
 TEST(Candidates, OneThingAloneIsChosen) {
   Thing poor{.p_L = kHere, .appearance = {.background = 1, .compactness = 0.1, .colour_share = 0.05}};
   const Judged judged = judge({poor}, {}, {});

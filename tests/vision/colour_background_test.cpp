@@ -51,7 +51,8 @@ TEST(ColourBackground, OneLookMayStandForSeveralPairs) {
 TEST(ColourBackground, LeavesTheObjectAndWhatIsOutsideOfTheWindow) {
   ColourBackground background(kImage);
   const cv::Rect object(100, 100, 40, 40), outside(250, 30, 40, 40);
-  for (int k = 0; k < 50; ++k) background.learn({0, 0, 200, 200}, rectangles({object, outside}), {90, 90, 60, 60}, 1);
+  const std::vector<cv::Rect> around{{90, 90, 60, 60}};
+  for (int k = 0; k < 50; ++k) background.learn({0, 0, 200, 200}, rectangles({object, outside}), around, 1);
   EXPECT_EQ(share(background, object), 0);
   EXPECT_EQ(share(background, outside), 0);
 }

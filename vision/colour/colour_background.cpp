@@ -35,7 +35,8 @@ void ColourBackground::for_each_cell(const Blob& blob, const Take& take) const {
   }
 }
 
-void ColourBackground::learn(const cv::Rect& window, std::span<const Blob> blobs, const cv::Rect& object, int weight) {
+void ColourBackground::learn(const cv::Rect& window, std::span<const Blob> blobs, std::span<const cv::Rect> objects,
+                             int weight) {
   std::ranges::fill(pixels_, 0);
   for (const Blob& blob : blobs) for_each_cell(blob, [&](size_t cell, int pixels) { pixels_[cell] += pixels; });
   const cv::Rect image(0, 0, columns_ * cell_px_, rows_ * cell_px_);
@@ -46,7 +47,7 @@ void ColourBackground::learn(const cv::Rect& window, std::span<const Blob> blobs
     for (int column = 0; column < columns_; ++column) {
       const cv::Rect cell(column * cell_px_, row * cell_px_, cell_px_, cell_px_);
       if (cell.x < window.x || cell.y < window.y || cell.br().x > right || cell.br().y > bottom) continue;
-      if (!(cell & object).empty()) continue;
+      if (std::ranges::any_of(objects, [&](const cv::Rect& object) { return !(cell & object).empty(); })) continue;
       const auto k = static_cast<size_t>(row * columns_ + column);
       const int level = level_[k];
       const int wanted = pixels_[k] * kOccupied > cell.area() ? kFull : 0;

@@ -20,8 +20,8 @@ class ColourBackground {
 
   void forget();
   /// Learns from the blobs found in `window`; cells that are not completely inside do not change. `weight` is the
-  /// number of pairs that this look stands for. Pixels inside `object` are neither colour nor free of it.
-  void learn(const cv::Rect& window, std::span<const Blob> blobs, const cv::Rect& object, int weight);
+  /// number of pairs that this look stands for. Pixels inside `objects` are neither colour nor free of it.
+  void learn(const cv::Rect& window, std::span<const Blob> blobs, std::span<const cv::Rect> objects, int weight);
   /// Share of a blob's pixels that the background explains, 0 to 1.
   double share_of(const Blob& blob) const;
 

@@ -359,19 +359,21 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
 std::string VisionNode::remarks() const {
   if (!vision_) return {};
   std::string text;
-  const vision::StereoTracker& any = vision_->targets().front().tracker;
   for (const Side side : kSides) {
-    const auto& [last, total_px] = any.camera_shift(side);
+    // The target for which the largest part of the image is searched sees most of the scene.
+    const auto area = [&](const auto& target) { return target.tracker.search_area(side).area(); };
+    const auto widest = std::ranges::max_element(vision_->targets(), {}, area);
+    const auto& [last, total_px] = widest->tracker.camera_shift(side);
     const char* name = side == Side::kLeft ? "left" : "right";
     if (last && last_.front().utime - *last < kMovesFor) {
       text += fmt::format("; the {} camera moves", name);
-    } else if (last && total_px.norm() > kMovedPx) {
+    } else if (last && vision::CameraMotion::size_px(total_px) > kMovedPx) {
       text += fmt::format("; the {} camera has moved by about {:.0f} px: find the cameras' pose again", name,
-                          total_px.norm());
+                          vision::CameraMotion::size_px(total_px));
     }
   }
   for (const vision::StereoVision::Target& target : vision_->targets()) {
-    const auto [rows_px, size_share] = target.tracker.calibration_off();
+    const auto [rows_px, size_share] = target.tracker.calibration_disagreement();
     const std::string& of = last_[static_cast<size_t>(&target - vision_->targets().data())].name;
     if (rows_px)
       text += fmt::format("; the rows of {} differ by {:.1f} px between the images: calibrate again", of,

@@ -275,8 +275,8 @@ int progress(Status status) {
   }
 }
 
-/// Of two objects that look alike, each left contour fits both right ones. The pairs that exchange their order are most
-/// likely wrong, unless they fit clearly better than the others: marks the wrong ones.
+/// Of two objects that look alike, each left contour fits both right ones, or one does. The pairs that exchange their
+/// order are most likely wrong, unless they fit clearly better than the others: marks the wrong ones.
 void mark_mixed(std::span<const SphereContour> left, std::span<const SphereContour> right, const MatchOptions& options,
                 std::vector<ComparedPair>& all) {
   const auto pair = [&](size_t i, size_t j) -> ComparedPair& { return all[i * right.size() + j]; };
@@ -291,7 +291,14 @@ void mark_mixed(std::span<const SphereContour> left, std::span<const SphereConto
           const double in_left = left[other_i].ray().x() - left[i].ray().x();
           const double in_right = right[other_j].ray().x() - right[j].ray().x();
           if (!(in_left * in_right < 0)) continue;
-          if (!seen(i, j) || !seen(other_i, other_j) || !seen(i, other_j) || !seen(other_i, j)) continue;
+          // (i, j) and (other_i, other_j) exchange the order, (i, other_j) and (other_i, j) keep it.
+          if (!seen(i, other_j) || !seen(other_i, j)) continue;
+          if (seen(i, j) != seen(other_i, other_j)) {
+            ComparedPair& crossed = seen(i, j) ? pair(i, j) : pair(other_i, other_j);
+            if (fit_of(crossed, options) < 0.5 * fit_of_both(i, other_j, other_i, j) + kLead) crossed.mixed = true;
+            continue;
+          }
+          if (!seen(i, j)) continue;
           if (fit_of_both(i, j, other_i, other_j) > fit_of_both(i, other_j, other_i, j) + kLead) {
             pair(i, other_j).mixed = pair(other_i, j).mixed = true;
           } else {

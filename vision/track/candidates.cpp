@@ -14,7 +14,7 @@ namespace {
 using Status = StereoMatch::Status;
 
 // Log odds of the labelled balls among all candidates of an image, by conditional logistic regression on the videos
-// that docs/vision.md names for tuning, except kContour and kLargeArea: docs/vision.md, Which object.
+// that docs/real-images.md names for tuning, except kContour and kLargeArea: docs/vision.md, Which object.
 constexpr double kStill[] = {0, -4.2, -6.2};  // share of remembered background 0, 0.3 and 1
 constexpr double kShape[] = {-4.0, 0, 2.3};   // compactness 0, 0.6 and 1
 constexpr double kContour = 2.4;              // both images show a sphere contour

@@ -42,7 +42,7 @@ void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   last_radius_px_ = 0;
 }
 
-void TargetIdentity::begin_motion_anew() {
+void TargetIdentity::restart_motion_evidence() {
   first_px_ = last_px_;
   strayed_ = false;
   moved_ = 0;

@@ -26,7 +26,7 @@ class TargetIdentity {
   void update_unseen(int64_t utime, bool lost);
 
   /// The camera has moved: what the object seemed to move so far says nothing.
-  void begin_motion_anew();
+  void restart_motion_evidence();
 
   /// The tracked object is the target.
   bool confirmed() const { return confirmed_; }

@@ -78,11 +78,11 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
   covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
 }
 
-/// Whether a jump is near: the target can have got to the measurement from where it was seen last, as by a bounce, at
-/// the speed that it had, or at kNearSpeed.
 bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
+  if (!last_seen_utime_) return false;
   const double seconds = seconds_between(*last_seen_utime_, utime);
-  const Eigen::Vector3d velocity = state_.tail<3>(), last = state_.head<3>() - velocity * seconds;
+  const Eigen::Vector3d velocity = state_.tail<3>();
+  const Eigen::Vector3d last = state_.head<3>() - velocity * seconds_between(*last_seen_utime_, utime_);
   return (seen.position - last).norm() <=
          std::max(kNearSpeed, velocity.norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
 }

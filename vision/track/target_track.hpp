@@ -48,6 +48,10 @@ class TargetTrack {
   /// The same for a target that keeps its motion, with the process noise of one that is not seen.
   std::optional<PositionEstimate> predicted_steady(int64_t utime) const;
 
+  /// Whether the target can have got to a measured position by `utime`, at its speed or at 3 m/s, from where it was
+  /// seen last.
+  bool is_near(int64_t utime, const PositionEstimate& seen) const;
+
   Status status() const { return status_; }
   /// Whether the last update began a new track: the target was lost before, or jumped.
   bool began_anew() const { return began_anew_; }
@@ -75,7 +79,6 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
   bool correct(double seconds, const PositionEstimate& seen);
-  bool is_near(int64_t utime, const PositionEstimate& seen) const;
   bool confirm(int64_t utime, const PositionEstimate& seen);
   void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance);
 
