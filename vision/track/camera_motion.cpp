@@ -20,6 +20,8 @@ constexpr int kLeastCell = 16;      // pixels
 constexpr int kMemory = 16;         // looks, time constant of what was seen before
 constexpr int kLeastCells = 50;     // that a fit needs, ten for each number
 constexpr double kNoise = 1;        // grey levels, least standard deviation of a cell's difference
+constexpr int kUnchanged = 2;       // grey levels, between which a cell counts as unchanged
+constexpr int kFewChanged = 20;     // a motion of the camera changes one of so many cells
 constexpr int kRounds = 10;
 constexpr double kFreedom = 3;  // degrees of freedom of the Student distribution of the differences
 // Log likelihood by which a motion must explain the differences better than a change of exposure alone: strong
@@ -46,24 +48,26 @@ struct Fit {
   double sigma = 0;
 };
 
-/// Fits the last `count` numbers robustly, by weights for a Student distribution.
-Fit fitted(const Differences& differences, int count) {
+/// Fits the last `kCount` numbers robustly, by weights for a Student distribution.
+template <int kCount>
+Fit fitted(const Differences& differences) {
   const size_t size = differences.value.size();
   Fit fit;
   fit.residual = differences.value;
   std::vector<double> weight(size, 1), sorted;
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::MatrixXd information = 1e-9 * Eigen::MatrixXd::Identity(count, count);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
+    Eigen::Matrix<double, kCount, kCount> information = 1e-9 * Eigen::Matrix<double, kCount, kCount>::Identity();
+    Eigen::Matrix<double, kCount, 1> right = Eigen::Matrix<double, kCount, 1>::Zero();
     for (size_t k = 0; k < size; ++k) {
-      const auto derivative = differences.derivative[k].tail(count);
+      const Eigen::Matrix<double, kCount, 1> derivative = differences.derivative[k].template tail<kCount>();
       information += weight[k] * derivative * derivative.transpose();
       right += weight[k] * derivative * differences.value[k];
     }
-    fit.numbers.tail(count) = information.ldlt().solve(right);
+    const Eigen::Matrix<double, kCount, 1> numbers = information.ldlt().solve(right);
+    fit.numbers.template tail<kCount>() = numbers;
     sorted.clear();
     for (size_t k = 0; k < size; ++k) {
-      fit.residual[k] = differences.value[k] - differences.derivative[k].tail(count).dot(fit.numbers.tail(count));
+      fit.residual[k] = differences.value[k] - differences.derivative[k].template tail<kCount>().dot(numbers);
       sorted.push_back(std::abs(fit.residual[k]));
     }
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(size / 2);
@@ -88,42 +92,39 @@ CameraMotion::CameraMotion(const cv::Size& area)
       columns_(area.width / cell_px_),
       rows_(area.height / cell_px_),
       before_(static_cast<size_t>(columns_ * rows_), 0),
-      now_(before_),
-      gradient_(before_.size(), Eigen::Vector2d::Zero()) {}
+      now_(before_) {}
 
 void CameraMotion::forget() {
   std::ranges::fill(before_, uint8_t{0});
 }
 
-/// Means over every second pixel in both directions of green, which is most of the luma. The mean over a cell changes
-/// with a shift by what enters and leaves at its borders: so the gradient is that between strips along them.
-void CameraMotion::measure(const cv::Mat& bgr) {
-  constexpr int kStep = 2;
-  const int half = cell_px_ / 8;
-  const auto mean_of = [&](const cv::Rect& part) {
-    int64_t sum = 0, count = 0;
-    for (int y = part.y; y < part.br().y; y += kStep) {
-      const auto* pixels = bgr.ptr<cv::Vec3b>(y);
-      for (int x = part.x; x < part.br().x; x += kStep, ++count) sum += pixels[x][1];
-    }
-    return static_cast<double>(sum) / static_cast<double>(count);
-  };
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const auto k = static_cast<size_t>(row * columns_ + column);
-      const int x = column * cell_px_, y = row * cell_px_;
-      now_[k] = static_cast<uint8_t>(mean_of({x, y, cell_px_, cell_px_}) + 0.5);
-      if (row == 0 || column == 0 || row + 1 == rows_ || column + 1 == columns_) continue;
-      const double left = mean_of({x - half, y, 2 * half, cell_px_});
-      const double right = mean_of({x + cell_px_ - half, y, 2 * half, cell_px_});
-      const double above = mean_of({x, y - half, cell_px_, 2 * half});
-      const double below = mean_of({x, y + cell_px_ - half, cell_px_, 2 * half});
-      gradient_[k] = Eigen::Vector2d(right - left, below - above) / cell_px_;
-    }
+/// Mean of green, which is most of the luma, over some 64 pixels of a part of an image.
+double CameraMotion::mean_of(const cv::Mat& bgr, const cv::Rect& part) const {
+  const int step = std::max(2, cell_px_ / 8);
+  int64_t sum = 0, count = 0;
+  for (int y = part.y; y < part.br().y; y += step) {
+    const auto* pixels = bgr.ptr<cv::Vec3b>(y);
+    for (int x = part.x; x < part.br().x; x += step, ++count) sum += pixels[x][1];
   }
+  return static_cast<double>(sum) / static_cast<double>(count);
 }
 
-CameraMotion::Motion CameraMotion::motion() {
+/// Gradient of a cell's mean, grey levels per pixel to the right and down. With a shift it changes by what enters and
+/// leaves at the cell's borders: so it is that between strips along them.
+Eigen::Vector2d CameraMotion::gradient_of(const cv::Mat& bgr, int row, int column) const {
+  const int half = cell_px_ / 8, x = column * cell_px_, y = row * cell_px_;
+  const double left = mean_of(bgr, {x - half, y, 2 * half, cell_px_});
+  const double right = mean_of(bgr, {x + cell_px_ - half, y, 2 * half, cell_px_});
+  const double above = mean_of(bgr, {x, y - half, cell_px_, 2 * half});
+  const double below = mean_of(bgr, {x, y + cell_px_ - half, cell_px_, 2 * half});
+  return Eigen::Vector2d(right - left, below - above) / cell_px_;
+}
+
+CameraMotion::Motion CameraMotion::motion(const cv::Mat& bgr) {
+  // Most pairs of a camera that stands still need no fit.
+  size_t changed = 0;
+  for (size_t k = 0; k < before_.size(); ++k) changed += std::abs(now_[k] - before_[k]) > kUnchanged;
+  if (changed * kFewChanged < before_.size()) return Motion::kNone;
   Differences differences;
   double mean = 0;
   for (const uint8_t level : before_) mean += level;
@@ -131,7 +132,8 @@ CameraMotion::Motion CameraMotion::motion() {
   for (int row = 1; row + 1 < rows_; ++row) {
     for (int column = 1; column + 1 < columns_; ++column) {
       const auto k = static_cast<size_t>(row * columns_ + column);
-      const double to_right = gradient_[k].x(), down = gradient_[k].y();
+      const Eigen::Vector2d gradient = gradient_of(bgr, row, column);
+      const double to_right = gradient.x(), down = gradient.y();
       // From the middle of the image, in halves of its width.
       const double x = (2 * column + 1.0 - columns_) / columns_, y = (2 * row + 1.0 - rows_) / columns_;
       Row derivative;
@@ -140,7 +142,7 @@ CameraMotion::Motion CameraMotion::motion() {
       differences.value.push_back(now_[k] - before_[k]);
     }
   }
-  const Fit still = fitted(differences, kNumbers - kMotion), moving = fitted(differences, kNumbers);
+  const Fit still = fitted<kNumbers - kMotion>(differences), moving = fitted<kNumbers>(differences);
   moved_px_ = moving.numbers.head<kMotion>();
   if (!(size_px(moved_px_) > kLeast * cell_px_)) return Motion::kNone;
   // By the larger of both standard deviations: the smaller one is of the fit with more numbers.
@@ -164,9 +166,14 @@ double CameraMotion::size_px(const Eigen::Vector3d& moved_px) {
 CameraMotion::Motion CameraMotion::look(const cv::Mat& bgr) {
   moved_px_.setZero();
   if (rows_ < 3 || columns_ < 3 || (rows_ - 2) * (columns_ - 2) < kLeastCells) return Motion::kNone;
-  measure(bgr);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const cv::Rect cell(column * cell_px_, row * cell_px_, cell_px_, cell_px_);
+      now_[static_cast<size_t>(row * columns_ + column)] = static_cast<uint8_t>(mean_of(bgr, cell) + 0.5);
+    }
+  }
   const bool first = std::ranges::all_of(before_, [](uint8_t level) { return level == 0; });
-  const Motion found = first ? Motion::kNone : motion();
+  const Motion found = first ? Motion::kNone : motion(bgr);
   const bool moved = found != Motion::kNone;
   if (!moved) moved_px_.setZero();
   for (size_t k = 0; k < before_.size(); ++k) {

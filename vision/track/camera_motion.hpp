@@ -40,13 +40,13 @@ class CameraMotion {
   std::span<uint8_t> cells() { return before_; }
 
  private:
-  void measure(const cv::Mat& bgr);
-  Motion motion();
+  double mean_of(const cv::Mat& bgr, const cv::Rect& part) const;
+  Eigen::Vector2d gradient_of(const cv::Mat& bgr, int row, int column) const;
+  Motion motion(const cv::Mat& bgr);
 
   int cell_px_, columns_, rows_;
-  std::vector<uint8_t> before_;            // grey levels of the cells, by rows; all 0: nothing was seen yet
-  std::vector<uint8_t> now_;               // of the last look
-  std::vector<Eigen::Vector2d> gradient_;  // likewise, to the right and down, grey levels per pixel
+  std::vector<uint8_t> before_;  // grey levels of the cells, by rows; all 0: nothing was seen yet
+  std::vector<uint8_t> now_;     // of the last look
   Eigen::Vector3d moved_px_{0, 0, 0};
 };
 
