@@ -8,10 +8,10 @@
 #include <multireach/target_t.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "camera/rendering/ball_renderer.hpp"
 #include "runtime/channels.hpp"
 #include "runtime/log_file.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/tools/ball_images.hpp"
 #include "tools/replay/run.hpp"
 #include "tools/replay/verify.hpp"
 
@@ -24,11 +24,7 @@ constexpr int kPairs = 12;
 
 cv::Mat with_both(const BallRenderer& camera, uint64_t stream) {
   cv::Mat image = camera.render(kFirst, stream);
-  const cv::Mat second = camera.render(kSecond, stream), none = camera.render(std::nullopt, stream);
-  cv::Mat differs;
-  cv::absdiff(second, none, differs);
-  cv::cvtColor(differs, differs, cv::COLOR_BGR2GRAY);
-  second.copyTo(image, differs > 0);
+  testing::add_ball(camera, kSecond, stream, image);
   return image;
 }
 
@@ -42,13 +38,7 @@ images_t pair_of(const StereoRig& rig, int k) {
   pair.image_types = {images_t::LEFT, images_t::RIGHT};
   for (const BallRenderer* camera : {&left, &right}) {
     const cv::Mat bgr = with_both(*camera, static_cast<uint64_t>(2 * k + (camera == &right ? 1 : 0)));
-    image_t& image = pair.images.emplace_back();
-    image.utime = pair.utime;
-    image.width = bgr.cols;
-    image.height = bgr.rows;
-    image.pixelformat = image_t::PIXEL_FORMAT_BGR;
-    image.data.assign(bgr.data, bgr.data + bgr.total() * bgr.elemSize());
-    image.size = static_cast<int32_t>(image.data.size());
+    pair.images.push_back(testing::image_message(bgr, pair.utime));
   }
   return pair;
 }

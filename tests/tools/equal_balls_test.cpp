@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "camera/rendering/ball_renderer.hpp"
 #include "numeric/random.hpp"
+#include "tests/tools/ball_images.hpp"
 #include "vision/stereo_vision.hpp"
 
 namespace multireach {
@@ -17,7 +17,7 @@ using Status = vision::TargetTrack::Status;
 constexpr int64_t kFrame = 33333;
 constexpr double kRadius = 0.033;
 
-class EqualBalls : public testing::TestWithParam<double> {
+class EqualBalls : public ::testing::TestWithParam<double> {
  protected:
   EqualBalls()
       : left_(kScene, rig_.left, rig_.X_WL, rig_.X_WL), right_(kScene, rig_.right, rig_.X_RL.inverse(), rig_.X_WL) {}
@@ -36,8 +36,8 @@ class EqualBalls : public testing::TestWithParam<double> {
     std::ranges::sort(balls, std::greater<>(), [](const Eigen::Vector3d& ball) { return ball.z(); });
     cv::Mat left = left_.render(std::nullopt, stream), right = right_.render(std::nullopt, stream + 1);
     for (const Eigen::Vector3d& ball : balls) {
-      add_ball(left_, ball, stream, left);
-      add_ball(right_, ball, stream + 1, right);
+      testing::add_ball(left_, ball, stream, left);
+      testing::add_ball(right_, ball, stream + 1, right);
     }
     const int64_t utime = k * kFrame;
     vision::DecodedImages images({utime, utime, utime}, left, right);
@@ -58,20 +58,12 @@ class EqualBalls : public testing::TestWithParam<double> {
   }
 
  private:
-  static void add_ball(const BallRenderer& camera, const Eigen::Vector3d& ball, uint64_t stream, cv::Mat& image) {
-    const cv::Mat with = camera.render(ball, stream), without = camera.render(std::nullopt, stream);
-    cv::Mat differs;
-    cv::absdiff(with, without, differs);
-    cv::cvtColor(differs, differs, cv::COLOR_BGR2GRAY);
-    with.copyTo(image, differs > 0);  // the noise is the same
-  }
-
   static constexpr SceneOptions kScene{.ball_radius_m = kRadius, .wall_distance_m = 3, .distractors = 0};
   StereoRig rig_ = parallel_rig(320, 240, 300, 0.12);
   BallRenderer left_, right_;
 };
 
-INSTANTIATE_TEST_SUITE_P(RadiusKnownOrNot, EqualBalls, testing::Values(kRadius, 0.0));
+INSTANTIATE_TEST_SUITE_P(RadiusKnownOrNot, EqualBalls, ::testing::Values(kRadius, 0.0));
 
 TEST_P(EqualBalls, OneBallIsOneTarget) {
   StereoVision vision = vision_for(2);

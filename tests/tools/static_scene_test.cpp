@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "camera/rendering/ball_renderer.hpp"
+#include "tests/tools/ball_images.hpp"
 #include "vision/stereo_vision.hpp"
 
 namespace multireach {
@@ -42,8 +42,8 @@ class Room {
     const auto stream = static_cast<uint64_t>(2 * k);
     cv::Mat left = left_.render(ball, stream), right = right_.render(ball, stream + 1);
     for (const Eigen::Vector3d& other : others) {
-      add_ball(left_, other, stream, left);
-      add_ball(right_, other, stream + 1, right);
+      testing::add_ball(left_, other, stream, left);
+      testing::add_ball(right_, other, stream + 1, right);
     }
     for (const cv::Rect& folder : folders_) {
       cv::rectangle(left, folder, {88, 44, 208}, cv::FILLED);
@@ -55,14 +55,6 @@ class Room {
   }
 
  private:
-  static void add_ball(const BallRenderer& camera, const Eigen::Vector3d& ball, uint64_t stream, cv::Mat& image) {
-    const cv::Mat with = camera.render(ball, stream), without = camera.render(std::nullopt, stream);
-    cv::Mat differs;
-    cv::absdiff(with, without, differs);
-    cv::cvtColor(differs, differs, cv::COLOR_BGR2GRAY);
-    with.copyTo(image, differs > 0);  // the noise is the same
-  }
-
   static constexpr SceneOptions kScene{.ball_radius_m = 0.033, .wall_distance_m = 3, .distractors = 0};
   std::vector<cv::Rect> folders_;
   BallRenderer left_, right_;

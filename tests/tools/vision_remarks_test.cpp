@@ -3,8 +3,8 @@
 
 #include <multireach/images_t.hpp>
 
-#include "camera/rendering/ball_renderer.hpp"
 #include "runtime/channels.hpp"
+#include "tests/tools/ball_images.hpp"
 #include "vision/node/vision_node.hpp"
 
 namespace multireach {
@@ -13,7 +13,7 @@ namespace {
 const Eigen::Vector3d kBall(0.09, -0.1, 0.08);
 constexpr double kRadius = 0.02;
 
-class VisionRemarks : public testing::Test {
+class VisionRemarks : public ::testing::Test {
  protected:
   VisionRemarks()
       : config_(VisionConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/vision.yaml")), X_WL_(config_.rig.X_WL) {}
@@ -36,13 +36,7 @@ class VisionRemarks : public testing::Test {
       pair.image_types = {images_t::LEFT, images_t::RIGHT};
       for (const BallRenderer* camera : {&left, &right}) {
         const cv::Mat bgr = camera->render(kBall, static_cast<uint64_t>(2 * shown_ + (camera == &right ? 1 : 0)));
-        image_t& image = pair.images.emplace_back();
-        image.utime = pair.utime;
-        image.width = bgr.cols;
-        image.height = bgr.rows;
-        image.pixelformat = image_t::PIXEL_FORMAT_BGR;
-        image.data.assign(bgr.data, bgr.data + bgr.total() * bgr.elemSize());
-        image.size = static_cast<int32_t>(image.data.size());
+        pair.images.push_back(testing::image_message(bgr, pair.utime));
       }
       Outbox out;
       node.receive(channel::kStereoImages, *encode(pair), out);

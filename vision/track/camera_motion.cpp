@@ -13,7 +13,7 @@ namespace multireach::vision {
 namespace {
 
 // Smallest shift that counts, as a share of a cell: two pixels of 640. Between looks at still cameras, the largest of
-// 132 on the videos that docs/real-images.md names for tuning was 0.12 pixels.
+// 77 on the videos of thrown and juggled balls, which docs/real-images.md names for tuning, was 0.22 pixels.
 constexpr double kLeast = 1.0 / 16;
 constexpr double kLarge = 1.0 / 8;  // likewise: a quarter of a cell of ColourBackground
 constexpr int kLeastCell = 16;      // pixels
