@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <initializer_list>
+#include <limits>
 
 namespace multireach {
 namespace {
@@ -35,6 +36,14 @@ TEST(SequenceGaps, ARepeatedMessageHealsNoLoss) {
   const SequenceGaps gaps = after({1, 3, 3, 4, 5});
   EXPECT_EQ(gaps.lost(), 1);
   EXPECT_EQ(gaps.damaged(), 1) << "the repetition";
+}
+
+TEST(SequenceGaps, NumbersOfAnySizeAreDamage) {
+  using Limits = std::numeric_limits<int64_t>;
+  const SequenceGaps gaps = after({5, Limits::min(), 6, Limits::max(), 7, Limits::min() + 46, -1, 8});
+  EXPECT_EQ(gaps.lost(), 0);
+  EXPECT_EQ(gaps.damaged(), 4);
+  EXPECT_EQ(gaps.restarts(), 0);
 }
 
 }  // namespace

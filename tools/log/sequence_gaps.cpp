@@ -32,8 +32,9 @@ int64_t SequenceGaps::missing_before(int64_t number, int64_t utime) const {
 
 /// Whether a number that seemed lost has come late.
 bool SequenceGaps::was_reordered(int64_t number) {
+  if (number < 0) return false;
   const int64_t late = *expected_ - 1 - number;
-  if (number < 0 || late < 0 || late >= kWindow || (arrived_ >> late & 1) != 0) return false;
+  if (late < 0 || late >= kWindow || (arrived_ >> late & 1) != 0) return false;
   arrived_ |= uint64_t{1} << late;
   return true;
 }
