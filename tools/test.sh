@@ -3,11 +3,11 @@
 #   - the format of the code, ShellCheck on the scripts, the pages with their links, and the API pages of the headers,
 #   - the release build: unit tests, and whole processes in network namespaces of their own,
 #   - the stages alone, as on a machine without LCM, and a program that uses them as an installed package,
-#   - Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without those that take minutes of processor
-#     time there.
-# --full adds those, the drivers of the other arms, the set-up course in a browser, clang-tidy, a release build by Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and
-# messages, 10^6 damaged logs, a thousand random arms, a thousand changed bytes, studies on many machines, an hour of the whole system, the Debian
-# packages in a clean system, and the studies of docs/guarantees.md (half an hour).
+#   - the stages by Clang, warnings as errors, with the address and undefined-behaviour sanitizers: unit tests, without those that take long there.
+# --full adds those, everything else with these sanitizers, the drivers of the other arms, the set-up course in a browser, clang-tidy, a release build by
+# Clang, the thread sanitizer, 10^7 fuzzed calls, libFuzzer on the readers of files and messages, 10^6 damaged logs, a thousand random arms, a thousand
+# changed bytes, studies on many machines, an hour of the whole system, the Debian packages in a clean system, and the studies of docs/guarantees.md (half
+# an hour).
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root" || exit 1
@@ -19,7 +19,11 @@ case "${1:-}" in
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
-slow_with_sanitizers='^TagSession[.]|^TagAccuracy[.]|^TagReasons[.]Blur$|^IntegrationRate[.]TheHand|^PathOptimizer[.]FindsALocalMinimum|^SphereContourFit[.]ABallThatMoves'
+# Of the stages, what takes more than a quarter of a minute with the sanitizers: many samples of what other tests run once, too.
+slow_with_sanitizers='^SphereContourFit[.](ABallThatMoves|ABallThatTheBorder|AStripedBall|CovarianceIsThat|IsExactTo|OfAJpeg|TheCovarianceOf|WhatMayBeHidden)'
+slow_with_sanitizers+='|^EveryInstructionSet[.](GivesTheBits|TakesTheSteps)|^SearchInSlices[.]FindsWhat|^BridgeFaults[.]EverySchedule|^Find[.]KeepsItsMemory'
+slow_with_sanitizers+='|^GuardedLaw[.](ArrivesInside|TakesShorter|RestsAsNear|TurnsTheHand)|^MultiStartIk[.]NoSolution|^Light[.]WhiteBalance'
+slow_with_sanitizers+='|^PathPlanner[.]ItsPath|^PaperLaw[.]AgreesWith|^IntegrationRate[.]TheHand|^PathOptimizer[.]FindsALocalMinimum'
 # A clone in another folder reuses what the compiler cache holds of this one.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 declare -a results=()
@@ -56,7 +60,8 @@ tests() {
 unit_tests() { tests "$@" --label-regex unit --parallel 2 --progress; }
 # Whole processes in real time, on a machine that may be busy: a test that fails is run once more, and ctest says so.
 live_tests() { tests release --label-regex live --repeat until-pass:2; }
-build_and_test() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests && unit_tests "$@"; }
+build() { cmake --preset "$1" >/dev/null && cmake --build --preset "$1" --target unit_tests; }
+build_and_test() { build "$1" && unit_tests "$@"; }
 fuzz() { MULTIREACH_FUZZ_CALLS=10000000 build/asan/bin/multireach_stage_tests --gtest_filter='Fuzz.*'; }
 fuzzers() { cmake --build --preset asan --target fuzzers && tests/full/fuzz.sh build/asan/bin; }
 altered_messages() { MULTIREACH_ALTERED_MESSAGES=1000000 build/release/bin/multireach_runtime_tests --gtest_filter='TaggedMessage.*'; }
@@ -82,11 +87,11 @@ stage "scripts" scripts
 stage "pages and their links" tools/docs.sh
 stage "unit tests" unit_tests release
 stage "whole processes" live_tests
-stage "the stages alone" build_and_test core
+stage "the stages alone" build core
 stage "the installed package" tests/package/run.sh build/core
-stage "Clang, with the address and undefined-behaviour sanitizers" build_and_test asan --exclude-regex "$slow_with_sanitizers"
+stage "the stages by Clang, with the address and undefined-behaviour sanitizers" build_and_test asan-core --exclude-regex "$slow_with_sanitizers"
 if [ $full = yes ]; then
-  stage "the slow tests with the sanitizers" unit_tests asan --tests-regex "$slow_with_sanitizers"
+  stage "everything by Clang, with the sanitizers" build_and_test asan
   stage "Clang" build_and_test clang
   stage "clang-tidy" tidy
   stage "thread sanitizer" build_and_test tsan
