@@ -144,6 +144,22 @@ TEST(BlobCentre, IsNotLocatedInACornerOrWithLessThanHalfInside) {
   EXPECT_TRUE(not_located(Shape{60, 10, 8}.at({20, 75}), {20, 75})) << "a bar that enters the image";
 }
 
+// The mask of a disc of which a few columns are left, without the ends of the first one.
+TEST(BlobCentre, IsNotLocatedWhereAPixelDecidesWhetherTheCentreIsInside) {
+  for (const double radius : {5.0, 10.0, 20.0}) {
+    for (const double outside : {0.2, 0.5, 0.7}) {
+      const Eigen::Vector2d centre(-outside * radius, 70);
+      const double half_chord = std::sqrt(radius * radius - centre.x() * centre.x());
+      const BlobCentre object = centre_of_pixels([&](const Eigen::Vector2d& pixel) {
+        const bool end = pixel.x() < 1 && std::abs(pixel.y() - centre.y()) > half_chord - 1;
+        return (pixel - centre).norm() < radius && !end;
+      });
+      EXPECT_TRUE(object.cut_off);
+      EXPECT_EQ(object.cut_off_share, BlobCentre::kNotLocated) << radius << ", " << outside;
+    }
+  }
+}
+
 TEST(SphereContourFit, AtTheBorderItFitsWhatIsThere) {
   const CameraModel c = camera();
   const Eigen::Vector3d p(0.03 * 0.4 + 0.4 * (c.width - 1 - c.cx) / c.fx - 0.025, 0, 0.4);

@@ -66,8 +66,12 @@ void complete(int axis, const std::vector<int>& chords, bool at_end, const Eigen
   result.shape_sigma = 0.5 * (more.shift - less.shift) * direction;
   result.covariance += result.shape_sigma * result.shape_sigma.transpose();
   result.radius_px /= std::sqrt(1 - ellipse.beyond);
-  constexpr double kHalf = 0.5;
-  result.cut_off_share = ellipse.beyond < kHalf ? ellipse.beyond : BlobCentre::kNotLocated;
+  // The lengths of single chords are noisy: where the longest is about as near to the border as that noise, the centre
+  // may be beyond it.
+  constexpr std::ptrdiff_t kNear = 2;  // pixels
+  const std::ptrdiff_t inside = at_end ? std::ranges::max_element(chords.rbegin(), chords.rend()) - chords.rbegin()
+                                       : std::ranges::max_element(chords) - chords.begin();
+  result.cut_off_share = inside < kNear ? BlobCentre::kNotLocated : ellipse.beyond;
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct BlobCentre {
 /// The centre of an object by its blob, with its holes filled. `rows`: the blob's extents in the rows of its `box`. Of
 /// an object that the border of the `readable` pixels does not cut off, this is the centroid. Of an ellipse that the
 /// border cuts off on one side, the chord along the border and the longest chord parallel to it tell how much is beyond
-/// the border; other objects are taken for ellipses. Not located: an object whose centre lies beyond the border, or
+/// the border; other objects are taken for ellipses. Not located: an object whose centre may lie beyond the border, or
 /// that several borders cut off.
 BlobCentre centre_of(std::span<const BlobExtent> rows, const cv::Rect& box, const cv::Rect& readable,
                      const Eigen::Vector2d& relative_to);
