@@ -38,7 +38,15 @@ for name in vision controller bridge robot-sim; do kill "${pids[$name]}"; wait "
 await_written "$work"/{control,images}.lcm
 kill -INT "${pids[control_log]}" "${pids[image_log]}"
 wait "${pids[control_log]}" "${pids[image_log]}" || true
-"$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$folder/load.lcm"
+"$bin/multireach-log" merge "$work/control.lcm" "$work/images.lcm" --output "$work/load.lcm"
+# A stop of the recorder may lose the inputs after which a node's messages cannot be checked for long.
+unchecked=$("$bin/multireach-replay" verify "$work/load.lcm" 2>/dev/null | awk '
+  $1 ~ /^(TARGET|JOINT_SETPOINT|CONTROLLER_STATE|JOINT_COMMAND)$/ && $3 != $2 { printf "%s %d of %d messages of %s", n++ ? "," : "", $2 - $3, $2, $1 }')
+if [ -n "$unchecked" ]; then
+  echo "record_load.sh: in this recording cannot be checked:$unchecked; nothing was written, run it again" >&2
+  exit 1
+fi
+mv "$work/load.lcm" "$folder/load.lcm"
 
 # Two seconds of it, damaged: a byte of a header, a run of zeros over several events, a byte of an image, and no end.
 "$bin/multireach-log" cut "$folder/load.lcm" --from 2 --until 4 -o "$work/cut.lcm"
