@@ -137,6 +137,10 @@ int calibrate_cameras(const CamerasOptions& options) {
   const auto [columns, rows] = parse_size("--pattern", options.pattern, 3, 50);
   const Board board{columns, rows, options.square_m};
   const Lens lens = lens_of(options);
+  const double square_sigma = options.square_sigma_m / options.square_m;
+  constexpr double kMostSigma = 0.1;  // largest relative error of a baseline that a vision file may have
+  if (square_sigma > kMostSigma)
+    throw InputError("--square-sigma: at most a tenth of --square; measure the board over many squares");
   options.output.check();
   for (const std::string& path : {options.picture, options.json}) check_writable(path);
 
@@ -158,10 +162,6 @@ int calibrate_cameras(const CamerasOptions& options) {
   }
   progress.show(finding);
   StereoCalibration calibration = calibrate(images.pairs, board, images.size, lens, options.leave_out_poor);
-  const double square_sigma = options.square_sigma_m / options.square_m;
-  constexpr double kMostSigma = 0.1;  // largest relative error of a baseline that a vision file may have
-  if (square_sigma > kMostSigma)
-    throw InputError("--square-sigma: at most a tenth of --square; measure the board over many squares");
   calibration.rig.errors.covariance(RigErrors::kBaseline, RigErrors::kBaseline) += square_sigma * square_sigma;
   std::vector<double> left_out;
   if (options.leave_one_out) {
