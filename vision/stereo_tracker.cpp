@@ -234,7 +234,7 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
-  Found found = match_among(times, left, right, others, !identity_.known(), true);
+  Found found = match_among(times, left, right, others, !identity_.known(), !others.bounces);
   StereoMatch& match = found.match;
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;

@@ -55,7 +55,8 @@ struct TargetReport {
 /// What a pair shows of the other targets that look like one.
 struct OtherTargets {
   std::array<std::vector<bool>, 2> taken{};  ///< for each blob of the views, whether it is another target; or empty
-  size_t sought = 1;  ///< how many targets that look like this one are looked for, itself included
+  size_t sought = 1;     ///< how many targets that look like this one are looked for, itself included
+  bool bounces = false;  ///< this target cannot keep its motion, because another one is in its way
 };
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
@@ -104,6 +105,8 @@ class StereoTracker {
   };
   /// Matches and triangulates the two views. Does not change the tracker.
   Found match(const PairTimes& times, const View& left, const View& right, const OtherTargets& others = {}) const;
+  /// Of the object: the known one, else as measured by the last match; 0 before the first.
+  double radius_m() const { return radius_m_; }
   /// Whether the target is expected somewhere in this pair.
   bool is_expected(const PairTimes& times) const { return history_at(times).agile.has_value(); }
   /// Where the target's centre is expected in both images, pixels, if it moves steadily.

@@ -114,7 +114,7 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
     target.candidates = std::move(found.candidates);
     target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
   }
-  for (const std::vector<size_t>& group : equal_) divide_things(group, images.times());
+  for (const std::vector<size_t>& group : equal_) assign_things(group, images.times());
   return true;
 }
 

@@ -52,7 +52,7 @@ class DecodedImages final : public StereoImages {
 
 /// Vision as a stage: tracks one or more coloured objects through stereo pairs. It searches each image around the
 /// predicted positions first, and the whole search area for those targets that were not found there. Of targets that
-/// look alike (the same colours and radius), no two are the same thing: what is seen is divided among them by their
+/// look alike (the same colours and radius), no two are the same thing: what is seen is assigned to them by their
 /// motion, and those that are not tracked take what remains, in the order of their options. Deterministic.
 class StereoVision {
  public:
@@ -90,7 +90,8 @@ class StereoVision {
   bool search(StereoImages& images, bool everywhere);
   bool look_again(StereoImages& images);
   bool search_side(StereoImages& images, Side side, bool everywhere);
-  void divide_things(const std::vector<size_t>& group, const PairTimes& times);
+  void match_bounces(const std::vector<size_t>& group, const PairTimes& times);
+  void assign_things(const std::vector<size_t>& group, const PairTimes& times);
   OtherTargets others_of(size_t target, const std::vector<size_t>& group, const PairTimes& times,
                          const std::array<View, 2>& views) const;
   const std::vector<size_t>* group_of(size_t target) const;

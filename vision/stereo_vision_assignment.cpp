@@ -1,5 +1,7 @@
-// Divides what a pair shows among targets that look alike.
+// Assigns what a pair shows to targets that look alike.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include "vision/stereo_vision.hpp"
@@ -11,7 +13,7 @@ namespace {
 using Status = StereoMatch::Status;
 using Target = StereoVision::Target;
 
-constexpr size_t kMostClaims = 6;  // of one target
+constexpr size_t kMostHypotheses = 6;  // of one target
 
 /// Whether two targets have found the same blob. Their windows and white balances may differ a little.
 bool same_blob(const Blob& a, const Blob& b) {
@@ -32,42 +34,86 @@ class BlobNumbers {
   std::vector<const Blob*> blobs_;
 };
 
-std::vector<Claim> claims_of(const Target& target, std::array<BlobNumbers, 2>& numbers) {
-  std::vector<Claim> claims;
+std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbers, 2>& numbers) {
+  std::vector<Hypothesis> hypotheses;
   const std::span<const Candidate> candidates = target.candidates;
-  for (const Candidate& candidate : candidates.first(std::min(kMostClaims, candidates.size()))) {
+  for (const Candidate& candidate : candidates.first(std::min(kMostHypotheses, candidates.size()))) {
     if (candidate.mixed) break;  // the last ones
-    const auto before = candidates.first(claims.size());
+    const auto before = candidates.first(hypotheses.size());
     const auto part = std::ranges::find_if(before, [&](const Candidate& each) { return same_thing(each, candidate); });
-    claims.push_back({.left = numbers[0].of(target.views[0].blobs[static_cast<size_t>(candidate.match.left)]),
-                      .right = numbers[1].of(target.views[1].blobs[static_cast<size_t>(candidate.match.right)]),
-                      .thing = static_cast<int>(part - before.begin()),
-                      .evidence = candidate.evidence.sum()});
+    hypotheses.push_back({.left = numbers[0].of(target.views[0].blobs[static_cast<size_t>(candidate.match.left)]),
+                          .right = numbers[1].of(target.views[1].blobs[static_cast<size_t>(candidate.match.right)]),
+                          .thing = static_cast<int>(part - before.begin()),
+                          .evidence = candidate.evidence.sum()});
   }
-  return claims;
+  return hypotheses;
 }
 
-/// Gives a target the candidate that is its share.
-void give(const Share& share, Target& target) {
+/// Whether two solid bodies whose distance vector changes from `before` to `after` on a straight line would go through
+/// each other, whatever the errors of `after`. Bodies that roll over each other by a quarter turn do not.
+bool pass_through(const Eigen::Vector3d& before, const Eigen::Vector3d& after, const Eigen::Matrix3d& covariance,
+                  double radius_m) {
+  constexpr double kSigmas = 3;
+  const Eigen::Vector3d change = after - before;
+  const double approach = -before.dot(change);
+  if (approach <= 0) return false;
+  // The errors along the motion change the time only.
+  const double part = std::min(approach / change.squaredNorm(), 1.0);
+  const Eigen::Vector3d direction = change.normalized();
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> errors(across * covariance * across, Eigen::EigenvaluesOnly);
+  const double sigma = part * std::sqrt(std::max(0.0, errors.eigenvalues().maxCoeff()));
+  return (before + part * change).norm() + kSigmas * sigma < std::numbers::sqrt2 * radius_m;
+}
+
+double smaller_radius(const Target& a, const Target& b) {
+  return std::min(a.tracker.radius_m(), b.tracker.radius_m());
+}
+
+/// From `a` to `b`, when both were seen last.
+Eigen::Vector3d distance_when_seen(const TargetTrack& a, const TargetTrack& b) {
+  const int64_t seen = std::min(*a.last_seen_utime(), *b.last_seen_utime());
+  return b.position_at(seen) - a.position_at(seen);
+}
+
+bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
+  return pass_through(distance_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
+                      match_a.point.covariance + match_b.point.covariance, smaller_radius(a, b));
+}
+
+/// Whether two solid targets cannot both keep their motion, because they would go through each other.
+bool would_bounce(const Target& a, const Target& b, int64_t utime) {
+  const TargetTrack &track_a = a.tracker.track(), &track_b = b.tracker.track();
+  const auto at_a = track_a.predicted_steady(utime), at_b = track_b.predicted_steady(utime);
+  return at_a && at_b &&
+         pass_through(distance_when_seen(track_a, track_b), at_b->position - at_a->position,
+                      at_a->covariance + at_b->covariance, smaller_radius(a, b));
+}
+
+/// Gives a target the candidate that is assigned to it.
+void give(const Assignment& assignment, Target& target) {
   for (size_t k = 0; k < target.candidates.size(); ++k) {
     Candidate& candidate = target.candidates[k];
-    candidate.chosen = k == share.claim && !share.ambiguous;
+    candidate.chosen = k == assignment.hypothesis && !assignment.ambiguous;
     if (candidate.chosen) {
       candidate.reason = "chosen";
-    } else if (k == share.claim) {
+    } else if (k == assignment.hypothesis) {
       candidate.reason = "others could be the target as well";
-    } else if (k < share.claim && !candidate.mixed) {
+    } else if (k < assignment.hypothesis && !candidate.mixed) {
       candidate.reason = "it is another target";
     }
   }
-  target.match = target.candidates[*share.claim].match;
-  if (share.ambiguous) target.match.status = Status::kAmbiguous;
+  target.match = target.candidates[*assignment.hypothesis].match;
+  if (assignment.ambiguous) target.match.status = Status::kAmbiguous;
 }
 
-/// Whether a target that is expected elsewhere can have got to its match, as by a bounce.
+/// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
+/// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
-  return target.tracker.is_expected(times) &&
-         target.tracker.track().is_near(times.pair, {target.match.point.p_W, target.match.point.covariance});
+  constexpr int64_t kAtOnce = 120000;  // us: three pairs at 30 Hz
+  const TargetTrack& track = target.tracker.track();
+  return target.tracker.is_expected(times) && times.pair - *track.last_seen_utime() < kAtOnce &&
+         track.is_near(times.pair, {target.match.point.p_W, target.match.point.covariance});
 }
 
 /// What a target may have in a pair, so that no other one has it: its match, or of one that is tracked and ambiguous,
@@ -133,12 +179,33 @@ OtherTargets StereoVision::others_of(size_t target, const std::vector<size_t>& g
   return others;
 }
 
-/// Divides what the pair shows among targets that look alike: those that are expected somewhere by their motion, the
+/// Matches targets that cannot keep their motion with all that they can have got to.
+void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTimes& times) {
+  for (const size_t k : group) {
+    Target& target = targets_[k];
+    const auto in_the_way = [&](size_t other) {
+      return other != k && targets_[other].tracker.is_expected(times) &&
+             would_bounce(target, targets_[other], times.pair);
+    };
+    if (!target.tracker.is_expected(times) || std::ranges::none_of(group, in_the_way)) continue;
+    StereoTracker::Found found =
+        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .bounces = true});
+    std::erase_if(found.candidates, [&](const Candidate& each) {
+      return !target.tracker.track().is_near(times.pair, {each.match.point.p_W, each.match.point.covariance});
+    });
+    if (found.candidates.empty()) continue;
+    target.candidates = std::move(found.candidates);
+    target.match = target.candidates.front().match;
+  }
+}
+
+/// Assigns what the pair shows to targets that look alike: those that are expected somewhere by their motion, the
 /// others in their order.
-void StereoVision::divide_things(const std::vector<size_t>& group, const PairTimes& times) {
+void StereoVision::assign_things(const std::vector<size_t>& group, const PairTimes& times) {
+  match_bounces(group, times);
   std::array<BlobNumbers, 2> numbers;
   std::vector<size_t> expected, without, ambiguous, lost;
-  std::vector<std::vector<Claim>> claims;
+  std::vector<std::vector<Hypothesis>> hypotheses;
   for (const size_t k : group) {
     Target& target = targets_[k];
     const bool seen = target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous;
@@ -147,21 +214,24 @@ void StereoVision::divide_things(const std::vector<size_t>& group, const PairTim
       target.match = {};
     } else if (seen) {
       expected.push_back(k);
-      claims.push_back(claims_of(target, numbers));
+      hypotheses.push_back(hypotheses_of(target, numbers));
     } else {
       without.push_back(k);
       target.match = {};
     }
   }
-  const std::vector<Share> shares = divide(claims);
+  const std::vector<Assignment> assignments = assign(hypotheses, [&](auto a, auto b) {
+    const Target &target_a = targets_[expected[a.first]], &target_b = targets_[expected[b.first]];
+    return pass_through(target_a, target_a.candidates[a.second].match, target_b, target_b.candidates[b.second].match);
+  });
   for (size_t k = 0; k < expected.size(); ++k) {
     Target& target = targets_[expected[k]];
-    if (shares[k].claim) {
-      give(shares[k], target);
+    if (assignments[k].hypothesis) {
+      give(assignments[k], target);
     } else {
       target.match = {};
       without.push_back(expected[k]);
-      if (shares[k].ambiguous) ambiguous.push_back(expected[k]);
+      if (assignments[k].ambiguous) ambiguous.push_back(expected[k]);
     }
   }
   const auto match_again = [&](size_t k, size_t sought) {

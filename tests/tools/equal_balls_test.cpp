@@ -117,6 +117,20 @@ TEST_P(EqualBalls, OneLeavesAndTheOtherEntersElsewhere) {
   EXPECT_EQ(second_right, 10);
 }
 
+TEST_P(EqualBalls, OneLeavesAndTheOtherEntersThere) {
+  StereoVision vision = vision_for(2);
+  int first_right = 0, second_right = 0;
+  for (int k = 0; k < 60; ++k) {
+    const double time = k / 30.0;
+    const Eigen::Vector3d first(0.2 - 0.8 * time, 0.06, 1.2), second(-1.078 + 0.55 * time, 0.015, 1.1);
+    look(k, {first, second}, vision);
+    if (k < 10) first_right += is_at(vision, 0, first);
+    if (k >= 50) second_right += is_at(vision, 1, second);
+  }
+  EXPECT_EQ(first_right, 10);
+  EXPECT_EQ(second_right, 10);
+}
+
 TEST_P(EqualBalls, WhatAppearsIsTheTargetThatIsNotSeenYet) {
   StereoVision vision = vision_for(2);
   const Eigen::Vector3d second(0.12, -0.05, 1.3);
@@ -177,6 +191,51 @@ TEST_P(EqualBalls, ThatCrossKeepTheirNames) {
   }
   EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
   EXPECT_EQ(kept, crossings);
+}
+
+TEST_P(EqualBalls, ThatCollideKeepTheirNames) {
+  // Balls of one mass collide elastically: along the line of their centres they exchange their velocities.
+  int kept = 0, wrong = 0;
+  constexpr int kCollisions = 12;
+  for (uint64_t seed = 1; seed <= kCollisions; ++seed) {
+    const CounterRandom random(100 + seed);
+    uint64_t at = 0;
+    const auto between = [&](double from, double to) { return random.uniform(at++, from, to); };
+    const Eigen::Vector3d meet(between(-0.05, 0.05), between(-0.08, 0.08), between(1.0, 1.3));
+    const Eigen::Vector3d line = Eigen::Vector3d(1, between(-0.4, 0.4), between(-0.3, 0.3)).normalized();
+    const std::array<Eigen::Vector3d, 2> before{between(0.3, 1.0) * Eigen::Vector3d(1, between(-0.2, 0.2), 0),
+                                                -between(0.3, 1.0) * Eigen::Vector3d(1, between(-0.2, 0.2), 0)};
+    const double exchanged = line.dot(before[1] - before[0]);
+    const std::array<Eigen::Vector3d, 2> after{before[0] + exchanged * line, before[1] - exchanged * line};
+    StereoVision vision = vision_for(2);
+    constexpr int kPairs = 26, kMeet = 16;
+    const double late = between(0, 1);  // the collision is between two images
+    std::array<int, 2> name{-1, -1};
+    bool both = true;
+    for (int k = 0; k < kPairs; ++k) {
+      const double time = (k - kMeet - late) / 30.0;
+      std::vector<Eigen::Vector3d> balls;
+      for (size_t each = 0; each < 2; ++each) {
+        const double side = each == 0 ? -1 : 1;
+        balls.emplace_back(meet + side * kRadius * line + (time < 0 ? before : after)[each] * time);
+      }
+      look(k, balls, vision);
+      if (k == 5) name = {target_at(vision, balls[0]), target_at(vision, balls[1])};
+      if (k < 5) continue;
+      for (size_t each = 0; each < 2; ++each) {
+        if (name[1 - each] >= 0) wrong += is_at(vision, static_cast<size_t>(name[1 - each]), balls[each]);
+        if (k >= kPairs - 3)
+          both = both && name[each] >= 0 && is_at(vision, static_cast<size_t>(name[each]), balls[each]);
+      }
+    }
+    kept += both;
+    if (!both) {
+      std::printf("seed %d: names are not kept: %d %d; %s; %s\n", static_cast<int>(seed), name[0], name[1],
+                  vision.targets()[0].report.reason, vision.targets()[1].report.reason);
+    }
+  }
+  EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
+  EXPECT_EQ(kept, kCollisions);
 }
 
 }  // namespace

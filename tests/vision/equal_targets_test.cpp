@@ -8,99 +8,110 @@
 namespace multireach::vision {
 namespace {
 
-TEST(Divide, GivesEachTargetTheThingThatItIs) {
-  const std::vector<std::vector<Claim>> claims{{{0, 0, 0, 20}, {1, 1, 1, 12}}, {{1, 1, 0, 18}, {0, 0, 1, 15}}};
-  const std::vector<Share> shares = divide(claims);
-  EXPECT_EQ(shares[0].claim, 0U);
-  EXPECT_EQ(shares[1].claim, 0U);
-  EXPECT_FALSE(shares[0].ambiguous || shares[1].ambiguous);
+TEST(Assign, GivesEachTargetTheThingThatItIs) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 12}}, {{1, 1, 0, 18}, {0, 0, 1, 15}}};
+  const std::vector<Assignment> assignments = assign(hypotheses);
+  EXPECT_EQ(assignments[0].hypothesis, 0U);
+  EXPECT_EQ(assignments[1].hypothesis, 0U);
+  EXPECT_FALSE(assignments[0].ambiguous || assignments[1].ambiguous);
 }
 
-TEST(Divide, ABlobIsOneTargetOnly) {
-  const std::vector<std::vector<Claim>> claims{{{0, 0, 0, 10}}, {{0, 1, 0, 20}}};  // the same blob of the left image
-  const std::vector<Share> shares = divide(claims);
-  EXPECT_FALSE(shares[0].claim);
-  EXPECT_EQ(shares[1].claim, 0U);
-  EXPECT_FALSE(shares[0].ambiguous || shares[1].ambiguous);
+TEST(Assign, ABlobIsOneTargetOnly) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 10}},
+                                                        {{0, 1, 0, 20}}};  // the same blob of the left image
+  const std::vector<Assignment> assignments = assign(hypotheses);
+  EXPECT_FALSE(assignments[0].hypothesis);
+  EXPECT_EQ(assignments[1].hypothesis, 0U);
+  EXPECT_FALSE(assignments[0].ambiguous || assignments[1].ambiguous);
 }
 
-TEST(Divide, AsManyTargetsAsPossibleAreGivenAThing) {
-  const std::vector<std::vector<Claim>> claims{{{0, 0, 0, 30}, {1, 1, 1, 1}}, {{0, 0, 0, 20}}};
-  const std::vector<Share> shares = divide(claims);
-  EXPECT_EQ(shares[0].claim, 1U);
-  EXPECT_EQ(shares[1].claim, 0U);
+TEST(Assign, AsManyTargetsAsPossibleAreGivenAThing) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 30}, {1, 1, 1, 1}}, {{0, 0, 0, 20}}};
+  const std::vector<Assignment> assignments = assign(hypotheses);
+  EXPECT_EQ(assignments[0].hypothesis, 1U);
+  EXPECT_EQ(assignments[1].hypothesis, 0U);
 }
 
-TEST(Divide, AnExchangeThatIsAboutAsLikelyIsAmbiguousForBoth) {
-  const std::vector<std::vector<Claim>> claims{
+TEST(Assign, AnExchangeThatIsAboutAsLikelyIsAmbiguousForBoth) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{
       {{0, 0, 0, 20}, {1, 1, 1, 19}}, {{1, 1, 0, 20}, {0, 0, 1, 19}}, {{2, 2, 0, 20}}};
-  const std::vector<Share> shares = divide(claims);
-  EXPECT_TRUE(shares[0].ambiguous && shares[1].ambiguous);
-  EXPECT_FALSE(shares[2].ambiguous);
+  const std::vector<Assignment> assignments = assign(hypotheses);
+  EXPECT_TRUE(assignments[0].ambiguous && assignments[1].ambiguous);
+  EXPECT_FALSE(assignments[2].ambiguous);
 }
 
-TEST(Divide, PartsOfOneThingAreNoAlternative) {
-  const std::vector<std::vector<Claim>> claims{{{0, 0, 0, 20}, {1, 1, 0, 19}}};
-  EXPECT_FALSE(divide(claims)[0].ambiguous);
+TEST(Assign, PartsOfOneThingAreNoAlternative) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 0, 19}}};
+  EXPECT_FALSE(assign(hypotheses)[0].ambiguous);
 }
 
-TEST(Divide, WithoutClaimsNothingIsGiven) {
-  EXPECT_TRUE(divide({}).empty());
-  const std::vector<std::vector<Claim>> none(2);
-  for (const Share& share : divide(none)) EXPECT_FALSE(share.claim || share.ambiguous);
+TEST(Assign, HypothesesThatExcludeEachOtherAreNotBothGiven) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 5}}, {{1, 1, 0, 20}, {0, 0, 1, 5}}};
+  const auto straight_on = [](auto a, auto b) { return a.second == 0 && b.second == 0; };
+  const std::vector<Assignment> assignments = assign(hypotheses, straight_on);
+  EXPECT_EQ(assignments[0].hypothesis, 1U);
+  EXPECT_EQ(assignments[1].hypothesis, 1U);
+  EXPECT_FALSE(assignments[0].ambiguous || assignments[1].ambiguous);
 }
 
-TEST(Divide, ManyTargetsThatAllClaimEverythingAreDividedInLimitedTime) {
-  std::vector<std::vector<Claim>> claims(20);
+TEST(Assign, WithoutHypothesesNothingIsGiven) {
+  EXPECT_TRUE(assign({}).empty());
+  const std::vector<std::vector<Hypothesis>> none(2);
+  for (const Assignment& assignment : assign(none)) EXPECT_FALSE(assignment.hypothesis || assignment.ambiguous);
+}
+
+TEST(Assign, ManyTargetsThatMayBeEverythingAreAssignedInLimitedTime) {
+  std::vector<std::vector<Hypothesis>> hypotheses(20);
   for (int target = 0; target < 20; ++target) {
     for (int thing = 0; thing < 20; ++thing)
-      claims[static_cast<size_t>(target)].push_back({thing, thing, thing, thing == target ? 9.0 : 1.0});
+      hypotheses[static_cast<size_t>(target)].push_back({thing, thing, thing, thing == target ? 9.0 : 1.0});
   }
-  const std::vector<Share> shares = divide(claims);
-  for (const Share& share : shares) EXPECT_TRUE(share.claim);
+  const std::vector<Assignment> assignments = assign(hypotheses);
+  for (const Assignment& assignment : assignments) EXPECT_TRUE(assignment.hypothesis);
 }
 
-/// The best value over all divisions, by trying each.
-std::pair<int, double> best_of_all(const std::vector<std::vector<Claim>>& claims, std::vector<int>& given,
+/// The best value over all associations, by trying each.
+std::pair<int, double> best_of_all(const std::vector<std::vector<Hypothesis>>& hypotheses, std::vector<int>& given,
                                    size_t target = 0) {
-  if (target == claims.size()) {
+  if (target == hypotheses.size()) {
     std::pair<int, double> value{0, 0};
     for (size_t k = 0; k < given.size(); ++k) {
       if (given[k] < 0) continue;
-      const Claim& claim = claims[k][static_cast<size_t>(given[k])];
+      const Hypothesis& hypothesis = hypotheses[k][static_cast<size_t>(given[k])];
       for (size_t other = 0; other < k; ++other) {
         if (given[other] < 0) continue;
-        const Claim& its = claims[other][static_cast<size_t>(given[other])];
-        if (its.left == claim.left || its.right == claim.right) return {-1, 0};
+        const Hypothesis& its = hypotheses[other][static_cast<size_t>(given[other])];
+        if (its.left == hypothesis.left || its.right == hypothesis.right) return {-1, 0};
       }
-      value = {value.first + 1, value.second + claim.evidence};
+      value = {value.first + 1, value.second + hypothesis.evidence};
     }
     return value;
   }
   std::pair<int, double> best{-1, 0};
-  for (int k = -1; k < static_cast<int>(claims[target].size()); ++k) {
+  for (int k = -1; k < static_cast<int>(hypotheses[target].size()); ++k) {
     given[target] = k;
-    best = std::max(best, best_of_all(claims, given, target + 1));
+    best = std::max(best, best_of_all(hypotheses, given, target + 1));
   }
   return best;
 }
 
-TEST(Divide, IsTheBestOfAllDivisions) {
+TEST(Assign, IsTheBestOfAllAssociations) {
   for (uint64_t seed = 1; seed <= 200; ++seed) {
     const CounterRandom random(seed);
     uint64_t at = 0;
     const auto below = [&](int most) { return static_cast<int>(random.uniform(at++) * most); };
-    std::vector<std::vector<Claim>> claims(static_cast<size_t>(1 + below(4)));
-    for (std::vector<Claim>& of_target : claims) {
+    std::vector<std::vector<Hypothesis>> hypotheses(static_cast<size_t>(1 + below(4)));
+    for (std::vector<Hypothesis>& of_target : hypotheses) {
       const int count = below(5);
       for (int k = 0; k < count; ++k) of_target.push_back({below(4), below(4), k, 10 * random.uniform(at++)});
     }
-    const std::vector<Share> shares = divide(claims);
-    std::vector<int> given(claims.size(), -1);
-    const auto best = best_of_all(claims, given);
+    const std::vector<Assignment> assignments = assign(hypotheses);
+    std::vector<int> given(hypotheses.size(), -1);
+    const auto best = best_of_all(hypotheses, given);
     std::pair<int, double> found{0, 0};
-    for (size_t k = 0; k < claims.size(); ++k) {
-      if (shares[k].claim) found = {found.first + 1, found.second + claims[k][*shares[k].claim].evidence};
+    for (size_t k = 0; k < hypotheses.size(); ++k) {
+      if (assignments[k].hypothesis)
+        found = {found.first + 1, found.second + hypotheses[k][*assignments[k].hypothesis].evidence};
     }
     EXPECT_EQ(found.first, best.first) << "seed " << seed;
     EXPECT_NEAR(found.second, best.second, 1e-9) << "seed " << seed;

@@ -1,27 +1,37 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace multireach::vision {
 
+// Data association: which of several things that look alike is which target.
+
 /// One of the things that a target may be, among targets that look alike.
-struct Claim {
+struct Hypothesis {
   int left = 0, right = 0;  ///< numbers of its blobs, the same ones for all targets
-  int thing = 0;            ///< claims of one target with the same number may be parts of one thing
+  int thing = 0;            ///< hypotheses of one target with the same number may be parts of one thing
   double evidence = 0;      ///< that it is this target: see Evidence
 };
 
-/// What one target is given when the things that are seen are divided.
-struct Share {
-  std::optional<size_t> claim;  ///< index among the target's claims; nothing: others are given all that it may be
-  bool ambiguous = false;       ///< another division, in which it is another thing or none, is about as likely
+/// What one target is given.
+struct Assignment {
+  /// Index among the target's hypotheses; nothing: others are given all that it may be.
+  std::optional<size_t> hypothesis;
+  bool ambiguous = false;  ///< another association, in which it is another thing or none, is about as likely
 };
 
-/// Divides what is seen among targets that look alike, by the claims of each: a blob belongs to one target only. As
-/// many targets as possible are given a thing; among such divisions the one with the largest sum of evidence is taken.
-/// A share is ambiguous where this sum exceeds that of a division with another share by less than kLead.
-std::vector<Share> divide(std::span<const std::vector<Claim>> claims);
+/// Whether hypothesis `a.second` of target `a.first` and hypothesis `b.second` of target `b.first` cannot both be true.
+using Exclusion = std::function<bool(std::pair<size_t, size_t> a, std::pair<size_t, size_t> b)>;
+
+/// Assigns what is seen to targets that look alike, by the hypotheses of each: a blob belongs to one target only. As
+/// many targets as possible are given a thing; among such associations the one with the largest sum of evidence is
+/// taken. An assignment is ambiguous where this sum exceeds that of an association with another one by less than kLead.
+/// `excluded`: what else cannot be true at once.
+std::vector<Assignment> assign(
+    std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded = [](auto, auto) { return false; });
 
 }  // namespace multireach::vision

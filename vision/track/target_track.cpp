@@ -81,10 +81,12 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
 bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
   if (!last_seen_utime_) return false;
   const double seconds = seconds_between(*last_seen_utime_, utime);
-  const Eigen::Vector3d velocity = state_.tail<3>();
-  const Eigen::Vector3d last = state_.head<3>() - velocity * seconds_between(*last_seen_utime_, utime_);
-  return (seen.position - last).norm() <=
-         std::max(kNearSpeed, velocity.norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
+  return (seen.position - position_at(*last_seen_utime_)).norm() <=
+         std::max(kNearSpeed, velocity().norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
+}
+
+Eigen::Vector3d TargetTrack::position_at(int64_t utime) const {
+  return state_.head<3>() - seconds_between(utime, utime_) * velocity();
 }
 
 bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {

@@ -61,6 +61,8 @@ class TargetTrack {
   int64_t utime() const { return utime_; }
   /// Time of the last accepted match, microseconds; nothing before the first.
   std::optional<int64_t> last_seen_utime() const { return last_seen_utime_; }
+  /// Where the target was at `utime`, by its motion since. Meaningless when lost.
+  Eigen::Vector3d position_at(int64_t utime) const;
   /// Estimated position at utime(). Meaningless when lost.
   PositionEstimate estimate() const { return {state_.head<3>(), covariance_.topLeftCorner<3, 3>()}; }
   Eigen::Vector3d velocity() const { return state_.tail<3>(); }  ///< m/s, in W
