@@ -49,8 +49,9 @@ std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbe
   return hypotheses;
 }
 
-/// Whether two solid bodies whose distance vector changes from `before` to `after` on a straight line would go through
-/// each other, whatever the errors of `after`. Bodies that roll over each other by a quarter turn do not.
+/// Whether two solid bodies whose relative position changes from `before` to `after` on a straight line would go
+/// through each other, also with the errors of `after` (`covariance`, m^2). Bodies that roll over each other by a
+/// quarter turn do not: on the chord of that turn they come as near as the root of two of the radius.
 bool pass_through(const Eigen::Vector3d& before, const Eigen::Vector3d& after, const Eigen::Matrix3d& covariance,
                   double radius_m) {
   constexpr double kSigmas = 3;
@@ -70,14 +71,14 @@ double smaller_radius(const Target& a, const Target& b) {
   return std::min(a.tracker.radius_m(), b.tracker.radius_m());
 }
 
-/// From `a` to `b`, when both were seen last.
-Eigen::Vector3d distance_when_seen(const TargetTrack& a, const TargetTrack& b) {
+/// Position of `b` relative to `a` when both were seen last, m, in W.
+Eigen::Vector3d relative_when_seen(const TargetTrack& a, const TargetTrack& b) {
   const int64_t seen = std::min(*a.last_seen_utime(), *b.last_seen_utime());
   return b.position_at(seen) - a.position_at(seen);
 }
 
 bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
-  return pass_through(distance_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
+  return pass_through(relative_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
                       match_a.point.covariance + match_b.point.covariance, smaller_radius(a, b));
 }
 
@@ -86,7 +87,7 @@ bool would_bounce(const Target& a, const Target& b, int64_t utime) {
   const TargetTrack &track_a = a.tracker.track(), &track_b = b.tracker.track();
   const auto at_a = track_a.predicted_steady(utime), at_b = track_b.predicted_steady(utime);
   return at_a && at_b &&
-         pass_through(distance_when_seen(track_a, track_b), at_b->position - at_a->position,
+         pass_through(relative_when_seen(track_a, track_b), at_b->position - at_a->position,
                       at_a->covariance + at_b->covariance, smaller_radius(a, b));
 }
 

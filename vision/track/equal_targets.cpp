@@ -23,8 +23,24 @@ struct Value {
 class Search {
  public:
   Search(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded)
-      : hypotheses_(hypotheses), excluded_(excluded), now_(hypotheses.size()) {
-    for (const std::vector<Hypothesis>& of_target : hypotheses) best_with_.emplace_back(of_target.size() + 1);
+      : hypotheses_(hypotheses), now_(hypotheses.size()) {
+    for (const std::vector<Hypothesis>& of_target : hypotheses) {
+      first_.push_back(all_);
+      all_ += of_target.size();
+      best_with_.emplace_back(of_target.size() + 1);
+    }
+    // The search asks for each pair many times.
+    both_.resize(all_ * all_);
+    for (size_t b = 0; b < hypotheses.size(); ++b) {
+      for (size_t a = 0; a < b; ++a) {
+        for (size_t of_a = 0; of_a < hypotheses[a].size(); ++of_a) {
+          for (size_t of_b = 0; of_b < hypotheses[b].size(); ++of_b) {
+            both_[(first_[a] + of_a) * all_ + first_[b] + of_b] =
+                !share_a_blob(hypotheses[a][of_a], hypotheses[b][of_b]) && !excluded({a, of_a}, {b, of_b});
+          }
+        }
+      }
+    }
   }
 
   std::vector<Assignment> result() {
@@ -36,13 +52,11 @@ class Search {
   }
 
  private:
-  static bool same_blob_in(const Hypothesis& a, const Hypothesis& b) { return a.left == b.left || a.right == b.right; }
+  static bool share_a_blob(const Hypothesis& a, const Hypothesis& b) { return a.left == b.left || a.right == b.right; }
 
   bool is_free(size_t target, size_t hypothesis) const {
     for (size_t before = 0; before < target; ++before) {
-      if (!now_[before]) continue;
-      if (same_blob_in(hypotheses_[before][*now_[before]], hypotheses_[target][hypothesis])) return false;
-      if (excluded_({before, *now_[before]}, {target, hypothesis})) return false;
+      if (now_[before] && !both_[(first_[before] + *now_[before]) * all_ + first_[target] + hypothesis]) return false;
     }
     return true;
   }
@@ -84,7 +98,9 @@ class Search {
   }
 
   std::span<const std::vector<Hypothesis>> hypotheses_;
-  const Exclusion& excluded_;
+  size_t all_ = 0;             // number of hypotheses
+  std::vector<size_t> first_;  // number of each target's first one
+  std::vector<bool> both_;     // for each pair of them, whether both can be true
   std::vector<std::optional<size_t>> now_, best_;
   Value best_value_;
   std::vector<std::vector<Value>>
