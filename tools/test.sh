@@ -19,7 +19,7 @@ case "${1:-}" in
   *) echo "test.sh: unknown option '$1'; see --help" >&2; exit 2 ;;
 esac
 
-# Of the stages, what takes more than a quarter of a minute with the sanitizers: many samples of what other tests run once, too.
+# Of the stages, what takes more than a quarter of a minute with the sanitizers; --full runs it.
 slow_with_sanitizers='^SphereContourFit[.](ABallThatMoves|ABallThatTheBorder|AStripedBall|CovarianceIsThat|IsExactTo|OfAJpeg|TheCovarianceOf|WhatMayBeHidden)'
 slow_with_sanitizers+='|^EveryInstructionSet[.](GivesTheBits|TakesTheSteps)|^SearchInSlices[.]FindsWhat|^BridgeFaults[.]EverySchedule|^Find[.]KeepsItsMemory'
 slow_with_sanitizers+='|^GuardedLaw[.](ArrivesInside|TakesShorter|RestsAsNear|TurnsTheHand)|^MultiStartIk[.]NoSolution|^Light[.]WhiteBalance'

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 
 #include "numeric/random.hpp"
@@ -42,6 +43,29 @@ class EqualBalls : public ::testing::TestWithParam<double> {
     const int64_t utime = k * kFrame;
     vision::DecodedImages images({utime, utime, utime}, left, right);
     ASSERT_EQ(vision.update(images), nullptr);
+  }
+
+  /// What became of the names of two balls: those of the pair `named`, until the last three pairs.
+  struct Names {
+    std::array<int, 2> name{-1, -1};
+    bool kept = true;
+    int wrong = 0;  // times that a name stood at the other ball
+  };
+  /// `balls`: both at a pair.
+  Names follow(int pairs, int named, const std::function<std::vector<Eigen::Vector3d>(int)>& balls) const {
+    StereoVision vision = vision_for(2);
+    Names names;
+    for (int k = 0; k < pairs; ++k) {
+      const std::vector<Eigen::Vector3d> now = balls(k);
+      look(k, now, vision);
+      if (k == named) names.name = {target_at(vision, now[0]), target_at(vision, now[1])};
+      for (size_t each = 0; k >= named && each < 2; ++each) {
+        const int own = names.name[each], other = names.name[1 - each];
+        names.wrong += other >= 0 && is_at(vision, static_cast<size_t>(other), now[each]);
+        if (k >= pairs - 3) names.kept = names.kept && own >= 0 && is_at(vision, static_cast<size_t>(own), now[each]);
+      }
+    }
+    return names;
   }
 
   static bool is_at(const StereoVision& vision, size_t target, const Eigen::Vector3d& ball) {
@@ -167,27 +191,18 @@ TEST_P(EqualBalls, ThatCrossKeepTheirNames) {
     for (size_t k = 0; k < 2; ++k) velocity[k].x() = (k == 0 ? 1 : -1) * between(0.25, 0.8);
     for (size_t k = 0; k < 2; ++k)
       velocity[k].tail<2>() = velocity[k].tail<2>().cwiseProduct(Eigen::Vector2d(0.3, 0.1));
-    StereoVision vision = vision_for(2);
     constexpr int kPairs = 36, kMeet = 18;
-    std::array<int, 2> name{-1, -1};
-    bool both = true;
-    for (int k = 0; k < kPairs; ++k) {
+    const Names names = follow(kPairs, 3, [&](int k) {
       std::vector<Eigen::Vector3d> balls;
       for (size_t each = 0; each < 2; ++each)
         balls.emplace_back(depth[each] * Eigen::Vector3d(x[0], x[1], 1) + velocity[each] * ((k - kMeet) / 30.0));
-      look(k, balls, vision);
-      if (k == 3) name = {target_at(vision, balls[0]), target_at(vision, balls[1])};
-      if (k < 3) continue;
-      for (size_t each = 0; each < 2; ++each) {
-        if (name[1 - each] >= 0) wrong += is_at(vision, static_cast<size_t>(name[1 - each]), balls[each]);
-        if (k >= kPairs - 3)
-          both = both && name[each] >= 0 && is_at(vision, static_cast<size_t>(name[each]), balls[each]);
-      }
-    }
-    EXPECT_TRUE(name[0] >= 0 && name[1] >= 0 && name[0] != name[1]) << "seed " << seed << ": " << name[0] << name[1];
+      return balls;
+    });
+    EXPECT_TRUE(names.name[0] >= 0 && names.name[1] >= 0 && names.name[0] != names.name[1]) << "seed " << seed;
     ++crossings;
-    kept += both;
-    if (!both) std::printf("seed %d: names are not kept\n", static_cast<int>(seed));
+    kept += names.kept;
+    wrong += names.wrong;
+    if (!names.kept) std::printf("seed %d: names are not kept\n", static_cast<int>(seed));
   }
   EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
   EXPECT_EQ(kept, crossings);
@@ -207,32 +222,20 @@ TEST_P(EqualBalls, ThatCollideKeepTheirNames) {
                                                 -between(0.3, 1.0) * Eigen::Vector3d(1, between(-0.2, 0.2), 0)};
     const double exchanged = line.dot(before[1] - before[0]);
     const std::array<Eigen::Vector3d, 2> after{before[0] + exchanged * line, before[1] - exchanged * line};
-    StereoVision vision = vision_for(2);
     constexpr int kPairs = 26, kMeet = 16;
     const double late = between(0, 1);  // the collision is between two images
-    std::array<int, 2> name{-1, -1};
-    bool both = true;
-    for (int k = 0; k < kPairs; ++k) {
+    const Names names = follow(kPairs, 5, [&](int k) {
       const double time = (k - kMeet - late) / 30.0;
       std::vector<Eigen::Vector3d> balls;
       for (size_t each = 0; each < 2; ++each) {
         const double side = each == 0 ? -1 : 1;
         balls.emplace_back(meet + side * kRadius * line + (time < 0 ? before : after)[each] * time);
       }
-      look(k, balls, vision);
-      if (k == 5) name = {target_at(vision, balls[0]), target_at(vision, balls[1])};
-      if (k < 5) continue;
-      for (size_t each = 0; each < 2; ++each) {
-        if (name[1 - each] >= 0) wrong += is_at(vision, static_cast<size_t>(name[1 - each]), balls[each]);
-        if (k >= kPairs - 3)
-          both = both && name[each] >= 0 && is_at(vision, static_cast<size_t>(name[each]), balls[each]);
-      }
-    }
-    kept += both;
-    if (!both) {
-      std::printf("seed %d: names are not kept: %d %d; %s; %s\n", static_cast<int>(seed), name[0], name[1],
-                  vision.targets()[0].report.reason, vision.targets()[1].report.reason);
-    }
+      return balls;
+    });
+    kept += names.kept;
+    wrong += names.wrong;
+    if (!names.kept) std::printf("seed %d: names are not kept\n", static_cast<int>(seed));
   }
   EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
   EXPECT_EQ(kept, kCollisions);

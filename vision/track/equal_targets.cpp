@@ -103,8 +103,8 @@ class Search {
   std::vector<bool> both_;     // for each pair of them, whether both can be true
   std::vector<std::optional<size_t>> now_, best_;
   Value best_value_;
-  std::vector<std::vector<Value>>
-      best_with_;  // of associations with each hypothesis of each target, and at last with none
+  // Of associations with each hypothesis of each target, and at last with none.
+  std::vector<std::vector<Value>> best_with_;
   int steps_ = 0;
 };
 
