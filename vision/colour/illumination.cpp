@@ -11,12 +11,42 @@ constexpr int kDark = 16;       // grey levels: below, the camera's offset outwe
 constexpr double kRate = 0.15;  // share of the error per frame: lags 7 % when white balance drifts by 50 % in a second
 constexpr double kMaxStep = 0.05;  // relative, per frame: limits the effect of a wrong blob
 constexpr double kSameColour = 2;  // standard deviations of the learned colour; its own mean deviates by less than one
+// Relative standard deviation of R/G and B/G: of a colour learned from one click, the smaller of the two is 0.05 to
+// 0.25 on the tuning videos (docs/real-images.md), mostly 0.08 to 0.15, and the larger one, along the saturation, 0.1
+// to 1.
+constexpr double kPlainSpread = 0.12;
+constexpr double kOwnRate = 0.1;      // of kRate
 constexpr double kRelaxation = 0.01;  // share of the error per frame: halves it in two seconds at 30 Hz
 constexpr double kQuantum = 1.0 / 64;
 
 double towards(double gain, double wanted, double rate) {
   const double step = std::clamp(rate * (wanted - gain), -kMaxStep * gain, kMaxStep * gain);
   return std::clamp(gain + step, kMinGain, kMaxGain);
+}
+
+/// What a gain is moved towards: what differs from the object's mean colour by no more than its spread moves it less.
+double damped_target(double gain, double needed, double spread) {
+  const double limit = 1 + std::max(0.0, spread - kPlainSpread), within = std::clamp(needed / gain, 1 / limit, limit);
+  return needed / within * (1 + kOwnRate * (within - 1));
+}
+
+/// IlluminationSample::spread of a model: of its components, each about its own mean, since the nearest one counts.
+WhiteBalanceGains spread_of(const ColourModel& model) {
+  // Derivatives of colour_of() with respect to the chroma.
+  const Eigen::Vector2d of_red(0.75, -0.25), of_green(-0.25, -0.25), of_blue(-0.25, 0.75);
+  constexpr double kLeast = 0.05;  // of Y: a channel that a pure colour lacks
+  double total = 0, red = 0, blue = 0;
+  for (const ChromaComponent& component : model.object) {
+    const Rgb colour = colour_of(component.mean);
+    const auto variance = [&](const Eigen::Vector2d& of_channel, double channel) {
+      const Eigen::Vector2d of_ratio = of_channel / std::max(channel, kLeast) - of_green / std::max(colour.g, kLeast);
+      return of_ratio.dot(component.covariance * of_ratio);
+    };
+    total += component.weight;
+    red += component.weight * variance(of_red, colour.r);
+    blue += component.weight * variance(of_blue, colour.b);
+  }
+  return {std::sqrt(red / total), std::sqrt(blue / total)};
 }
 
 WhiteBalanceGains rounded(const WhiteBalanceGains& gains) {
@@ -42,8 +72,9 @@ WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSamp
                       expected.g > 0 && expected.b > 0;
   if (!usable || !(quality > 0) || sample.deviation > kSameColour) return gains;
   const double rate = kRate * std::min(quality, 1.0);
-  return {towards(gains.red, expected.r * seen.g / (expected.g * seen.r), rate),
-          towards(gains.blue, expected.b * seen.g / (expected.g * seen.b), rate)};
+  const double red = expected.r * seen.g / (expected.g * seen.r), blue = expected.b * seen.g / (expected.g * seen.b);
+  return {towards(gains.red, damped_target(gains.red, red, sample.spread.red), rate),
+          towards(gains.blue, damped_target(gains.blue, blue, sample.spread.blue), rate)};
 }
 
 WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
@@ -51,7 +82,11 @@ WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
 }
 
 AdaptedColourModel::AdaptedColourModel(const ColourModel& model)
-    : model_(model), test_(model, {}), inner_(with_half_tolerance(model), {}), members_(model) {}
+    : model_(model),
+      test_(model, {}),
+      inner_(with_half_tolerance(model), {}),
+      members_(model),
+      spread_(spread_of(model)) {}
 
 void AdaptedColourModel::prepare(const WhiteBalanceGains& gains) {
   const WhiteBalanceGains wanted = rounded(gains);
@@ -108,6 +143,7 @@ IlluminationSample AdaptedColourModel::sample(const WhiteBalanceGains& gains, co
       sample.expected += test_.expected(seen);
     }
   }
+  sample.spread = spread_;
   if (sample.pixels > 0 && luma_of(sample.seen) > 0) sample.deviation = test_.deviation(sample.seen);
   return sample;
 }

@@ -15,12 +15,15 @@ struct IlluminationSample {
   int64_t pixels = 0;
   Rgb seen, expected;
   double deviation = 0;  ///< of the mean colour from the model in the current light, standard deviations
+  /// Relative standard deviations of R/G and B/G among the learned colours, as if white balance differed.
+  WhiteBalanceGains spread{.red = 0, .blue = 0};
 };
 
 /// The gains after a frame in which the object was seen. They move towards the sample's by a step that grows with
 /// `quality` (0 to 1: confidence that the blob is the object and nothing else), a few per cent at most, within the
-/// bounds of WhiteBalanceGains. With few pixels they do not change, nor by an object whose mean colour is in the tails
-/// of the model: light changes slowly, so that is another object.
+/// bounds of WhiteBalanceGains. They move ten times as slowly by what is within the spread of the learned colours: an
+/// object that was learned in several lights goes from one into another. With few pixels they do not change, nor by an
+/// object whose mean colour is in the tails of the model: light changes slowly, so that is another object.
 WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSample& sample, double quality);
 /// The gains after a frame in which the object was not seen: they return slowly to 1, because wrong gains may be the
 /// cause.
@@ -49,6 +52,7 @@ class AdaptedColourModel {
   WhiteBalanceGains gains_;
   ChromaClassifier test_, inner_;
   ColourTable members_;
+  WhiteBalanceGains spread_;
 };
 
 }  // namespace multireach::vision
