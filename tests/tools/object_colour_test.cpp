@@ -317,5 +317,53 @@ TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
   EXPECT_EQ(faulty_alone(pictures), std::vector<size_t>{1});
 }
 
+TEST(ObjectColourOf, IsNotCutForDarkThingsOfItsColour) {
+  // A pale orange ball, a brown door and a cushion: of nearly its chroma, but much darker (as on a tuning video of
+  // docs/real-images.md). A limit of brightness leaves more of the ball than a narrower chroma.
+  const Ball ball{{80, 110}, 11, {149, 87, 46}};
+  const Patch door{{200, 0, 120, 240}, {57, 41, 25}}, cushion{{0, 0, 60, 60}, {31, 16, 9}};
+  const ObjectColour object = learned(picture({ball}, {door, cushion}, 80), ball);
+  EXPECT_EQ(object.fault, "");
+  EXPECT_GT(object.colour.kept, 0.9);
+}
+
+TEST(ObjectColourOf, SeveralThatLookAlikeIsLearnedFromAClickOnEach) {
+  const std::vector<Ball> balls{{{60, 60}, 20, kOrange}, {{160, 120}, 22, kOrange}, {{250, 170}, 20, kOrange}};
+  const cv::Mat image = picture(balls, {}, 81);
+  std::vector<cv::Point> clicks;
+  for (const Ball& ball : balls) clicks.push_back(ball.centre);
+  EXPECT_NE(learn_object({.bgr = image, .region = region_around(image, balls[0].centre)}).fault, "");
+  const ObjectColour each = learn_object({.bgr = image, .region = region_around(image, clicks)});
+  EXPECT_EQ(each.fault, "");
+  EXPECT_TRUE(each.warnings.empty()) << each.warnings[0] << ": that they are alike is no news";
+  // Of one that moves fast a click may show no more than the middle.
+  ObjectRegion region{{}, cv::Mat::zeros(image.size(), CV_8UC1)};
+  for (const Ball& ball : balls) cv::circle(region.mask, ball.centre, ball.radius == 22 ? 13 : 20, 255, cv::FILLED);
+  region.box = cv::boundingRect(region.mask);
+  EXPECT_EQ(learn_object({.bgr = image, .region = region}).fault, "");
+}
+
+TEST(ObjectColourOf, SeveralThatLookAlikeIsNotThatOfAThingBetweenThem) {
+  // A yellow cloth between two orange balls, within the box around both.
+  const std::vector<Ball> balls{{{50, 60}, 18, kOrange}, {{270, 180}, 18, kOrange}};
+  const cv::Mat image = picture(balls, {{{110, 70, 100, 100}, {205, 125, 60}}}, 85);
+  const ObjectColour object =
+      learn_object({.bgr = image, .region = region_around(image, {balls[0].centre, balls[1].centre})});
+  EXPECT_EQ(object.fault, "");
+  EXPECT_LT(found_at(object, image, {160, 120}), 100);
+  for (const Ball& ball : balls) EXPECT_GT(found_at(object, image, ball.centre), 500);
+}
+
+TEST(ObjectColourOf, SeveralPicturesSaysWithoutWhichTheOthersPass) {
+  const Ball ball{{60, 110}, 20, kOrange};
+  const Ball twin{{220, 120}, 30, kOrange};
+  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 82), ball, "good.png"),
+                                            clicked(picture({ball, twin}, {}, 83), ball, "twin.png"),
+                                            clicked(picture({ball}, {}, 84), ball, "also good.png")};
+  EXPECT_NE(learn_object(pictures).fault, "");
+  EXPECT_EQ(faulty_among(pictures), size_t{1});
+  EXPECT_FALSE(faulty_among(std::span(pictures).first(2)).has_value()) << "one picture is not several";
+}
+
 }  // namespace
 }  // namespace multireach

@@ -181,5 +181,39 @@ TEST(LearnColour, IsNotCutByTheObjectsOtherPatches) {
   EXPECT_GT(learn_colour_of(image, upper).kept, 0.9);
 }
 
+TEST(LearnColour, AnotherPictureTellsWhatIsMoreOfTheObject) {
+  // A disc that becomes paler from the left to the right: one picture shows all of it, and in the other one a click
+  // proposes the right quarter only. The rest is not taken for something that must not be found with it.
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(150, 150, 150)), disc = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  cv::circle(disc, kCentre, kRadius, cv::Scalar(255), cv::FILLED);
+  for (int column = 0; column < kWidth; ++column) {
+    const double pale = std::clamp((column - kCentre.x + kRadius) / (2.0 * kRadius), 0.0, 1.0);
+    image.col(column).setTo(cv::Scalar(30 + 50 * pale, 60 + 50 * pale, 200), disc.col(column));
+  }
+  cv::Mat part = disc.clone();
+  part.colRange(0, kCentre.x + kRadius / 2).setTo(0);
+  const LearnedColour learned =
+      learn_colour(std::vector<TrainingPicture>{{.bgr = image, .mask = disc}, {.bgr = image, .mask = part}});
+  ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+  EXPECT_GT(learned.rates[0].kept, 0.9);
+  EXPECT_GT(learned.rates[1].kept, 0.9);
+}
+
+TEST(LearnColour, OnePictureOfSeveralMayBeOverexposed) {
+  cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(120, 120, 120)), mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
+  cv::circle(mask, kCentre, kRadius, cv::Scalar(255), cv::FILLED);
+  image.setTo(cv::Scalar(30, 60, 200), mask);
+  cv::Mat white = image.clone();
+  white.setTo(cv::Scalar(255, 255, 255), mask);
+  const TrainingPicture good{.bgr = image, .mask = mask}, overexposed{.bgr = white, .mask = mask};
+  for (const std::vector<TrainingPicture>& pictures :
+       {std::vector{good, overexposed}, {overexposed, good}, {good, overexposed, good}}) {
+    const LearnedColour learned = learn_colour(pictures);
+    ASSERT_EQ(learned.status, LearnedColour::Status::kLearned) << description(learned.status);
+    EXPECT_LT((learned.model.object[0].mean - chroma_of({200, 60, 30})).norm(), 0.1);
+  }
+  EXPECT_EQ(learn_colour(std::vector{overexposed, overexposed}).status, LearnedColour::Status::kOverexposed);
+}
+
 }  // namespace
 }  // namespace multireach::vision

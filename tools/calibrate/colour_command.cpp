@@ -180,11 +180,7 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
     return fmt::format("; refused even alone: {}: correct the clicks or rectangles there, or leave it out",
                        fmt::join(names, ", "));
   }
-  for (size_t k = 0; k < pictures.size() && pictures.size() > 2; ++k) {
-    std::vector<ObjectPicture> others = pictures;
-    others.erase(others.begin() + static_cast<ptrdiff_t>(k));
-    if (learn_object(others).fault.empty()) return fmt::format("; without {} the others pass", pictures[k].name);
-  }
+  if (const auto k = faulty_among(pictures)) return fmt::format("; without {} the others pass", pictures[*k].name);
   return "; the pictures do not agree: check the clicks or rectangles in each";
 }
 

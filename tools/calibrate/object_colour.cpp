@@ -16,7 +16,10 @@ namespace {
 constexpr double kFewest = 0.25;  // least share of the object's area by which something is found, or the object itself
 constexpr double kFilled = 0.5;   // share of the picture from which on vision says that the colour is everywhere
 constexpr double kSimilar = 0.7;  // another object of this share of the object's area passes as the object
-constexpr double kPart = 0.1;     // least share of the object's area of a part of it that is worth a click
+// Share of something in the region from which it is not another object, but what was clicked; the second where several
+// objects were: of one that moves, a click may show no more than the middle.
+constexpr double kClicked = 0.5, kClickedOfSeveral = 0.25;
+constexpr double kPart = 0.1;  // least share of the object's area of a part of it that is worth a click
 // What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
 constexpr char kIfPart[] = "if that is a part of the object, click there as well, or draw a rectangle around all of it";
 
@@ -37,11 +40,31 @@ double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   return area;
 }
 
-/// Whether something is no farther from the region than twice its length.
-bool is_near(const cv::Rect& box, const ObjectRegion& region) {
-  const int margin = 2 * std::max(region.box.width, region.box.height);
-  const cv::Rect around = region.box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin);
-  return !(around & box).empty();
+/// The boxes around the parts of a region: one for each object that was clicked, or for each patch of one.
+std::vector<cv::Rect> boxes_of(const ObjectRegion& region) {
+  if (region.mask.empty()) return {region.box};
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(region.mask, labels, stats, centres);
+  std::vector<cv::Rect> boxes;
+  for (int k = 1; k < count; ++k) {
+    const int* of = stats.ptr<int>(k);
+    boxes.emplace_back(of[cv::CC_STAT_LEFT], of[cv::CC_STAT_TOP], of[cv::CC_STAT_WIDTH], of[cv::CC_STAT_HEIGHT]);
+  }
+  return boxes;
+}
+
+/// Whether so much of something is in the region that it is what was clicked.
+bool was_clicked(const vision::Blob& blob, const ObjectRegion& region) {
+  return area_inside(blob, region) > (boxes_of(region).size() > 1 ? kClickedOfSeveral : kClicked) * blob.area;
+}
+
+/// Whether something is no farther from a part of the region than twice its length.
+bool is_near(const cv::Rect& other, const ObjectRegion& region) {
+  return std::ranges::any_of(boxes_of(region), [&](const cv::Rect& box) {
+    const int margin = 2 * std::max(box.width, box.height);
+    const cv::Rect around = box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin);
+    return !(around & other).empty();
+  });
 }
 
 /// "X,Y" in the picture.
@@ -101,7 +124,7 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
     return "with the learned colours the object is found together with much of what is around it";
   }
   for (const vision::Blob& blob : found.blobs) {
-    if (blob.area < kSimilar * object->area || area_inside(blob, region) > 0.5 * blob.area) continue;
+    if (blob.area < kSimilar * object->area || was_clicked(blob, region)) continue;
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one{}{}",
                        position_of(blob, corner), 100 * blob.area / object->area, is_near(blob.box, region) ? ": " : "",
                        is_near(blob.box, region) ? kIfPart : "");
@@ -134,7 +157,7 @@ std::string doubt_of_region(const cv::Mat& bgr, const vision::ColourModel& model
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   for (const vision::Blob& blob : found.blobs) {
-    if (blob.area < kPart * area_of(region) || area_inside(blob, region) > 0.5 * blob.area) continue;
+    if (blob.area < kPart * area_of(region) || was_clicked(blob, region)) continue;
     if (is_near(blob.box, region))
       return fmt::format("what is at {} has its colours, too: {}", position_of(blob, corner), kIfPart);
   }
@@ -178,8 +201,10 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
   vision::StereoTracker tracker(options);
   const vision::StereoTracker::Found found = tracker.find(bgr, shifted);
   using Status = vision::StereoMatch::Status;
+  const std::vector<cv::Rect> boxes = boxes_of(*part.region);
   const auto is_object = [&](const Eigen::Vector2d& px) {
-    return part.region->box.contains(cv::Point(cvRound(px.x()), cvRound(px.y())));
+    const cv::Point at(cvRound(px.x()), cvRound(px.y()));
+    return std::ranges::any_of(boxes, [&](const cv::Rect& box) { return box.contains(at); });
   };
   const auto at = [&](const Eigen::Vector2d& px) {
     return fmt::format("{},{}", cvRound(px.x()) + part.corner.x, cvRound(px.y()) + part.corner.y);
@@ -192,6 +217,7 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
     return std::string("by the colours alone vision would say: ") + description(found.match.status);
   const auto other = std::ranges::find_if(
       found.candidates, [&](const vision::Candidate& candidate) { return !is_object(candidate.match.left_px); });
+  if (other == found.candidates.end() && boxes.size() > 1) return {};  // several that look alike
   return fmt::format(
       "by the colours alone vision would not choose between it and {}: set ball_radius_m or search_region_m",
       other == found.candidates.end() ? "a part of it" : "what is at " + at(other->match.left_px));
@@ -259,6 +285,21 @@ std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures) {
   std::vector<size_t> faulty;
   for (size_t k = 0; k < pictures.size(); ++k) {
     if (pictures[k].region && !learn_object(pictures[k]).fault.empty()) faulty.push_back(k);
+  }
+  return faulty;
+}
+
+std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures) {
+  std::optional<size_t> faulty;
+  double most = 0;
+  for (size_t k = 0; k < pictures.size() && pictures.size() > 2; ++k) {
+    std::vector<ObjectPicture> others(pictures.begin(), pictures.end());
+    others.erase(others.begin() + static_cast<ptrdiff_t>(k));
+    if (std::ranges::none_of(others, [](const ObjectPicture& other) { return other.region.has_value(); })) continue;
+    const ObjectColour learned = learn_object(others);
+    if (!learned.fault.empty() || learned.colour.kept <= most) continue;
+    most = learned.colour.kept;
+    faulty = k;
   }
   return faulty;
 }

@@ -38,6 +38,10 @@ ObjectColour learn_object(const ObjectPicture& picture);
 /// beside the object, or another thing of its colours, spoils what is learned from all.
 std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures);
 
+/// The number of the picture without which the others are learned without a fault; of several, the one without which
+/// the colours contain most of the object. Nothing if there is none, or fewer than three pictures.
+std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures);
+
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.
 cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model);
 

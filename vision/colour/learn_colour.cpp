@@ -12,9 +12,10 @@
 namespace multireach::vision {
 namespace {
 
-constexpr double kSwamped = 0.05;   // misclassified background share above which brightness limits are tried
-constexpr double kWideness = 0.03;  // share of the object that a tolerance wider by one sigma must add
-constexpr double kClean = 0.002;    // misclassified share of the background that is acceptable
+constexpr double kSwamped = 0.05;     // misclassified background share above which brightness limits are tried
+constexpr double kWideness = 0.03;    // share of the object that a tolerance wider by one sigma must add
+constexpr double kClean = 0.002;      // misclassified share of the background that is acceptable
+constexpr double kWorthwhile = 0.05;  // by how much a limit of brightness must improve the score
 
 double share_of_members(const ColourModel& model, const std::vector<ChromaSample>& samples) {
   const ChromaClassifier test(model, {});
@@ -48,9 +49,8 @@ double clutter_of(const ColourTable& members, const Trial& trial) {
   if (found.too_many_runs) return 1e3;
   double area = 0;
   for (const Blob& blob : found.blobs) {
-    if ((blob.box & trial.box).empty()) area = std::max(area, area_outside(blob, trial.alike));
-    // A blob that contains the object and much else.
-    if (!(blob.box & trial.box).empty()) area = std::max(area, blob.area - 1.5 * trial.area);
+    // A blob that contains the object may contain much else.
+    area = std::max(area, area_outside(blob, trial.alike) - 1.5 * trial.area_at(blob.box));
   }
   return area / trial.area;
 }
@@ -157,10 +157,10 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& training)
     // Light scales brightness, so use the geometric mean of the range.
     const double limit = std::sqrt(static_cast<double>(first) * static_cast<double>(last));
     if (darker) {
-      with.min_luma = 0;
-      with.max_luma = limit;
+      with.min_luma = model.min_luma > ColourModel{}.min_luma ? model.min_luma : 0;
+      with.max_luma = std::max(limit, with.min_luma + 1);
     } else {
-      with.min_luma = std::min(limit, with.max_luma - 1);
+      with.min_luma = std::clamp(limit, model.min_luma, with.max_luma - 1);
     }
     if (grade(with, training).score() > grade(best, training).score()) best = with;
   }
@@ -169,20 +169,50 @@ bool separate_by_brightness(ColourModel& model, const TrainingSamples& training)
   return better;
 }
 
+/// How bright the object's samples are.
+class LumaQuantiles {
+ public:
+  explicit LumaQuantiles(std::vector<ChromaSample> object) : object_(std::move(object)), total_(total_weight(object_)) {
+    std::ranges::sort(object_, {}, &ChromaSample::luma);
+  }
+  /// The limits of all but a tail at each end.
+  double min_luma() const { return quantile(kTail); }
+  double max_luma() const { return quantile(object_.rbegin(), object_.rend(), kTail); }
+  /// The brightness below which this share of them is.
+  double quantile(double share) const { return quantile(object_.begin(), object_.end(), share); }
+  /// Limits to try, in this order: with less and less room for darker exposures, and then with less of the object.
+  std::vector<double> candidates() const {
+    std::vector<double> limits;
+    for (const double room : {3.0, 2.0, 1.5, 1.2}) limits.push_back(min_luma() / room);
+    for (const double share : {0.05, 0.1, 0.15}) limits.push_back(quantile(share));
+    return limits;
+  }
+  /// Share of the samples that are at least as bright.
+  double share_from(double luma) const {
+    double weight = 0;
+    for (const ChromaSample& sample : object_) weight += sample.luma >= luma ? sample.weight : 0;
+    return weight / total_;
+  }
+
+ private:
+  static constexpr double kTail = 0.02;
+  template <class Iterator>
+  double quantile(Iterator first, Iterator last, double share) const {
+    double weight = first->weight;
+    while (weight <= share * total_ && std::next(first) != last) weight += (++first)->weight;
+    return first->luma;
+  }
+
+  std::vector<ChromaSample> object_;  // by brightness
+  double total_;
+};
+
 /// Where the finder finds other things of the object's chroma in the image, limits the brightness to that of the
 /// object, with some room for other exposures: as much as the other things allow. If need be also to a part of it:
 /// chroma says least about the darkest pixels, such as the coloured fringes that lenses leave at edges of black things.
 void limit_brightness(ColourModel& model, const TrainingSamples& training) {
   Grade best = grade(model, training);
-  std::vector<ChromaSample> object = training.object;
-  std::ranges::sort(object, {}, &ChromaSample::luma);
-  const double total = total_weight(object);
-  // The brightness at which a share of the object begins, counted from one end.
-  const auto quantile = [&](auto first, auto last, double share) {
-    double weight = first->weight;
-    while (weight <= share * total && std::next(first) != last) weight += (++first)->weight;
-    return first->luma;
-  };
+  const LumaQuantiles luma(training.object);
   const ColourModel before = model;
   const auto limit = [&](double darkest, double brightest) {
     if (best.clutter == 0) return;
@@ -190,21 +220,17 @@ void limit_brightness(ColourModel& model, const TrainingSamples& training) {
     with.min_luma = std::max(with.min_luma, darkest);
     with.max_luma = std::min(with.max_luma, brightest);
     const Grade now = grade(with, training);
-    constexpr double kWorthwhile = 0.05;
     if (now.score() < best.score() + kWorthwhile) return;
     best = now;
     model = with;
   };
-  constexpr double kTail = 0.02;
-  const double darkest = quantile(object.begin(), object.end(), kTail);
-  const double brightest = quantile(object.rbegin(), object.rend(), kTail);
-  for (const double room : {3.0, 2.0, 1.5, 1.2}) limit(darkest / room, brightest * room);
-  for (const double share : {0.05, 0.1, 0.15}) limit(quantile(object.begin(), object.end(), share), model.max_luma);
+  for (const double room : {3.0, 2.0, 1.5, 1.2}) limit(luma.min_luma() / room, luma.max_luma() * room);
+  for (const double share : {0.05, 0.1, 0.15}) limit(luma.quantile(share), model.max_luma);
 }
 
-/// Chooses tolerance, limits of brightness and background for given components of the object. Returns whether it set a
-/// limit of brightness.
-bool tune(ColourModel& model, const TrainingSamples& training) {
+/// Chooses tolerance, limits of brightness within those of the model, and background for given components of the
+/// object. Returns whether only brightness separates the object.
+bool tune_within_limits(ColourModel& model, const TrainingSamples& training) {
   ColourModel cut = model;
   choose_tolerance(model, training, false);
   const Grade by_chroma = grade(model, training);
@@ -229,6 +255,29 @@ bool tune(ColourModel& model, const TrainingSamples& training) {
     by_brightness = false;
   }
   if (!by_brightness) limit_brightness(model, training);
+  return by_brightness;
+}
+
+/// The same, and sets `min_luma` where darker things of nearly the object's chroma, such as a brown door behind an
+/// orange ball, would cost more of the object otherwise.
+bool tune(ColourModel& model, const TrainingSamples& training) {
+  const ColourModel before = model;
+  bool by_brightness = tune_within_limits(model, training);
+  if (training.trials.empty()) return by_brightness;
+  const LumaQuantiles luma(training.object);
+  double best = grade(model, training).score();
+  for (const double limit : luma.candidates()) {
+    // The score is at most the share of the object that is left.
+    if (limit <= before.min_luma || limit >= before.max_luma || luma.share_from(limit) < best + kWorthwhile) continue;
+    ColourModel with = before;
+    with.min_luma = limit;
+    const bool only_brightness = tune_within_limits(with, training);
+    const double now = grade(with, training).score();
+    if (now < best + kWorthwhile) continue;
+    best = now;
+    model = with;
+    by_brightness = only_brightness;
+  }
   return by_brightness;
 }
 

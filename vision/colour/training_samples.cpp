@@ -95,8 +95,9 @@ bool is_alike(const cv::Mat& bgr, const Blob& blob, const ChromaComponent& compo
   return from.dot(component.covariance.inverse() * from) < kDistance * kDistance;
 }
 
-/// Marks other objects of the object's main colour, with a border in which colours mix.
-cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& trial) {
+/// Marks objects of the object's main colour, with a border in which colours mix: those beyond the parts of the mask,
+/// or, with `at_parts`, all. Empty where that colour is not known.
+cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& trial, bool at_parts) {
   constexpr double kTolerance = 2, kLeastArea = 0.1, kMostArea = 25;
   constexpr double kSolid = 0.4;  // least share of its box: a ball's is 0.8, that of a texture is less
   constexpr double kShape = 0.2;  // least compactness, as a share of the object's: a coloured edge is no such object
@@ -108,19 +109,46 @@ cv::Mat objects_alike(const std::vector<ChromaSample>& object, const Trial& tria
   BlobFinder finder;
   const FoundBlobs found = finder.find(trial.bgr, {0, 0, trial.bgr.cols, trial.bgr.rows}, ColourTable(main),
                                        {.min_area = kLeastArea * trial.area, .most = 64});
-  const cv::Moments moments = cv::moments(trial.mask, true);
+  const auto largest = std::ranges::max_element(trial.parts, {}, &Trial::Part::area);
+  const cv::Moments moments = cv::moments(trial.mask(largest->box), true);
   Eigen::Matrix2d spread;
   spread << moments.mu20, moments.mu11, moments.mu11, moments.mu02;
   const double least_compact = kShape * compactness(moments.m00, spread / moments.m00);
   cv::Mat alike = cv::Mat::zeros(trial.mask.size(), CV_8UC1);
   for (const Blob& blob : found.blobs) {
-    if (!(blob.box & trial.box).empty() || blob.area > kMostArea * trial.area) continue;
+    if ((!at_parts && trial.area_at(blob.box) > 0) || blob.area > kMostArea * trial.area) continue;
     if (blob.area < kSolid * blob.box.area() || compactness(blob) < least_compact) continue;
     if (!is_alike(trial.bgr, blob, main.object[0])) continue;
     for (const Run& run : blob.runs) alike.row(run.row).colRange(run.begin, run.end) = 255;
   }
   cv::dilate(alike, alike, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * kBorder + 1, 2 * kBorder + 1}));
+  alike.setTo(0, trial.mask);
   return alike;
+}
+
+/// The parts of a mask that are farther apart than their widened boxes reach.
+std::vector<Trial::Part> parts_of(const cv::Mat& mask) {
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(mask, labels, stats, centres);
+  const cv::Rect whole({0, 0}, mask.size());
+  std::vector<Trial::Part> parts;
+  for (int k = 1; k < count; ++k) {
+    const int* of = stats.ptr<int>(k);
+    const cv::Rect box(of[cv::CC_STAT_LEFT], of[cv::CC_STAT_TOP], of[cv::CC_STAT_WIDTH], of[cv::CC_STAT_HEIGHT]);
+    const cv::Size margin(box.width / 2, box.height / 2);
+    Trial::Part part{(box + margin + margin - cv::Point(margin)) & whole, static_cast<double>(of[cv::CC_STAT_AREA])};
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (auto other = parts.begin(); other != parts.end() && !grew; ++other) {
+        if ((other->box & part.box).empty()) continue;
+        part = {other->box | part.box, other->area + part.area};
+        parts.erase(other);
+        grew = true;
+      }
+    }
+    parts.push_back(part);
+  }
+  return parts;
 }
 
 TrainingSamples failed(Status status) {
@@ -151,26 +179,35 @@ TrainingSamples in_rectangle(const cv::Mat& bgr, const cv::Rect& rectangle, cons
   return samples;
 }
 
+cv::Mat disc(int size) {
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size});
+}
+
+/// Samples what is not the object's: more than a few pixels away from its mask, and not alike.
+std::vector<ChromaSample> rest_of(const Trial& trial, double most) {
+  constexpr int kMixed = 7;  // pixels to each side of the edge in which object and background mix
+  cv::Mat outer;
+  cv::dilate(trial.mask, outer, disc(2 * kMixed + 1));
+  if (!trial.alike.empty()) outer |= trial.alike;
+  return samples_of(trial.bgr, {{0, 0}, trial.bgr.size()}, outer, false, most);
+}
+
 /// Of a picture in which the object's pixels are known.
 TrainingSamples in_mask(const cv::Mat& bgr, const cv::Mat& mask, const Budget& most) {
-  cv::Mat inner, outer;
-  constexpr int kMixed = 7;  // pixels to each side of the edge in which object and background mix
-  const auto disc = [](int size) { return cv::getStructuringElement(cv::MORPH_ELLIPSE, {size, size}); };
+  cv::Mat inner;
   cv::erode(mask, inner, disc(3));
   if (cv::countNonZero(inner) < kFewest / 2) inner = mask;
-  cv::dilate(mask, outer, disc(2 * kMixed + 1));
-  const cv::Rect whole(0, 0, bgr.cols, bgr.rows), box = cv::boundingRect(mask);
-  const cv::Size margin(box.width / 2, box.height / 2);
-  const cv::Rect around = (box + margin + margin - cv::Point(margin)) & whole;
-  Trial trial{bgr, mask, {}, around, static_cast<double>(cv::countNonZero(mask))};
-  if (trial.area < kFewest) return failed(Status::kTooSmall);
+  const cv::Rect box = cv::boundingRect(mask);
+  Trial trial{.bgr = bgr, .mask = mask, .alike = {}, .parts = parts_of(mask)};
+  const int area = cv::countNonZero(mask);
+  if (area < kFewest) return failed(Status::kTooSmall);
+  trial.area = area / static_cast<double>(trial.parts.size());
   TrainingSamples samples;
   samples.object = samples_of(bgr, box, inner, true, most.object);
   if (samples.object.empty()) samples.object = samples_of(bgr, box, mask, true, box.area());  // a thin one
   // Other objects of the same colour must not cut this one up: they are not background.
-  trial.alike = objects_alike(samples.object, trial);
-  if (cv::countNonZero(trial.alike) > 0) outer |= trial.alike;
-  samples.rest = samples_of(bgr, whole, outer, false, most.rest);
+  trial.alike = objects_alike(samples.object, trial, false);
+  samples.rest = rest_of(trial, most.rest);
   samples.trials = {trial};
   return samples;
 }
@@ -180,7 +217,7 @@ TrainingSamples without_object(const cv::Mat& bgr, const Budget& most) {
   const cv::Mat nothing = cv::Mat::zeros(bgr.size(), CV_8UC1);
   TrainingSamples samples;
   samples.rest = samples_of(bgr, {0, 0, bgr.cols, bgr.rows}, nothing, false, most.rest);
-  samples.trials = {{bgr, nothing, {}, {}, 0}};
+  samples.trials = {{.bgr = bgr, .mask = nothing, .alike = {}, .parts = {}}};
   return samples;
 }
 
@@ -199,12 +236,30 @@ TrainingSamples samples_of_picture(const TrainingPicture& picture, const Budget&
 
 }  // namespace
 
+double Trial::area_at(const cv::Rect& box) const {
+  double sum = 0;
+  for (const Part& part : parts) sum += (part.box & box).empty() ? 0 : part.area;
+  return sum;
+}
+
 std::vector<TrainingSamples> training_samples(std::span<const TrainingPicture> pictures) {
   const auto with = std::ranges::count_if(pictures, &TrainingPicture::has_object);
   const Budget most{kObjectSamples / static_cast<double>(std::max<ptrdiff_t>(1, with)),
                     kRestSamples / static_cast<double>(std::max<size_t>(1, pictures.size()))};
   std::vector<TrainingSamples> samples;
   for (const TrainingPicture& picture : pictures) samples.push_back(samples_of_picture(picture, most));
+  if (with < 2 || std::ranges::any_of(samples, [](const auto& of) { return of.status != Status::kLearned; }))
+    return samples;
+  // All pictures together tell best what is alike, and what is more of the object: a click may show one patch of it.
+  const std::vector<ChromaSample> object = merged(samples).object;
+  for (TrainingSamples& of_picture : samples) {
+    if (of_picture.trials.empty() || of_picture.trials[0].parts.empty()) continue;
+    Trial& trial = of_picture.trials[0];
+    const cv::Mat more = objects_alike(object, trial, true);
+    if (more.empty()) continue;
+    trial.alike = trial.alike.empty() ? more : cv::Mat(trial.alike | more);
+    of_picture.rest = rest_of(trial, most.rest);
+  }
   return samples;
 }
 

@@ -10,10 +10,18 @@ namespace multireach::vision {
 
 /// A picture and the object's pixels in it, for trying a colour model with the blob finder.
 struct Trial {
+  /// The object, or one of several that look alike.
+  struct Part {
+    cv::Rect box;  ///< widened by half its size: beyond it are other things, not more of the object
+    double area = 0;
+  };
   cv::Mat bgr, mask;
-  cv::Mat alike;    ///< pixels of other objects of the same colour; empty where there are none
-  cv::Rect box;     ///< of the mask, widened by half its size: beyond it are other things, not more of the object
-  double area = 0;  ///< of the object, pixels; 0 where it is not in the picture
+  cv::Mat alike;            ///< more pixels of the object's colour, of other objects or of itself; may be empty
+  std::vector<Part> parts;  ///< none where it is not in the picture
+  double area = 0;          ///< of the object, pixels: the mean of the parts; 0 where it is not in the picture
+
+  /// The area of the parts at a box; 0 at none.
+  double area_at(const cv::Rect& box) const;
 };
 
 /// What pictures show of an object and of everything else.
