@@ -1,6 +1,7 @@
 #include "bench/real/baseline.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
@@ -43,7 +44,7 @@ void Baseline::turn(cv::Mat& hsv) const {
   }
 }
 
-std::optional<cv::Point2d> Baseline::find(const cv::Mat& bgr) const {
+std::vector<cv::Point2d> Baseline::find(const cv::Mat& bgr, size_t most) const {
   cv::Mat hsv, mask;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   turn(hsv);
@@ -51,12 +52,14 @@ std::optional<cv::Point2d> Baseline::find(const cv::Mat& bgr) const {
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
-  if (contours.empty()) return std::nullopt;
-  const auto largest =
-      std::ranges::max_element(contours, {}, [](const auto& contour) { return cv::contourArea(contour); });
-  const cv::Moments m = cv::moments(*largest);
-  if (!(m.m00 > 0)) return std::nullopt;
-  return cv::Point2d(m.m10 / m.m00, m.m01 / m.m00);
+  std::vector<cv::Moments> moments;
+  for (const auto& contour : contours) moments.push_back(cv::moments(contour));
+  std::ranges::stable_sort(moments, std::greater<>(), &cv::Moments::m00);
+  std::vector<cv::Point2d> centres;
+  for (const cv::Moments& m : moments) {
+    if (m.m00 > 0 && centres.size() < most) centres.emplace_back(m.m10 / m.m00, m.m01 / m.m00);
+  }
+  return centres;
 }
 
 }  // namespace multireach::bench

@@ -1,18 +1,19 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <optional>
+#include <vector>
 
 namespace multireach::bench {
 
 /// The usual OpenCV baseline for a coloured object: HSV, inRange (the clicked hue within 10 of 180, at least half the
-/// clicked saturation and value), opening by 5 x 5, largest contour, its moments.
+/// clicked saturation and value), opening by 5 x 5, the largest contours, their moments.
 class Baseline {
  public:
   Baseline(const cv::Mat& bgr, const cv::Point& click);
   /// Takes the limits of another click as well: everything from the lower ones to the higher ones.
   void widen(const Baseline& other);
-  std::optional<cv::Point2d> find(const cv::Mat& bgr) const;
+  /// The centres of the `most` largest contours.
+  std::vector<cv::Point2d> find(const cv::Mat& bgr, size_t most = 1) const;
 
  private:
   /// Turns the hues so that the clicked one is in the middle: red is at both ends.

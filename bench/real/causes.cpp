@@ -9,38 +9,44 @@ namespace {
 
 using Status = vision::TargetTrack::Status;
 
-/// What the left image shows of the object nearest to a label: the distance of the nearest measured blob's centre, and
-/// its radius.
+/// What the left image shows of the object at a label: the distance of the nearest measured blob's centre, and its
+/// radius.
 struct Nearest {
   double px = 1e9, radius_px = 0;
 };
 
-Nearest nearest_blob(const vision::View& view, const std::vector<cv::Point2d>& labels) {
+double distance_px(const Eigen::Vector2d& px, const cv::Point2d& label) {
+  return std::hypot(px.x() - label.x, px.y() - label.y);
+}
+
+Nearest nearest_blob(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label) {
   Nearest nearest;
-  for (const vision::SphereContour& contour : view.contours) {
-    for (const cv::Point2d& label : labels) {
-      const double px = std::hypot(contour.centre_px.x() - label.x, contour.centre_px.y() - label.y);
+  for (const vision::StereoVision::Target& target : targets) {
+    for (const vision::SphereContour& contour : target.views[0].contours) {
+      const double px = distance_px(contour.centre_px, label);
       if (px < nearest.px) nearest = {px, contour.radius_px};
     }
   }
   return nearest;
 }
 
-std::string cause_of(const vision::StereoVision::Target& target, const std::vector<cv::Point2d>& labels,
+std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label,
                      int disparity_px) {
-  const Nearest nearest = nearest_blob(target.views[0], labels);
-  if (target.report.status == Status::kTracked) {
-    double px = 1e9;
-    for (const cv::Point2d& label : labels)
-      px = std::min(px, std::hypot(target.match.left_px.x() - label.x, target.match.left_px.y() - label.y));
-    const std::string by = target.match.both_by_contour ? "contour" : "centroid";
-    if (px <= kWrong) return "answered: " + by + " 10 to 25 px off";
-    return nearest.px <= kRight ? "answered: another thing, the object is a blob too" : "answered: another thing";
+  const Nearest nearest = nearest_blob(targets, label);
+  const vision::StereoVision::Target* lost = nullptr;
+  for (const vision::StereoVision::Target& target : targets) {
+    if (target.report.status != Status::kTracked) {
+      if (!lost || target.report.ambiguous) lost = &target;
+      continue;
+    }
+    if (distance_px(target.match.left_px, label) <= kWrong)
+      return std::string("answered: ") + (target.match.both_by_contour ? "contour" : "centroid") + " 10 to 25 px off";
   }
-  const bool inside = std::ranges::any_of(
-      labels, [&](const cv::Point2d& label) { return label.x - std::max(nearest.radius_px, 3.0) >= disparity_px; });
-  if (!inside) return "no answer: the shift cuts the object off the second image";
-  const std::string reason = target.report.reason;
+  if (!lost)
+    return nearest.px <= kRight ? "answered: another thing, the object is a blob too" : "answered: another thing";
+  if (label.x - std::max(nearest.radius_px, 3.0) < disparity_px)
+    return "no answer: the shift cuts the object off the second image";
+  const std::string reason = lost->report.reason;
   if (nearest.px <= kRight) return "no answer, blob right: " + reason;
   if (nearest.px <= std::max(kWrong, nearest.radius_px)) return "no answer, blob's centre off: " + reason;
   return "no answer, no blob of the object: " + reason;
@@ -48,21 +54,21 @@ std::string cause_of(const vision::StereoVision::Target& target, const std::vect
 
 }  // namespace
 
-void Causes::add(const vision::StereoVision::Target& target, const std::vector<cv::Point2d>& labels, int disparity_px) {
-  ++images_[cause_of(target, labels, disparity_px)];
+void Causes::add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label, int disparity_px) {
+  ++labels_[cause_of(targets, label, disparity_px)];
 }
 
 void Causes::add(const Causes& other) {
-  for (const auto& [cause, count] : other.images_) images_[cause] += count;
+  for (const auto& [cause, count] : other.labels_) labels_[cause] += count;
 }
 
-void Causes::print(const std::string& set, const std::string& object, int labelled) const {
+void Causes::print(const std::string& set, const std::string& object, int labels) const {
   std::vector<std::pair<int, std::string>> sorted;
-  for (const auto& [cause, count] : images_) sorted.emplace_back(count, cause);
+  for (const auto& [cause, count] : labels_) sorted.emplace_back(count, cause);
   std::ranges::sort(sorted, std::greater<>());
   for (const auto& [count, cause] : sorted)
     std::printf("| %s | %s | %s | %.1f |\n", set.c_str(), object.c_str(), cause.c_str(),
-                labelled > 0 ? 100.0 * count / labelled : 0);
+                labels > 0 ? 100.0 * count / labels : 0);
 }
 
 }  // namespace multireach::bench

@@ -12,17 +12,18 @@ namespace multireach::bench {
 /// Distances from a label, pixels: answers within the first are right, beyond the second wrong.
 inline constexpr double kRight = 10, kWrong = 25;
 
-/// Why labelled images have no right answer.
+/// Why labels have no right answer.
 class Causes {
  public:
-  /// Takes an image without a right answer. `disparity_px`: columns by which the second image is shifted.
-  void add(const vision::StereoVision::Target& target, const std::vector<cv::Point2d>& labels, int disparity_px);
+  /// Takes a label without a right answer of any of the targets, which look alike. `disparity_px`: columns by which the
+  /// second image is shifted.
+  void add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label, int disparity_px);
   void add(const Causes& other);
-  /// Prints lines of a table: cause, per cent of `labelled` images.
-  void print(const std::string& set, const std::string& object, int labelled) const;
+  /// Prints lines of a table: cause, per cent of the labels.
+  void print(const std::string& set, const std::string& object, int labels) const;
 
  private:
-  std::map<std::string, int> images_;
+  std::map<std::string, int> labels_;
 };
 
 }  // namespace multireach::bench

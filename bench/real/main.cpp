@@ -32,24 +32,36 @@ struct Choices {
   bool causes = false, verbose = false;
 };
 
-/// Answers of one method to the labelled images.
+/// Answers of one method to the labels. Several objects that look alike have several labels in an image, and as many
+/// answers.
 struct Score {
-  int labelled = 0, right = 0, between = 0, wrong = 0, ambiguous = 0, by_contour = 0, elsewhere = 0;
+  int labelled = 0, right = 0, between = 0, wrong = 0, ambiguous = 0, by_contour = 0;
+  int without = 0, answered_without = 0;  // images without a label, in which the object may still be
   std::vector<double> errors_px;
 
-  void add(const std::optional<cv::Point2d>& answer, const std::vector<cv::Point2d>* labels) {
+  static double nearest(const cv::Point2d& from, const std::vector<cv::Point2d>& points) {
+    double nearest = 1e9;
+    for (const cv::Point2d& point : points) nearest = std::min(nearest, cv::norm(from - point));
+    return nearest;
+  }
+  /// `targets`: how many answers are wanted at most.
+  void add(const std::vector<cv::Point2d>& answers, const std::vector<cv::Point2d>* labels, size_t targets) {
     if (!labels) {
-      elsewhere += answer.has_value();
+      ++without;
+      answered_without += !answers.empty();
       return;
     }
-    ++labelled;
-    if (!answer) return;
-    double nearest = 1e9;
-    for (const cv::Point2d& label : *labels) nearest = std::min(nearest, cv::norm(*answer - label));
-    right += nearest <= kRight;
-    between += nearest > kRight && nearest <= kWrong;
-    wrong += nearest > kWrong;
-    if (nearest <= kWrong) errors_px.push_back(nearest);
+    std::vector<double> errors;
+    for (const cv::Point2d& label : *labels) errors.push_back(nearest(label, answers));
+    std::ranges::sort(errors);
+    errors.resize(std::min(errors.size(), targets));
+    for (const double error : errors) {
+      ++labelled;
+      right += error <= kRight;
+      between += error > kRight && error <= kWrong;
+      if (error <= kWrong) errors_px.push_back(error);
+    }
+    for (const cv::Point2d& answer : answers) wrong += nearest(answer, *labels) > kWrong;
   }
   double median_px() {
     if (errors_px.empty()) return 0;
@@ -85,10 +97,10 @@ struct Clicked {
   std::vector<size_t> used;  // numbers of the clicks
 };
 
-/// A click on an object in an image, of which only a part may count.
+/// The clicks on an object, or on all that look alike, in an image, of which only a part may count.
 struct Click {
   cv::Mat image;
-  cv::Point at;
+  std::vector<cv::Point> at;
   std::optional<cv::Rect> within{};
 };
 
@@ -113,7 +125,7 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
     object = learn_object(pictures);
   }
   while (object.faulty_picture && pictures.size() > 1) {
-    leave_out(*object.faulty_picture);
+    leave_out(faulty_among(pictures).value_or(*object.faulty_picture));
     object = learn_object(pictures);
   }
   clicked.fault = object.fault;
@@ -125,18 +137,21 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
 void learn(const RealSet& set, const std::vector<Click>& clicks, bool all, Run& run) {
   const Clicked learned = learn_clicks(clicks);
   for (const size_t k : learned.used) {
-    const Baseline baseline(clicks[k].image, clicks[k].at);
-    if (run.baseline) {
-      run.baseline->widen(baseline);
-    } else {
-      run.baseline = std::make_unique<Baseline>(baseline);
+    for (const cv::Point& at : clicks[k].at) {
+      const Baseline baseline(clicks[k].image, at);
+      if (run.baseline) {
+        run.baseline->widen(baseline);
+      } else {
+        run.baseline = std::make_unique<Baseline>(baseline);
+      }
     }
   }
   run.fault = learned.fault;
   run.clicks = clicks.size();
   run.used = learned.used.size();
   if (!learned.model || (!run.fault.empty() && !all)) return;
-  run.ours = std::make_unique<vision::StereoVision>(std::vector{options_of(set.rig, *learned.model, *learned.model)});
+  run.ours = std::make_unique<vision::StereoVision>(
+      std::vector(set.labelled[run.object].targets, options_of(set.rig, *learned.model, *learned.model)));
 }
 
 /// The images to learn an object's colour from: those that the set names, or `clicks` spread evenly over its labels.
@@ -158,10 +173,14 @@ std::vector<Run> runs_of(const RealSet& set, const Choices& choices) {
     std::vector<size_t> numbers;
     for (const size_t number : click_images(set.labelled[k], choices.clicks)) {
       const cv::Mat image = read_image(set.images[number]);
-      const cv::Point2d centre = set.labelled[k].centres.at(number).front();
-      const cv::Point point(cvRound(centre.x), cvRound(centre.y));
-      if (!cv::Rect({0, 0}, image.size()).contains(point)) continue;
-      clicks.push_back({image, point});
+      std::vector<cv::Point> points;
+      for (const cv::Point2d& centre : set.labelled[k].centres.at(number)) {
+        const cv::Point point(cvRound(centre.x), cvRound(centre.y));
+        if (cv::Rect({0, 0}, image.size()).contains(point)) points.push_back(point);
+        if (set.labelled[k].targets == 1) break;  // a click on one of them
+      }
+      if (points.empty()) continue;
+      clicks.push_back({image, points});
       numbers.push_back(number);
     }
     const auto add = [&](const std::vector<Click>& some, const std::vector<size_t>& images) {
@@ -196,27 +215,35 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
   const LabelledObject& object = set.labelled[run.object];
   const auto found = object.centres.find(k);
   const std::vector<cv::Point2d>* labels = found == object.centres.end() ? nullptr : &found->second;
-  std::optional<cv::Point2d> answer;
+  std::vector<cv::Point2d> answers;
   if (run.ours) {
     const auto utime = static_cast<int64_t>(1e6 + 1e6 * static_cast<double>(k) / set.frames_per_s);
     vision::DecodedImages images({utime, utime, utime}, left, right, chroma_subsampled);
     run.ours->update(images);
-    const vision::StereoVision::Target& target = run.ours->targets().front();
-    const bool tracked = target.report.status == TargetTrack::Status::kTracked;
-    if (tracked) answer = cv::Point2d(target.match.left_px.x(), target.match.left_px.y());
-    if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
-    const auto is_right = [&](const cv::Point2d& label) { return answer && cv::norm(*answer - label) <= kRight; };
-    if (labels && std::ranges::none_of(*labels, is_right)) run.causes.add(target, *labels, set.disparity_px);
-    if (labels) run.ours_score.ambiguous += target.report.ambiguous;
-    if (verbose && labels) {
+    size_t ambiguous = 0;
+    for (const vision::StereoVision::Target& target : run.ours->targets()) {
+      const bool tracked = target.report.status == TargetTrack::Status::kTracked;
+      if (tracked) answers.emplace_back(target.match.left_px.x(), target.match.left_px.y());
+      if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
+      ambiguous += target.report.ambiguous;
+      if (!verbose || !labels) continue;
       std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
                   tracked ? "tracked" : "-", target.match.left_px.x(), target.match.left_px.y(), (*labels)[0].x,
                   (*labels)[0].y, target.match.both_by_contour ? " contour" : "", target.report.reason);
       for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, *labels);
     }
+    if (labels) {
+      std::vector<cv::Point2d> missed = *labels;
+      std::erase_if(missed, [&](const cv::Point2d& label) { return Score::nearest(label, answers) <= kRight; });
+      const size_t hits = labels->size() - missed.size(), wanted = std::min(labels->size(), object.targets);
+      std::ranges::stable_sort(missed, {}, [&](const cv::Point2d& label) { return Score::nearest(label, answers); });
+      missed.resize(wanted - std::min(wanted, hits));
+      for (const cv::Point2d& label : missed) run.causes.add(run.ours->targets(), label, set.disparity_px);
+      run.ours_score.ambiguous += static_cast<int>(std::min(ambiguous, missed.size()));
+    }
   }
-  run.ours_score.add(answer, labels);
-  run.baseline_score.add(run.baseline->find(left), labels);
+  run.ours_score.add(answers, labels, object.targets);
+  run.baseline_score.add(run.baseline->find(left, object.targets), labels, object.targets);
 }
 
 double percent(int part, int all) {
@@ -231,7 +258,8 @@ void add(Score& sum, const Score& one) {
   sum.wrong += one.wrong;
   sum.ambiguous += one.ambiguous;
   sum.by_contour += one.by_contour;
-  sum.elsewhere += one.elsewhere;
+  sum.without += one.without;
+  sum.answered_without += one.answered_without;
   sum.errors_px.insert(sum.errors_px.end(), one.errors_px.begin(), one.errors_px.end());
 }
 
@@ -259,14 +287,13 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
     }
     const int taken = ours.labelled, all = baseline.labelled;
     std::printf(
-        "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
-        "%.1f "
-        "|\n",
+        "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
+        "%.1f | %.1f | %.1f |\n",
         set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), refused, clicks,
-        percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong,
-        percent(taken - ours.right - ours.between - ours.wrong, taken), percent(ours.ambiguous, taken),
+        percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong, percent(ours.ambiguous, taken),
         percent(ours.by_contour, taken), ours.median_px(), percent(ours.right, all), percent(baseline.right, all),
-        baseline_least, percent(baseline.wrong, all));
+        baseline_least, percent(baseline.wrong, all), percent(ours.answered_without, ours.without),
+        percent(baseline.answered_without, baseline.without));
   }
   std::fflush(stdout);
 }
@@ -321,10 +348,10 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   const cv::Rect whole({0, 0}, set.left.size());
   const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
   const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
-  Clicked left = learn_clicks({{set.left, object.click}}), right = learn_clicks({{set.right, in_right}});
+  Clicked left = learn_clicks({{set.left, {object.click}}}), right = learn_clicks({{set.right, {in_right}}});
   if (region && !(left.fault.empty() && right.fault.empty())) {
-    left = learn_clicks({{set.left, object.click, in_left_image}});
-    right = learn_clicks({{set.right, in_right, in_right_image}});
+    left = learn_clicks({{set.left, {object.click}, in_left_image}});
+    right = learn_clicks({{set.right, {in_right}, in_right_image}});
   }
   const std::string fault = left.fault.empty() ? right.fault : left.fault;
   if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
@@ -358,7 +385,9 @@ void run_still(const RealSet& set, bool all) {
     const auto a = left_baseline.find(set.left), b = right_baseline.find(set.right);
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
     const double baseline_mm =
-        a && b ? 1000 * outside_range(object, fx_baseline / (a->x - b->x + set.disparity_offset_px)) : NAN;
+        !a.empty() && !b.empty()
+            ? 1000 * outside_range(object, fx_baseline / (a[0].x - b[0].x + set.disparity_offset_px))
+            : NAN;
     const StillAnswer anywhere = answer_to(set, object, std::nullopt, all);
     const StillAnswer within = answer_to(set, object, region_at(set, object, kHalf), all);
     std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
@@ -377,7 +406,7 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
   }
   if (!videos.empty()) {
     std::printf(
-        "Per cent of labelled images. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px. %s\n\n",
+        "Per cent of labels. Right: TRACKED within %.0f px of the label. Wrong: beyond %.0f px of all labels. %s\n\n",
         kRight, kWrong,
         choices.together
             ? "All clicks of an object teach one colour, also the baseline's, but for those that calibrate colour "
@@ -385,15 +414,16 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
             : "The mean over an object's clicks that are not refused; in brackets the worst click. Of all: a "
               "refused click counts as no answer. The baseline answers to every click.");
     std::printf(
-        "| video | use | object | clicks refused | right | wrong | no answer | ambiguous | by contour | median px "
-        "| right, of all | baseline: right | wrong |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "| video | use | object | clicks refused | right | wrong | ambiguous | by contour | median px "
+        "| right, of all | baseline: right | wrong | answered without a label | baseline "
+        "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   }
   std::vector<std::vector<Run>> runs;
   for (const RealSet& set : videos) runs.push_back(run_video(set, choices));
   if (choices.causes && !videos.empty()) {
     std::printf(
-        "\nWhy images have no right answer, per cent of labelled images:\n\n"
-        "| video | object | cause | images |\n|---|---|---|---|\n");
+        "\nWhy labels have no right answer, per cent of labels:\n\n"
+        "| video | object | cause | labels |\n|---|---|---|---|\n");
     for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
   }
   if (!pairs.empty()) {
@@ -422,7 +452,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");
   app.add_flag("--refused", choices.refused, "track also with colours that calibrate colour refuses");
-  app.add_flag("--causes", choices.causes, "also print why images have no right answer");
+  app.add_flag("--causes", choices.causes, "also print why labels have no right answer");
   app.add_flag("--verbose", choices.verbose, "a line for each run and image as well");
   CLI11_PARSE(app, argc, argv);
   try {

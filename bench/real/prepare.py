@@ -159,7 +159,7 @@ def make_juggled(out, clone):
 def make_table(out, clone):
     """Ten balls with hand-labelled centres, in MATLAB coordinates. The fields' names are exchanged: rows are columns.
 
-    Ball by ball, because a click is at the first label of an object and image.
+    Ball by ball, because a click is at the first label of an object and image, but where it has several targets.
     """
     objects = [None, None, "pink", "pink", *["orange"] * 6]  # the first two are white, like the table
     balls = clone.mat("balls_loc.mat")["new_balls"][0]
@@ -168,7 +168,8 @@ def make_table(out, clone):
         if thing:
             labels += [(f"{int(k):08d}.jpg", thing, a - 1, b - 1) for a, b, k in zip(x.flat, y.flat, number.flat)]
     images = {file_name(path): clone.read(path) for path in clone.files("set1", ".jpg") if "bgframe" not in path}
-    write_video(out / "table", settings_of("balls on a table", "tuning", 30, 28), images, labels)
+    settings = [*settings_of("balls on a table", "tuning", 30, 28), "targets: {orange: 6, pink: 2}"]
+    write_video(out / "table", settings, images, labels)
 
 
 # Balls thrown in a room

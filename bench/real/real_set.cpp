@@ -79,6 +79,16 @@ void read_clicks(const Config& config, RealSet& set) {
   clicks.finish();
 }
 
+/// Reads how many targets are tracked of each object of which the images show several.
+void read_targets(const Config& config, RealSet& set) {
+  if (!config.has("targets")) return;
+  const Config targets = config.section("targets");
+  for (LabelledObject& object : set.labelled) {
+    if (targets.has(object.name)) object.targets = static_cast<size_t>(targets.integer(object.name, 1, 100));
+  }
+  targets.finish();
+}
+
 StereoRig rig_of(const Config& config, const cv::Size& size, double fx, double baseline_m) {
   if (size.empty()) config.fail("images", "images that can be read");
   return parallel_rig(size.width, size.height, fx, baseline_m);
@@ -88,6 +98,7 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   set.images = images_in(config, folder / config.text("images"));
   set.labelled = labels_from((folder / config.text("labels")).string(), set.images);
   read_clicks(config, set);
+  read_targets(config, set);
   set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
   set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
   const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);

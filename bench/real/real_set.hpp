@@ -10,12 +10,13 @@
 
 namespace multireach::bench {
 
-/// A labelled object in a real video: where its centre is in each labelled image. Several objects of one colour share
+/// A labelled object in a real video: where its centre is in each labelled image. Several objects that look alike share
 /// a name; an image then has several points.
 struct LabelledObject {
   std::string name;
   std::map<size_t, std::vector<cv::Point2d>> centres;  ///< by the image's number
   std::vector<size_t> clicks;                          ///< numbers of the images to learn the colour from; may be empty
+  size_t targets = 1;  ///< how many of those that look alike are tracked: as many targets of the same colours
 };
 
 /// An object in a real stereo pair with true disparities.
