@@ -286,6 +286,8 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
                   run.baseline_score.wrong, run.used, run.clicks, run.fault.c_str());
     }
     const int taken = ours.labelled, all = baseline.labelled;
+    if (taken == 0) least = 0;
+    if (all == 0) baseline_least = 0;
     std::printf(
         "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
         "%.1f | %.1f | %.1f |\n",

@@ -354,6 +354,15 @@ TEST(ObjectColourOf, SeveralThatLookAlikeIsNotThatOfAThingBetweenThem) {
   for (const Ball& ball : balls) EXPECT_GT(found_at(object, image, ball.centre), 500);
 }
 
+TEST(ObjectColourOf, SaysThatASmallThingThatWasClickedIsNotLearned) {
+  const std::vector<Ball> balls{{{90, 120}, 50, kRed}, {{250, 100}, 10, {60, 150, 70}}};
+  const cv::Mat image = picture(balls, {}, 86);
+  const ObjectColour object =
+      learn_object({.bgr = image, .region = region_around(image, {balls[0].centre, balls[1].centre})});
+  ASSERT_FALSE(object.warnings.empty());
+  EXPECT_EQ(object.warnings[0].find("what was clicked at 2"), 0U) << object.warnings[0];
+}
+
 TEST(ObjectColourOf, SeveralPicturesSaysWithoutWhichTheOthersPass) {
   const Ball ball{{60, 110}, 20, kOrange};
   const Ball twin{{220, 120}, 30, kOrange};

@@ -175,7 +175,11 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
     return "; take away what has the object's colours there, or choose another object";
   if (with == 1) return {};
   std::vector<std::string> names;
-  for (const size_t k : faulty_alone(pictures)) names.push_back(pictures[k].name);
+  const std::vector<size_t> alone = faulty_alone(pictures);
+  for (const size_t k : alone) names.push_back(pictures[k].name);
+  if (names.size() == 1)
+    return fmt::format("; refused even alone: {}; correct that, or leave it out",
+                       learn_object(pictures[alone[0]]).fault);
   if (!names.empty()) {
     return fmt::format("; refused even alone: {}: correct the clicks or rectangles there, or leave it out",
                        fmt::join(names, ", "));

@@ -164,6 +164,32 @@ std::string doubt_of_region(const cv::Mat& bgr, const vision::ColourModel& model
   return {};
 }
 
+/// Where something was clicked that has none of the learned colours, as a sentence; empty where all has some of them.
+/// The share of the whole region does not tell that of a small part.
+std::string doubt_of_parts(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
+                           const cv::Point& corner) {
+  const vision::ColourTable members(model);
+  for (const cv::Rect& box : boxes_of(region)) {
+    int pixels = 0, learned = 0;
+    for (int row = box.y; row < box.br().y; ++row) {
+      for (int column = box.x; column < box.br().x; ++column) {
+        if (!region.mask.empty() && region.mask.at<uint8_t>(row, column) == 0) continue;
+        const auto& p = bgr.at<cv::Vec3b>(row, column);
+        ++pixels;
+        learned += members.contains(p[0], p[1], p[2]);
+      }
+    }
+    if (learned >= kPart * pixels) continue;
+    const cv::Point at = corner + (box.tl() + box.br()) / 2;
+    return fmt::format(
+        "what was clicked at {},{} does not have the learned colours: leave that click out, or give it a picture of "
+        "its "
+        "own",
+        at.x, at.y);
+  }
+  return {};
+}
+
 /// The part of a picture that counts, with what it shows of the object.
 struct Part {
   cv::Mat bgr;
@@ -264,7 +290,8 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     if (fault.empty()) {
       if (!part.region) continue;
       for (const std::string& doubt :
-           {doubt_of_region(part.bgr, colour.model, *part.region, part.corner), doubt_of_vision(part, colour.model)}) {
+           {doubt_of_parts(part.bgr, colour.model, *part.region, part.corner),
+            doubt_of_region(part.bgr, colour.model, *part.region, part.corner), doubt_of_vision(part, colour.model)}) {
         if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
       }
       continue;
