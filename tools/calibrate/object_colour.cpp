@@ -40,27 +40,48 @@ double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   return area;
 }
 
-/// The boxes around the parts of a region: one for each object that was clicked, or for each patch of one.
+/// The boxes around the connected parts of a region.
 std::vector<cv::Rect> boxes_of(const ObjectRegion& region) {
-  if (region.mask.empty()) return {region.box};
+  if (region.mask.empty() || region.box.empty()) return {region.box};
   cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(region.mask, labels, stats, centres);
+  const int count = cv::connectedComponentsWithStats(region.mask(region.box), labels, stats, centres);
   std::vector<cv::Rect> boxes;
   for (int k = 1; k < count; ++k) {
     const int* of = stats.ptr<int>(k);
-    boxes.emplace_back(of[cv::CC_STAT_LEFT], of[cv::CC_STAT_TOP], of[cv::CC_STAT_WIDTH], of[cv::CC_STAT_HEIGHT]);
+    boxes.emplace_back(region.box.x + of[cv::CC_STAT_LEFT], region.box.y + of[cv::CC_STAT_TOP], of[cv::CC_STAT_WIDTH],
+                       of[cv::CC_STAT_HEIGHT]);
   }
   return boxes;
 }
 
+/// The part of a picture that counts, with what it shows of the object.
+struct Part {
+  cv::Mat bgr;
+  std::optional<ObjectRegion> region;
+  cv::Point corner;             // in the picture
+  std::vector<cv::Rect> boxes;  // around the parts of the region: each object that was clicked, or each patch of one
+};
+
+Part part_of(const ObjectPicture& picture) {
+  const cv::Rect within = picture.within.value_or(cv::Rect({0, 0}, picture.bgr.size()));
+  Part part{picture.bgr(within), std::nullopt, within.tl(), {}};
+  if (picture.region) {
+    const ObjectRegion& region = *picture.region;
+    part.region =
+        ObjectRegion{(region.box & within) - within.tl(), region.mask.empty() ? cv::Mat() : region.mask(within)};
+    part.boxes = boxes_of(*part.region);
+  }
+  return part;
+}
+
 /// Whether so much of something is in the region that it is what was clicked.
-bool was_clicked(const vision::Blob& blob, const ObjectRegion& region) {
-  return area_inside(blob, region) > (boxes_of(region).size() > 1 ? kClickedOfSeveral : kClicked) * blob.area;
+bool was_clicked(const vision::Blob& blob, const Part& part) {
+  return area_inside(blob, *part.region) > (part.boxes.size() > 1 ? kClickedOfSeveral : kClicked) * blob.area;
 }
 
 /// Whether something is no farther from a part of the region than twice its length.
-bool is_near(const cv::Rect& other, const ObjectRegion& region) {
-  return std::ranges::any_of(boxes_of(region), [&](const cv::Rect& box) {
+bool is_near(const cv::Rect& other, const Part& part) {
+  return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) {
     const int margin = 2 * std::max(box.width, box.height);
     const cv::Rect around = box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin);
     return !(around & other).empty();
@@ -73,8 +94,10 @@ std::string position_of(const vision::Blob& blob, const cv::Point& corner) {
 }
 
 /// Where something else has the object's colours, which learning from the whole picture leaves out, as the end of a
-/// sentence; empty where nothing large has. `bgr` begins at `corner` of the picture.
-std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region, const cv::Point& corner) {
+/// sentence; empty where nothing large has.
+std::string others_like_it(const Part& part) {
+  const cv::Mat& bgr = part.bgr;
+  const ObjectRegion& region = *part.region;
   const int margin = std::max(region.box.width, region.box.height) / 2;
   const cv::Rect near =
       (region.box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin)) & cv::Rect(0, 0, bgr.cols, bgr.rows);
@@ -93,19 +116,20 @@ std::string others_like_it(const cv::Mat& bgr, const ObjectRegion& region, const
   return fmt::format(
       "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
       "vision.yaml and give --within-left and --within-right",
-      position_of(*largest, corner));
+      position_of(*largest, part.corner));
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
-std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
-                         const cv::Point& corner) {
+std::string finder_fault(const Part& part, const vision::ColourModel& model) {
+  const cv::Mat& bgr = part.bgr;
+  const ObjectRegion& region = *part.region;
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture";
   if (static_cast<double>(found.members) > kFilled * static_cast<double>(bgr.total()))
     return "the learned colours fill most of the picture: show more of what is around the object";
   if (found.blobs.empty())
-    return "with the learned colours nothing is found, not even the object" + others_like_it(bgr, region, corner);
+    return "with the learned colours nothing is found, not even the object" + others_like_it(part);
   const vision::Blob* object = nullptr;
   double inside = 0;
   double all_inside = 0;  // also of the object's other parts, as beside a stripe
@@ -118,21 +142,21 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, c
   }
   if (!object) {
     return fmt::format("with the learned colours another object is found, at {}, and not this one",
-                       position_of(found.blobs[0], corner));
+                       position_of(found.blobs[0], part.corner));
   }
   if (inside < 0.5 * object->area) {
     return "with the learned colours the object is found together with much of what is around it";
   }
   for (const vision::Blob& blob : found.blobs) {
-    if (blob.area < kSimilar * object->area || was_clicked(blob, region)) continue;
+    if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one{}{}",
-                       position_of(blob, corner), 100 * blob.area / object->area, is_near(blob.box, region) ? ": " : "",
-                       is_near(blob.box, region) ? kIfPart : "");
+                       position_of(blob, part.corner), 100 * blob.area / object->area,
+                       is_near(blob.box, part) ? ": " : "", is_near(blob.box, part) ? kIfPart : "");
   }
   const double whole = area_of(region);
   if (all_inside < kFewest * whole)
     return fmt::format("only {:.0f} % of the object is found with the learned colours", 100 * all_inside / whole) +
-           others_like_it(bgr, region, corner);
+           others_like_it(part);
   return {};
 }
 
@@ -152,60 +176,41 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, d
 }
 
 /// Where something beside the object has its colours, as a sentence; empty where nothing has.
-std::string doubt_of_region(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
-                            const cv::Point& corner) {
+std::string doubt_of_region(const Part& part, const vision::ColourModel& model) {
+  const cv::Mat& bgr = part.bgr;
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   for (const vision::Blob& blob : found.blobs) {
-    if (blob.area < kPart * area_of(region) || was_clicked(blob, region)) continue;
-    if (is_near(blob.box, region))
-      return fmt::format("what is at {} has its colours, too: {}", position_of(blob, corner), kIfPart);
+    if (blob.area < kPart * area_of(*part.region) || was_clicked(blob, part)) continue;
+    if (is_near(blob.box, part))
+      return fmt::format("what is at {} has its colours, too: {}", position_of(blob, part.corner), kIfPart);
   }
   return {};
 }
 
 /// Where something was clicked that has none of the learned colours, as a sentence; empty where all has some of them.
 /// The share of the whole region does not tell that of a small part.
-std::string doubt_of_parts(const cv::Mat& bgr, const vision::ColourModel& model, const ObjectRegion& region,
-                           const cv::Point& corner) {
+std::string doubt_of_parts(const Part& part, const vision::ColourModel& model) {
+  const ObjectRegion& region = *part.region;
   const vision::ColourTable members(model);
-  for (const cv::Rect& box : boxes_of(region)) {
+  for (const cv::Rect& box : part.boxes) {
     int pixels = 0, learned = 0;
     for (int row = box.y; row < box.br().y; ++row) {
       for (int column = box.x; column < box.br().x; ++column) {
         if (!region.mask.empty() && region.mask.at<uint8_t>(row, column) == 0) continue;
-        const auto& p = bgr.at<cv::Vec3b>(row, column);
+        const auto& p = part.bgr.at<cv::Vec3b>(row, column);
         ++pixels;
         learned += members.contains(p[0], p[1], p[2]);
       }
     }
     if (learned >= kPart * pixels) continue;
-    const cv::Point at = corner + (box.tl() + box.br()) / 2;
+    const cv::Point at = part.corner + (box.tl() + box.br()) / 2;
     return fmt::format(
-        "what was clicked at {},{} does not have the learned colours: leave that click out, or give it a picture of "
-        "its "
-        "own",
+        "what was clicked at {},{} does not have the learned colours: leave that click out, or show it in another "
+        "picture",
         at.x, at.y);
   }
   return {};
-}
-
-/// The part of a picture that counts, with what it shows of the object.
-struct Part {
-  cv::Mat bgr;
-  std::optional<ObjectRegion> region;
-  cv::Point corner;  // in the picture
-};
-
-Part part_of(const ObjectPicture& picture) {
-  const cv::Rect within = picture.within.value_or(cv::Rect({0, 0}, picture.bgr.size()));
-  Part part{picture.bgr(within), std::nullopt, within.tl()};
-  if (picture.region) {
-    const ObjectRegion& region = *picture.region;
-    part.region =
-        ObjectRegion{(region.box & within) - within.tl(), region.mask.empty() ? cv::Mat() : region.mask(within)};
-  }
-  return part;
 }
 
 std::string about(const ObjectPicture& picture, const std::string& sentence) {
@@ -227,10 +232,9 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
   vision::StereoTracker tracker(options);
   const vision::StereoTracker::Found found = tracker.find(bgr, shifted);
   using Status = vision::StereoMatch::Status;
-  const std::vector<cv::Rect> boxes = boxes_of(*part.region);
   const auto is_object = [&](const Eigen::Vector2d& px) {
     const cv::Point at(cvRound(px.x()), cvRound(px.y()));
-    return std::ranges::any_of(boxes, [&](const cv::Rect& box) { return box.contains(at); });
+    return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) { return box.contains(at); });
   };
   const auto at = [&](const Eigen::Vector2d& px) {
     return fmt::format("{},{}", cvRound(px.x()) + part.corner.x, cvRound(px.y()) + part.corner.y);
@@ -243,7 +247,7 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
     return std::string("by the colours alone vision would say: ") + description(found.match.status);
   const auto other = std::ranges::find_if(
       found.candidates, [&](const vision::Candidate& candidate) { return !is_object(candidate.match.left_px); });
-  if (other == found.candidates.end() && boxes.size() > 1) return {};  // several that look alike
+  if (other == found.candidates.end() && part.boxes.size() > 1) return {};  // several that look alike
   return fmt::format(
       "by the colours alone vision would not choose between it and {}: set ball_radius_m or search_region_m",
       other == found.candidates.end() ? "a part of it" : "what is at " + at(other->match.left_px));
@@ -285,13 +289,12 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     warn(pictures[k], colour.rates[k], object.warnings);
     if (!object.fault.empty()) continue;
     const Part& part = parts[k];
-    const std::string fault = part.region ? finder_fault(part.bgr, colour.model, *part.region, part.corner)
-                                          : finder_fault(part.bgr, colour.model, smallest, part.corner);
+    const std::string fault =
+        part.region ? finder_fault(part, colour.model) : finder_fault(part.bgr, colour.model, smallest, part.corner);
     if (fault.empty()) {
       if (!part.region) continue;
-      for (const std::string& doubt :
-           {doubt_of_parts(part.bgr, colour.model, *part.region, part.corner),
-            doubt_of_region(part.bgr, colour.model, *part.region, part.corner), doubt_of_vision(part, colour.model)}) {
+      for (const std::string& doubt : {doubt_of_parts(part, colour.model), doubt_of_region(part, colour.model),
+                                       doubt_of_vision(part, colour.model)}) {
         if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
       }
       continue;
