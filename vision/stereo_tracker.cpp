@@ -13,18 +13,12 @@ constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed o
 constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
 constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
 constexpr double kWindowMargin = 8;    // pixels
-constexpr double kWorthwhile = 0.5;    // above this share of the search area, all of it is searched instead
-constexpr double kBackground = 0.5;    // share of a blob from which on it is taken as background
-constexpr double kCompact = 0.4;       // see Appearance: an ellipse of 5:2, or a disc with much missing
-constexpr double kSpeck = 0.25;        // share of the tracked object's radius below which another one is a speck
 constexpr double kAround = 2;          // radii around the last position that are not learned as background
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
 constexpr double kWider = 0.15;
-constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
-constexpr int kLeastArea = 16;          // pixels, width and height of a search area
-constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
-constexpr double kDimmest = 10;         // grey levels: no pixel of a black image is brighter
+constexpr int kLeastArea = 16;   // pixels, width and height of a search area
+constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
 
 /// The part of an image that is searched.
 cv::Rect area_of(const TrackerOptions& options, Side side) {
@@ -86,8 +80,8 @@ bool is_located(StereoMatch::Status status) {
 
 bool is_background(const StereoMatch& match, const View& left, const View& right) {
   return match.left >= 0 && match.right >= 0 &&
-         left.appearance[static_cast<size_t>(match.left)].background > kBackground &&
-         right.appearance[static_cast<size_t>(match.right)].background > kBackground;
+         left.appearance[static_cast<size_t>(match.left)].background > StereoTracker::kBackgroundShare &&
+         right.appearance[static_cast<size_t>(match.right)].background > StereoTracker::kBackgroundShare;
 }
 
 }  // namespace
@@ -156,30 +150,6 @@ std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime
   const int size = static_cast<int>(std::ceil(2 * half)) + 1;
   const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & search_area(side);
   return window.empty() ? std::nullopt : std::optional(window);
-}
-
-bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) const {
-  using Status = StereoMatch::Status;
-  const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
-                      match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
-                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget;
-  const auto seen = track_.last_seen_utime();
-  if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
-  if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
-  return std::ranges::all_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
-    const auto window = predicted_window(side, utime);
-    return window && window->area() < kWorthwhile * search_area(side).area();
-  });
-}
-
-bool StereoTracker::is_target_again(const Found& found, const View& left, const View& right) const {
-  const StereoMatch& match = found.match;
-  if (match.status != StereoMatch::Status::kSeen || found.candidates.empty()) return false;
-  const auto compact = [](const View& view, int chosen) {
-    return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
-  };
-  return found.candidates.front().evidence.term[Evidence::kSize] > kOtherSize &&
-         (match.both_by_contour || (compact(left, match.left) && compact(right, match.right)));
 }
 
 View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
@@ -255,19 +225,6 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   return found;
 }
 
-/// Whether `other`, which is not in the background, is evidence enough against the tracked object: that stands still,
-/// and the other one is compact and no speck beside it.
-bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left,
-                                const View& right) const {
-  const auto agrees = [&](const View& view, int candidate, int current) {
-    const auto c = static_cast<size_t>(candidate);
-    return view.appearance[c].compactness > kCompact &&
-           view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
-  };
-  return identity_.stands_still() && agrees(left, other.left, tracked.left) &&
-         agrees(right, other.right, tracked.right);
-}
-
 /// Matches the contours that are no other target, with those in the background or without. In a confirmed track a
 /// sphere's contour counts also before background of its colour.
 StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
@@ -280,7 +237,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     for (size_t k = 0; k < view.contours.size(); ++k) {
       if (k < taken.size() && taken[k]) continue;
       const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
-      if (!background && !sphere && view.appearance[k].background > kBackground) continue;
+      if (!background && !sphere && view.appearance[k].background > kBackgroundShare) continue;
       contours[index(side)].push_back(view.contours[k]);
       from[index(side)].push_back(static_cast<int>(k));
     }
@@ -389,7 +346,7 @@ TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
                                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   const bool newer = !track_.begun() || times.pair > track_.utime();
-  TargetReport result = update_track(times, match, left, right);
+  TargetReport result = update_track(times, match, left, right, others);
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
     if (followed) calibration_.update(match);
@@ -435,7 +392,7 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen, st
 }
 
 TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMatch& match, const View& left,
-                                         const View& right) {
+                                         const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   using Status = StereoMatch::Status;
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
@@ -450,7 +407,11 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   }
   const int64_t before = track_.utime();
   const PositionEstimate estimate = estimate_at_pair(times, match);
-  if (!track_.update(times.pair, estimate, seen)) {
+  using Jump = TargetTrack::Jump;
+  const Jump jump = !seen                                                           ? Jump::kNever
+                    : has_bounced(times.pair, estimate, match, left, right, others) ? Jump::kAtOnce
+                                                                                    : Jump::kIfConfirmed;
+  if (!track_.update(times.pair, estimate, jump)) {
     const bool past = track_.utime() == before && times.pair <= before;
     if (!past) identity_.update_unseen(times.pair, track_.status() == TargetTrack::Status::kLost);
     return report(unseen_status(),

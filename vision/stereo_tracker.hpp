@@ -129,6 +129,9 @@ class StereoTracker {
   /// Matches a single pair by searching the search areas; the pair does not update the track.
   Found find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled = false);
 
+  /// Share of a blob that the remembered background explains, from which on it is taken for background.
+  static constexpr double kBackgroundShare = 0.5;
+
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;
   /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `state` is not valid.
@@ -155,8 +158,9 @@ class StereoTracker {
     int since_look = 0;  // pairs
   };
 
-  static constexpr int kFirstLooks = 16;  // search areas that a new tracker searches to learn the background
-  static constexpr int kLookEvery = 8;    // pairs between two searches of a whole area for the background
+  static constexpr int kFirstLooks = 16;      // search areas that a new tracker searches to learn the background
+  static constexpr int kLookEvery = 8;        // pairs between two searches of a whole area for the background
+  static constexpr double kWorthwhile = 0.5;  // above this share of the search area, all of it is searched instead
   static ColourModel wider_model(const ColourModel& model);
   static CameraState camera_state(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
@@ -164,7 +168,10 @@ class StereoTracker {
   TargetTrack::Status unseen_status() const;
   TargetReport report(TargetTrack::Status status, const char* reason) const;
   void adapt(Side side, const View& view, int chosen, double quality);
-  TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right);
+  bool has_bounced(int64_t utime, const PositionEstimate& there, const StereoMatch& match, const View& left,
+                   const View& right, const std::array<std::vector<cv::Rect>, 2>& others) const;
+  TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
+                            const std::array<std::vector<cv::Rect>, 2>& others);
   void notice_motion(Side side, const View& view, int64_t utime);
   void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;

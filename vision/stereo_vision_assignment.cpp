@@ -111,10 +111,8 @@ void give(const Assignment& assignment, Target& target) {
 /// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
 /// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
-  constexpr int64_t kAtOnce = 120000;  // us: three pairs at 30 Hz
-  const TargetTrack& track = target.tracker.track();
-  return target.tracker.is_expected(times) && times.pair - *track.last_seen_utime() < kAtOnce &&
-         track.is_near(times.pair, {target.match.point.p_W, target.match.point.covariance});
+  const PositionEstimate there{target.match.point.p_W, target.match.point.covariance};
+  return target.tracker.is_expected(times) && target.tracker.track().may_bounce_to(times.pair, there);
 }
 
 /// What a target may have in a pair, so that no other one has it: its match, or of one that is tracked and ambiguous,

@@ -146,7 +146,7 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   for (int k = 0; k < 4; ++k) EXPECT_FALSE(see({k % 2 ? 0.4 : -0.4, 0.3, 0.5}));
   EXPECT_TRUE(see(here));
   for (int k = 0; k < 5; ++k)
-    EXPECT_FALSE(track.update(t += kFrame, seen_at(there), false)) << "it cannot be told there";
+    EXPECT_FALSE(track.update(t += kFrame, seen_at(there), TargetTrack::Jump::kNever)) << "it cannot be told there";
   EXPECT_TRUE(see(here));
   EXPECT_FALSE(see(there));
   EXPECT_FALSE(see(there));
@@ -182,6 +182,21 @@ TEST(TargetTrack, ANearJumpNeedsOneMatchLessButAtLeastTwo) {
       EXPECT_EQ(needed, distance < 0.1 ? near : far) << confirmations << " at " << distance;
     }
   }
+}
+
+TEST(TargetTrack, AJumpThatIsKnownNeedsNoFurtherMatch) {
+  TargetTrack track({});
+  int64_t t = 0;
+  for (int k = 0; k < 10; ++k) EXPECT_TRUE(track.update(t += kFrame, seen_at({0, 0, 0.5})));
+  const PositionEstimate near = seen_at({0.09, 0, 0.5}), far = seen_at({0.6, 0, 0.5});
+  EXPECT_TRUE(track.may_bounce_to(t + kFrame, near));
+  EXPECT_FALSE(track.may_bounce_to(t + kFrame, far)) << "18 m/s";
+  EXPECT_TRUE(track.may_bounce_to(t + 120000, near));
+  EXPECT_FALSE(track.may_bounce_to(t + 120001, near)) << "it was seen too long ago";
+  EXPECT_TRUE(track.update(t += kFrame, near, TargetTrack::Jump::kAtOnce));
+  EXPECT_TRUE(track.began_anew());
+  EXPECT_NEAR(track.estimate().position.x(), 0.09, 1e-9);
+  EXPECT_FALSE(TargetTrack({}).may_bounce_to(t, near)) << "it was never seen";
 }
 
 TEST(TargetTrack, TakesTimesAsTheyCome) {

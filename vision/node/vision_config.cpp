@@ -36,8 +36,9 @@ void add_track_keys(ConfigKeys<Section>& keys) {
           "The target is lost when √tr(Σ) of its predicted position exceeds this.")
       .integer(
           "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
-          "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed allows "
-          "(docs/vision.md).")
+          "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed "
+          "allows; a "
+          "bounce of the only thing in view is taken at once (docs/vision.md).")
       .number(
           "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
           [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },

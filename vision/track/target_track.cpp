@@ -11,6 +11,7 @@ namespace {
 constexpr double kExpected = 7.8;             // 95 % quantile of chi^2 with three degrees of freedom
 constexpr double kFastest = 12;               // m/s, largest speed of a target just found: a ball tossed to somebody
 constexpr double kFirstSpeed = kFastest / 4;  // m/s, standard deviation of the velocity of a target just found
+constexpr int64_t kJustBefore = 120000;       // us: between three and four pairs at 30 Hz
 constexpr double kNearSpeed = kFirstSpeed;    // m/s, with which a target that rested can make a near jump
 
 double seconds_between(int64_t from, int64_t to) {
@@ -85,11 +86,15 @@ bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
          std::max(kNearSpeed, velocity().norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
 }
 
+bool TargetTrack::may_bounce_to(int64_t utime, const PositionEstimate& seen) const {
+  return is_near(utime, seen) && utime - *last_seen_utime_ <= kJustBefore;
+}
+
 Eigen::Vector3d TargetTrack::position_at(int64_t utime) const {
   return state_.head<3>() - seconds_between(utime, utime_) * velocity();
 }
 
-bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
+bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_once) {
   const double seconds = seconds_between(outlier_utime_, utime);
   const double sigma = std::sqrt(seen.covariance.trace());
   const Eigen::Vector3d moved = seen.position - outlier_;
@@ -99,13 +104,13 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen) {
   outlier_ = seen.position;
   outlier_utime_ = utime;
   const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
-  if (outliers_ < needed) return false;
+  if (outliers_ < needed && !at_once) return false;
   const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
   begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
   return true;
 }
 
-bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump) {
+bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump) {
   began_anew_ = false;
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
@@ -125,7 +130,7 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
     predict(seconds, options_.coasting_process_noise_m2_s3, state, covariance);
     state_ = state;
     covariance_ = covariance;
-    taken = usable && may_jump && confirm(utime, *seen);
+    taken = usable && jump != Jump::kNever && confirm(utime, *seen, jump == Jump::kAtOnce);
   }
   if (taken) {
     outliers_ = 0;

@@ -18,8 +18,9 @@ struct PositionEstimate {
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
 /// raised, for that step, until the innovation fits. A match that is too far away even for the largest process noise is
-/// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
-/// target can have got there at its speed, or at 3 m/s, from where it was seen last.
+/// a jump, accepted only when later matches confirm it, unless the caller knows better (Jump): one less than
+/// `confirmations`, but at least two, where the target can have got there at its speed, or at 3 m/s, from where it was
+/// seen last.
 class TargetTrack {
  public:
   struct Options {
@@ -33,6 +34,9 @@ class TargetTrack {
         0.1;  ///< largest standard deviation of the position before it is lost: root of the covariance's trace
   };
   enum class Status { kLost, kTracked, kCoasting };
+  /// Whether a measurement outside the gate may be the target, that has jumped there: never, if further ones confirm
+  /// it, or at once.
+  enum class Jump { kNever, kIfConfirmed, kAtOnce };
 
   /// Throws std::invalid_argument unless all options are positive (`coast_s` may be 0) and min_process_noise_m2_s3 <=
   /// coasting_process_noise_m2_s3 <= max_process_noise_m2_s3.
@@ -40,8 +44,8 @@ class TargetTrack {
 
   /// Updates the track with the position measured at `utime` (microseconds), or with none. Returns false when the
   /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last
-  /// one. `may_jump`: a measurement outside the gate counts towards confirming a jump.
-  bool update(int64_t utime, const std::optional<PositionEstimate>& seen, bool may_jump = true);
+  /// one.
+  bool update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump = Jump::kIfConfirmed);
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
   std::optional<PositionEstimate> predicted(int64_t utime) const;
@@ -51,6 +55,8 @@ class TargetTrack {
   /// Whether the target can have got to a measured position by `utime`, at its speed or at 3 m/s, from where it was
   /// seen last.
   bool is_near(int64_t utime, const PositionEstimate& seen) const;
+  /// The same for a target that was seen just before: at most 0.12 s ago.
+  bool may_bounce_to(int64_t utime, const PositionEstimate& seen) const;
 
   Status status() const { return status_; }
   /// Whether the last update began a new track: the target was lost before, or jumped.
@@ -81,7 +87,7 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
   bool correct(double seconds, const PositionEstimate& seen);
-  bool confirm(int64_t utime, const PositionEstimate& seen);
+  bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
   void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance);
 
   Options options_;

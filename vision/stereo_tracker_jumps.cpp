@@ -1,0 +1,88 @@
+// Whether what is seen elsewhere than expected, or by other colours than the learned ones, is the target.
+#include <algorithm>
+#include <cmath>
+
+#include "numeric/natural_log.hpp"
+#include "vision/stereo_tracker.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr double kCompact = 0.4;        // see Appearance: an ellipse of 5:2, or a disc with much missing
+constexpr double kSpeck = 0.25;         // share of the object's radius below which another thing is a speck
+constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
+constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
+
+bool is_compact(const View& view, int chosen) {
+  return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
+}
+
+/// Whether an image shows nothing but the chosen blob, other targets, background and specks.
+bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others) {
+  const auto object = static_cast<size_t>(chosen);
+  for (size_t k = 0; k < view.blobs.size(); ++k) {
+    const cv::Rect& box = view.blobs[k].box;
+    const auto encloses = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
+    if (k == object || std::ranges::any_of(others, encloses)) continue;
+    if (view.appearance[k].background > StereoTracker::kBackgroundShare) continue;
+    if (view.contours[k].radius_px > kSpeck * view.contours[object].radius_px) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) const {
+  using Status = StereoMatch::Status;
+  const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
+                      match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
+                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget;
+  const auto seen = track_.last_seen_utime();
+  if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
+  if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
+  return std::ranges::all_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
+    const auto window = predicted_window(side, utime);
+    return window && window->area() < kWorthwhile * search_area(side).area();
+  });
+}
+
+bool StereoTracker::is_target_again(const Found& found, const View& left, const View& right) const {
+  const StereoMatch& match = found.match;
+  if (match.status != StereoMatch::Status::kSeen || found.candidates.empty()) return false;
+  return found.candidates.front().evidence.term[Evidence::kSize] > kOtherSize &&
+         (match.both_by_contour || (is_compact(left, match.left) && is_compact(right, match.right)));
+}
+
+/// Whether `other`, which is not in the background, is evidence enough against the tracked object: that stands still,
+/// and the other one is compact and no speck beside it.
+bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left,
+                                const View& right) const {
+  const auto agrees = [&](const View& view, int candidate, int current) {
+    const auto c = static_cast<size_t>(candidate);
+    return view.appearance[c].compactness > kCompact &&
+           view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
+  };
+  return identity_.stands_still() && agrees(left, other.left, tracked.left) &&
+         agrees(right, other.right, tracked.right);
+}
+
+/// Whether a match outside the prediction is the target, which has bounced: it was seen just before, can have got
+/// there, has its size, is compact, and nothing else is in view.
+bool StereoTracker::has_bounced(int64_t utime, const PositionEstimate& there, const StereoMatch& match,
+                                const View& left, const View& right,
+                                const std::array<std::vector<cv::Rect>, 2>& others) const {
+  if (!track_.may_bounce_to(utime, there) || !(radius_m_ > 0)) return false;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
+  const auto looks_like_it = [&](Side side, const View& view, int chosen) {
+    if (view.wider || view.window != search_area(side)) return false;
+    const SphereContour& contour = view.contours[static_cast<size_t>(chosen)];
+    const double distance_m = (side == Side::kLeft ? p_L : options_.rig.X_RL * p_L).norm();
+    const double sigmas =
+        natural_log(contour.value.z() * distance_m / radius_m_) / natural_log(options_.match.max_size_ratio);
+    const bool round = contour.kind == SphereContour::Kind::kEdges || is_compact(view, chosen);
+    return round && -0.5 * sigmas * sigmas > kOtherSize && is_alone(view, chosen, others[index(side)]);
+  };
+  return looks_like_it(Side::kLeft, left, match.left) && looks_like_it(Side::kRight, right, match.right);
+}
+
+}  // namespace multireach::vision
