@@ -126,9 +126,9 @@ Eigen::Vector2d cut_off_pixel(const StereoRig& rig, double z, double radius_px, 
 
 struct Statistics {
   int shown = 0, seen = 0, declared = 0, by_edges = 0, inside = 0;
-  double nees = 0, square = 0, occlusion = 0, epipolar_z2 = 0;
+  double nees = 0, square = 0, occlusion = 0;
   std::vector<double> errors_m;
-  Eigen::Array3d error{0, 0, 0}, error2{0, 0, 0}, normalised2{0, 0, 0};
+  Eigen::Array3d error{0, 0, 0}, normalised2{0, 0, 0};
 
   /// `ray`: to the position; NEES by axis is across, down and along it.
   void add(const Eigen::Vector3d& apart, const Eigen::Matrix3d& covariance, const Eigen::Vector3d& ray) {
@@ -139,9 +139,21 @@ struct Statistics {
     square += apart.squaredNorm();
     errors_m.push_back(apart.norm());
     error += apart.array();
-    error2 += apart.array().square();
     const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(ray, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     normalised2 += (R * apart).array().square() / (R * covariance * R.transpose()).diagonal().array();
+  }
+  void add(const Statistics& other) {
+    shown += other.shown;
+    seen += other.seen;
+    declared += other.declared;
+    by_edges += other.by_edges;
+    inside += other.inside;
+    nees += other.nees;
+    square += other.square;
+    occlusion += other.occlusion;
+    errors_m.insert(errors_m.end(), other.errors_m.begin(), other.errors_m.end());
+    error += other.error;
+    normalised2 += other.normalised2;
   }
   int located() const { return static_cast<int>(errors_m.size()); }
   double rms_mm() const { return errors_m.empty() ? 0 : 1000 * std::sqrt(square / located()); }
@@ -154,15 +166,24 @@ struct Statistics {
   double nees_per_dimension() const { return errors_m.empty() ? 0 : nees / located() / 3; }
 };
 
-class Accuracy {
+/// What the command line chooses.
+struct Choices {
+  int positions = 400, rooms = 1;
+  uint64_t seed = 1, first_wall = 1;
+  bool unknown_radius = false, by_background = false, each = false;
+  std::string only, without, json;
+};
+
+/// One room: four walls, and positions of the sphere in front of them.
+class Room {
  public:
-  Accuracy(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, bool each)
-      : positions_(positions),
-        seed_(seed),
-        first_wall_(first_wall),
-        radius_known_(radius_known),
-        verbose_(verbose),
-        each_(each) {}
+  Room(const Choices& choices, int number)
+      : positions_(choices.positions / choices.rooms),
+        seed_(choices.seed + static_cast<uint64_t>(number)),
+        first_wall_(choices.first_wall + 4 * static_cast<uint64_t>(number)),
+        radius_known_(!choices.unknown_radius),
+        verbose_(choices.by_background),
+        each_(choices.each) {}
 
   Statistics run(const Case& c) {
     const StereoRig rig = rig_of(c.distorted);
@@ -295,49 +316,60 @@ class Accuracy {
   vision::BlobFinder finder_;
 };
 
-int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known, bool verbose, bool each,
-            const std::string& only, const std::string& without, const std::string& json_path) {
+int measure(const Choices& choices) {
   std::printf(
-      "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, seed "
-      "%llu, walls %llu to %llu, radius %s\n\n",
-      positions, static_cast<unsigned long long>(seed), static_cast<unsigned long long>(first_wall),
-      static_cast<unsigned long long>(first_wall + 3), radius_known ? "known" : "not known");
+      "Rendered sphere of 2 cm, f = 500 px, 640 x 480, baseline 6 cm, noise 3 grey levels, %d positions a case, from "
+      "seed %llu, walls from %llu, four for each of %d rooms, radius %s\n\n",
+      choices.positions, static_cast<unsigned long long>(choices.seed),
+      static_cast<unsigned long long>(choices.first_wall), choices.rooms,
+      choices.unknown_radius ? "not known" : "known");
   std::printf(
       "| case | shown | seen | declared occluded | by edges | median mm | RMS mm | p95 | max | NEES across, down, "
       "along the ray | bias mm x "
       "y z | "
       "NEES/3 | inside 95 %% | occlusion |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  Accuracy accuracy(positions, seed, first_wall, radius_known, verbose, each);
-  nlohmann::json report = {
-      {"positions", positions}, {"seed", seed}, {"first_wall", first_wall}, {"radius_known", radius_known}};
-  double nees = 0;
-  int located = 0;
-  for (const Case& c : cases()) {
-    if (!only.empty() && c.name.find(only) == std::string::npos) continue;
-    if (!without.empty() && c.name.find(without) != std::string::npos) continue;
-    const Statistics sums = accuracy.run(c);
-    Accuracy::print(c.name.c_str(), sums);
-    nees += sums.nees;
-    located += sums.located();
-    report["cases"].push_back({{"name", c.name},
+  std::vector<Case> chosen = cases();
+  std::erase_if(chosen, [&](const Case& c) {
+    const auto contains = [&](const std::string& text) { return c.name.find(text) != std::string::npos; };
+    return !contains(choices.only) || (!choices.without.empty() && contains(choices.without));
+  });
+  // Room by room, because the walls of a room take much memory.
+  std::vector<Statistics> results(chosen.size());
+  for (int number = 0; number < choices.rooms; ++number) {
+    Room room(choices, number);
+    for (size_t k = 0; k < chosen.size(); ++k) {
+      results[k].add(room.run(chosen[k]));
+      if (number == choices.rooms - 1) Room::print(chosen[k].name.c_str(), results[k]);
+    }
+  }
+  nlohmann::json report = {{"positions", choices.positions},
+                           {"rooms", choices.rooms},
+                           {"seed", choices.seed},
+                           {"first_wall", choices.first_wall},
+                           {"radius_known", !choices.unknown_radius}};
+  Statistics all;
+  for (size_t k = 0; k < chosen.size(); ++k) {
+    const Statistics& sums = results[k];
+    all.add(sums);
+    report["cases"].push_back({{"name", chosen[k].name},
                                {"shown", sums.shown},
                                {"seen", sums.seen},
                                {"declared_occluded", sums.declared},
                                {"median_mm", sums.median_mm()},
                                {"rms_mm", sums.rms_mm()},
-                               {"aim_rms_mm", c.most_rms_mm},
+                               {"aim_rms_mm", chosen[k].most_rms_mm},
                                {"inside_95_percent", sums.inside_percent()},
                                {"nees_per_dimension", sums.nees_per_dimension()}});
   }
-  report["nees_per_dimension"] = located > 0 ? nees / located / 3 : 0;
-  std::printf("\nAll cases: NEES/3 = %.3f\n", report["nees_per_dimension"].get<double>());
-  if (json_path == "-") {
+  report["nees_per_dimension"] = all.nees_per_dimension();
+  std::printf("\nAll cases: NEES/3 = %.3f\n", all.nees_per_dimension());
+  if (choices.json == "-") {
     std::printf("%s\n", report.dump(2).c_str());
-  } else if (!json_path.empty()) {
-    std::ofstream file(json_path);
+  } else if (!choices.json.empty()) {
+    std::ofstream file(choices.json);
     file << report.dump(2) << '\n';
     if (!file.flush()) {
-      std::fprintf(stderr, "multireach-bench-accuracy: cannot write %s\n", json_path.c_str());
+      std::fprintf(stderr, "multireach-bench-accuracy: cannot write %s\n", choices.json.c_str());
       return 1;
     }
   }
@@ -349,21 +381,21 @@ int measure(int positions, uint64_t seed, uint64_t first_wall, bool radius_known
 
 int main(int argc, char** argv) {
   CLI::App app("Position error of a rendered sphere, as a Markdown table.");
-  int positions = 400;
-  uint64_t seed = 1, first_wall = 1;
-  bool unknown_radius = false, verbose = false, each = false;
-  std::string only, without, json;
-  app.add_option("--positions", positions, "of the sphere, in each case")
+  multireach::bench::Choices choices;
+  app.add_option("--positions", choices.positions, "of the sphere, in each case: equally many in each room")
       ->check(CLI::Range(4, 1000000))
       ->capture_default_str();
-  app.add_option("--seed", seed, "of the positions")->capture_default_str();
-  app.add_option("--walls", first_wall, "seed of the first of the four walls")->capture_default_str();
-  app.add_flag("--unknown-radius", unknown_radius, "do not tell the sphere's radius");
-  app.add_flag("--by-background", verbose, "a line for each background as well");
-  app.add_flag("--each", each, "a line for each position as well");
-  app.add_option("--only", only, "cases whose name contains this");
-  app.add_option("--without", without, "not those whose name contains this");
-  app.add_option("--json", json, "write the results there as JSON; - for standard output");
+  app.add_option("--rooms", choices.rooms, "each with four walls and positions of its own")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--seed", choices.seed, "of the positions in the first room")->capture_default_str();
+  app.add_option("--walls", choices.first_wall, "seed of the first wall of the first room")->capture_default_str();
+  app.add_flag("--unknown-radius", choices.unknown_radius, "do not tell the sphere's radius");
+  app.add_flag("--by-background", choices.by_background, "a line for each room and background as well");
+  app.add_flag("--each", choices.each, "a line for each position as well");
+  app.add_option("--only", choices.only, "cases whose name contains this");
+  app.add_option("--without", choices.without, "not those whose name contains this");
+  app.add_option("--json", choices.json, "write the results there as JSON; - for standard output");
   CLI11_PARSE(app, argc, argv);
-  return multireach::bench::measure(positions, seed, first_wall, !unknown_radius, verbose, each, only, without, json);
+  return multireach::bench::measure(choices);
 }
