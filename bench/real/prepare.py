@@ -2,7 +2,7 @@
 """Makes the folders that multireach-bench-real measures from public repositories (docs/real-images.md).
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
-                   --robocup_ml CLONE --PRiMEStereoMatch CLONE
+                   --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
@@ -15,6 +15,7 @@ Debian packages git, python3-numpy, python3-opencv and python3-scipy.
     SYSU-QuadCopter-2014-Team/Detect        22723f6   vot2 (later commits no longer have the images)
     andrepool/robocup_ml                    45430e3   football1 to football5
     PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
+    apennisi/kfct                           0dca73c   can
 """
 import argparse
 import io
@@ -277,6 +278,17 @@ def make_vot2(out, clone):
     write_vot(out / "vot2", clone, "ball", "ball", "red football indoors")
 
 
+# A sequence of the object tracking benchmark OTB
+
+
+def make_can(out, clone):
+    """Centres of the boxes in groundtruth_rect.txt, one line for each image: x, y of the first pixel (from 1), width, height."""
+    images = {file_name(path): clone.read(path) for path in clone.files("data/Coke/img", ".jpg")}
+    boxes = [[float(cell) for cell in line.split(",")] for line in clone.text("data/Coke/groundtruth_rect.txt").split()]
+    labels = [(image, "can", x - 1 + (w - 1) / 2, y - 1 + (h - 1) / 2) for image, (x, y, w, h) in zip(images, boxes)]
+    write_video(out / "can", settings_of("silver can", "test", 30, 28), images, labels)
+
+
 # Robot football
 
 FOOTBALL = [
@@ -364,6 +376,7 @@ SOURCES = [
     ("SYSU-QuadCopter-2014-Team/Detect", "22723f628a9d8f75ed27e9c47e370ea0a20f664e", make_vot2, "vot2"),
     ("andrepool/robocup_ml", "45430e3b36ea937e4ec1da62f0d4a7cb3490618b", make_football, "football1 to football5"),
     ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
+    ("apennisi/kfct", "0dca73c621f86c70be2415339051d36b2850440f", make_can, "can"),
 ]
 
 

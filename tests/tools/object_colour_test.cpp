@@ -96,6 +96,18 @@ TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
   }
 }
 
+TEST(ObjectRegion, IsNotTheBackgroundThatReachesTheBorder) {
+  const auto share = [](const cv::Mat& image, const cv::Point& click) {
+    return cv::countNonZero(region_around(image, click).mask) / static_cast<double>(image.total());
+  };
+  const Rgb blind{190, 195, 205};
+  const cv::Rect at_border(0, 20, kWidth / 4, kHeight - 60), inside(40, 20, kWidth / 4, kHeight - 60);
+  EXPECT_LT(share(picture({}, {{at_border, blind}}, 1), {30, 100}), 0.1);
+  EXPECT_GT(share(picture({}, {{inside, blind}}, 1), {70, 100}), 0.15) << "a large thing of which all is in view";
+  const Ball ball{{8, 110}, 20, kRed};
+  EXPECT_GT(overlap(region_around(picture({ball}, {}, 1), {12, 110}), ball), 0.7) << "a ball that the border cuts off";
+}
+
 /// A colour learned from a click at the middle of a ball.
 ObjectColour learned(const cv::Mat& image, const Ball& ball) {
   return learn_object({.bgr = image, .region = region_around(image, ball.centre)});

@@ -14,10 +14,11 @@ namespace {
 
 using Feature = Eigen::Vector3d;  // chroma U, V and the logarithm of Y
 
-constexpr int kStart = 3;              // pixels, half size of the patch around the click
-constexpr double kOfStart = 0.5;       // least share of the patch that a region contains
-constexpr double kDrift = 0.2;         // of the mean chroma from that of the patch: farther away it is another colour
-constexpr double kLargest = 0.25;      // share of the image: a larger region is not one object
+constexpr int kStart = 3;         // pixels, half size of the patch around the click
+constexpr double kOfStart = 0.5;  // least share of the patch that a region contains
+constexpr double kDrift = 0.2;    // of the mean chroma from that of the patch: farther away it is another colour
+// Share of the image: a larger region is not one object; one that reaches the image's border may be the background.
+constexpr double kLargest = 0.25, kLargestAtBorder = 0.1;
 constexpr double kMostPixels = 2.5e6;  // of an image; the region is looked for in a smaller one of larger images
 
 /// The features of all pixels of an image.
@@ -96,6 +97,13 @@ cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
   return component;
 }
 
+/// The largest share of the image that a region like this may have.
+double largest_share(const cv::Mat& region) {
+  const int at_border = cv::countNonZero(region.row(0)) + cv::countNonZero(region.row(region.rows - 1)) +
+                        cv::countNonZero(region.col(0)) + cv::countNonZero(region.col(region.cols - 1));
+  return at_border > 0 ? kLargestAtBorder : kLargest;
+}
+
 /// Contrast at the border of a region: the level that seven tenths of the border exceed. A region that leaks into its
 /// surroundings, or is only a part of the object, has a border without contrast somewhere.
 double border_contrast(const cv::Mat& gradient, const cv::Mat& region) {
@@ -167,7 +175,7 @@ cv::Mat grown(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Point& clic
       cv::morphologyEx(near, near, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
       region = component_at(near, click);
       const int pixels = cv::countNonZero(region);
-      if (pixels == 0 || pixels > kLargest * whole.area()) break;
+      if (pixels == 0 || pixels > largest_share(region) * whole.area()) break;
       // A region that has left the click has drifted to the colours of its surroundings.
       if (cv::countNonZero(region(start)) < kOfStart * start.area()) break;
       if ((Distribution(features, region).mean - clicked.mean).head<2>().norm() > kDrift) break;
