@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bench/real/score.hpp"
+
 namespace multireach::bench {
 namespace {
 

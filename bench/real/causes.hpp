@@ -9,9 +9,6 @@
 
 namespace multireach::bench {
 
-/// Distances from a label, pixels: answers within the first are right, beyond the second wrong.
-inline constexpr double kRight = 10, kWrong = 25;
-
 /// Why labels have no right answer.
 class Causes {
  public:

@@ -13,6 +13,7 @@
 #include "bench/real/baseline.hpp"
 #include "bench/real/causes.hpp"
 #include "bench/real/real_set.hpp"
+#include "bench/real/score.hpp"
 #include "imaging/jpeg_decoder.hpp"
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
@@ -30,44 +31,6 @@ struct Choices {
   bool together = false;  // one colour from all clicks, instead of one from each
   bool refused = false;   // track also with colours that are refused
   bool causes = false, verbose = false;
-};
-
-/// Answers of one method to the labels. Several objects that look alike have several labels in an image, and as many
-/// answers.
-struct Score {
-  int labelled = 0, right = 0, between = 0, wrong = 0, ambiguous = 0, by_contour = 0;
-  int without = 0, answered_without = 0;  // images without a label, in which the object may still be
-  std::vector<double> errors_px;
-
-  static double nearest(const cv::Point2d& from, const std::vector<cv::Point2d>& points) {
-    double nearest = 1e9;
-    for (const cv::Point2d& point : points) nearest = std::min(nearest, cv::norm(from - point));
-    return nearest;
-  }
-  /// `targets`: how many answers are wanted at most.
-  void add(const std::vector<cv::Point2d>& answers, const std::vector<cv::Point2d>* labels, size_t targets) {
-    if (!labels) {
-      ++without;
-      answered_without += !answers.empty();
-      return;
-    }
-    std::vector<double> errors;
-    for (const cv::Point2d& label : *labels) errors.push_back(nearest(label, answers));
-    std::ranges::sort(errors);
-    errors.resize(std::min(errors.size(), targets));
-    for (const double error : errors) {
-      ++labelled;
-      right += error <= kRight;
-      between += error > kRight && error <= kWrong;
-      if (error <= kWrong) errors_px.push_back(error);
-    }
-    for (const cv::Point2d& answer : answers) wrong += nearest(answer, *labels) > kWrong;
-  }
-  double median_px() {
-    if (errors_px.empty()) return 0;
-    std::ranges::sort(errors_px);
-    return errors_px[errors_px.size() / 2];
-  }
 };
 
 /// One object, learned from one click or from several, through a whole video.
@@ -233,34 +196,27 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
       for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, *labels);
     }
     if (labels) {
-      std::vector<cv::Point2d> missed = *labels;
-      std::erase_if(missed, [&](const cv::Point2d& label) { return Score::nearest(label, answers) <= kRight; });
-      const size_t hits = labels->size() - missed.size(), wanted = std::min(labels->size(), object.targets);
-      std::ranges::stable_sort(missed, {}, [&](const cv::Point2d& label) { return Score::nearest(label, answers); });
-      missed.resize(wanted - std::min(wanted, hits));
-      for (const cv::Point2d& label : missed) run.causes.add(run.ours->targets(), label, set.disparity_px);
-      run.ours_score.ambiguous += static_cast<int>(std::min(ambiguous, missed.size()));
+      int missed = 0;
+      for (const AnsweredLabel& each : answered_labels(*labels, answers, object.targets)) {
+        if (each.error_px <= kRight) continue;
+        run.causes.add(run.ours->targets(), each.label, set.disparity_px);
+        ++missed;
+      }
+      run.ours_score.ambiguous += std::min(static_cast<int>(ambiguous), missed);
     }
   }
-  run.ours_score.add(answers, labels, object.targets);
-  run.baseline_score.add(run.baseline->find(left, object.targets), labels, object.targets);
+  const auto score = [&](const std::vector<cv::Point2d>& of, Score& sum) {
+    if (labels)
+      sum.add(of, *labels, object.targets);
+    else
+      sum.add_without_label(of);
+  };
+  score(answers, run.ours_score);
+  score(run.baseline->find(left, object.targets), run.baseline_score);
 }
 
 double percent(int part, int all) {
   return all > 0 ? 100.0 * part / all : 0;
-}
-
-/// The sum of several scores.
-void add(Score& sum, const Score& one) {
-  sum.labelled += one.labelled;
-  sum.right += one.right;
-  sum.between += one.between;
-  sum.wrong += one.wrong;
-  sum.ambiguous += one.ambiguous;
-  sum.by_contour += one.by_contour;
-  sum.without += one.without;
-  sum.answered_without += one.answered_without;
-  sum.errors_px.insert(sum.errors_px.end(), one.errors_px.begin(), one.errors_px.end());
 }
 
 void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
@@ -272,10 +228,10 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
       if (run.object != k) continue;
       clicks += run.clicks;
       refused += run.ours && run.fault.empty() ? run.clicks - run.used : run.clicks;
-      add(baseline, run.baseline_score);
+      baseline.add(run.baseline_score);
       baseline_least = std::min(baseline_least, percent(run.baseline_score.right, run.baseline_score.labelled));
       if (run.ours) {
-        add(ours, run.ours_score);
+        ours.add(run.ours_score);
         least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
         most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
       }

@@ -98,10 +98,13 @@ if [ -d "$photographs" ]; then
   [ "$(grep -c '"kept"' "$work/two.json")" -eq 6 ] || fail "expected the rates of two cameras and of two pictures of each"
   [ "$(grep -c '"file"' "$work/two.json")" -eq 6 ] || fail "expected three pictures of each camera"
   refuses "--click-left 225,245: with several pictures, give it after the --left" \
-    "$calibrate" colour --click-left 225,245 --left "$right" --left "$right" -o "$work/none.yaml"
+    "$calibrate" colour --click-left 225,245 --left "$photographs/view1.png" --left "$right" -o "$work/none.yaml"
+  refuses "--without-left $photographs/view1.png: this picture is given twice, first as --left" \
+    $(colour --click-left 225,245 --without-left "$photographs/view1.png")
   refuses "--picture: $right is also --right" $(colour --click-left 225,245 --right "$right" --click-right 182,248 --picture "$right")
   refuses "--in-window" $(colour --in-window --click-left 225,245)
-  $(colour --click-left 225,245 --without-left "$photographs/view1.png") 2>"$work/err"
+  cp "$photographs/view1.png" "$work/another.png"
+  $(colour --click-left 225,245 --without-left "$work/another.png") 2>"$work/err"
   [ $? -eq 1 ] && grep -q "which is not there; take away what has the object's colours" "$work/err" || fail "without: $(cat "$work/err")"
   refuses "view5.png: say where the object is" $(colour --click-left 225,245 --left "$right")
   refuses "expected one --rectangle-left, or --click-left only" $(colour --click-left 225,245 --rectangle-left 200,230,40,40)

@@ -174,6 +174,7 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   if (object.faulty_picture && !pictures[*object.faulty_picture].region)
     return "; take away what has the object's colours there, or choose another object";
   if (with == 1) return {};
+  spdlog::info("looking for the picture that is to blame, by learning from them one by one");
   std::vector<std::string> names;
   const std::vector<size_t> alone = faulty_alone(pictures);
   for (const size_t k : alone) names.push_back(pictures[k].name);
@@ -243,7 +244,7 @@ cv::Mat side_by_side(const std::vector<cv::Mat>& left, const std::vector<cv::Mat
   return all;
 }
 
-/// Refuses an output that is a picture to be read, or another output.
+/// Refuses a camera's picture that is given twice, and an output that is a picture to be read, or another output.
 void require_distinct(const ColourOptions& options) {
   const auto same = [](const std::string& a, const std::string& b) {
     std::error_code none;
@@ -252,8 +253,17 @@ void require_distinct(const ColourOptions& options) {
   };
   std::vector<std::pair<std::string, std::string>> taken;
   for (const CameraInput* input : {&options.left, &options.right}) {
-    for (const std::string& file : input->files) taken.emplace_back("--" + input->name, file);
-    for (const std::string& file : input->without) taken.emplace_back("--without-" + input->name, file);
+    const auto first = static_cast<ptrdiff_t>(taken.size());
+    const auto take = [&](const std::string& option, const std::string& file) {
+      for (auto before = taken.begin() + first; before != taken.end(); ++before) {
+        if (same(file, before->second))
+          throw InputError(fmt::format("{} {}: this picture is given twice, first as {} {}", option, file,
+                                       before->first, before->second));
+      }
+      taken.emplace_back(option, file);
+    };
+    for (const std::string& file : input->files) take("--" + input->name, file);
+    for (const std::string& file : input->without) take("--without-" + input->name, file);
   }
   for (const auto& [option, file] : {std::pair<std::string, std::string>("--output", options.output),
                                      {"--picture", options.check_picture},
