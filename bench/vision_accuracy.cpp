@@ -397,5 +397,10 @@ int main(int argc, char** argv) {
   app.add_option("--without", choices.without, "not those whose name contains this");
   app.add_option("--json", choices.json, "write the results there as JSON; - for standard output");
   CLI11_PARSE(app, argc, argv);
+  if (choices.positions % (4 * choices.rooms) != 0) {
+    std::fprintf(stderr, "multireach-bench-accuracy: --positions %d is not a multiple of %d, the walls of --rooms %d\n",
+                 choices.positions, 4 * choices.rooms, choices.rooms);
+    return 2;
+  }
   return multireach::bench::measure(choices);
 }

@@ -7,7 +7,6 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kMaxBlobs = 6;           // measured per image
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
 constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
@@ -293,8 +292,10 @@ std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const P
   return std::array{options_.rig.left.project(p_L), options_.rig.right.project(p_R)};
 }
 
-bool StereoTracker::is_inside_windows(const StereoMatch& match, const View& left, const View& right) const {
-  if (match.status != StereoMatch::Status::kSeen) return false;
+bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,
+                                      const View& right) const {
+  if (match.status != StereoMatch::Status::kSeen || !track_.expects(times.pair, estimate_at_pair(times, match)))
+    return false;
   constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& area) {
     return (box.x - kRead >= window.x || window.x == area.x) && (box.y - kRead >= window.y || window.y == area.y) &&
@@ -394,7 +395,7 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen, st
 TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMatch& match, const View& left,
                                          const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   using Status = StereoMatch::Status;
-  // A match away from the prediction may be a jump: the track accepts it once further matches confirm it.
+  // A match away from the prediction may be a jump: the track accepts it once further matches confirm it, or at once.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&

@@ -111,9 +111,9 @@ class StereoTracker {
   bool is_expected(const PairTimes& times) const { return history_at(times).agile.has_value(); }
   /// Where the target's centre is expected in both images, pixels, if it moves steadily.
   std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const PairTimes& times) const;
-  /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched and lies
-  /// completely inside both windows.
-  bool is_inside_windows(const StereoMatch& match, const View& left, const View& right) const;
+  /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched where the
+  /// track expects it, and lies completely inside both windows.
+  bool is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left, const View& right) const;
   /// Whether a match by the learned colours missed a target that can be looked for again with the wider ones, in both
   /// predicted windows.
   bool may_look_again(int64_t utime, const StereoMatch& match) const;
@@ -158,6 +158,7 @@ class StereoTracker {
     int since_look = 0;  // pairs
   };
 
+  static constexpr int kMaxBlobs = 6;         // measured per image
   static constexpr int kFirstLooks = 16;      // search areas that a new tracker searches to learn the background
   static constexpr int kLookEvery = 8;        // pairs between two searches of a whole area for the background
   static constexpr double kWorthwhile = 0.5;  // above this share of the search area, all of it is searched instead

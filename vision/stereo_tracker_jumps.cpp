@@ -13,18 +13,22 @@ constexpr double kSpeck = 0.25;         // share of the object's radius below wh
 constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
 constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
 
+bool is_background(const View& view, size_t blob) {
+  return view.appearance[blob].background > StereoTracker::kBackgroundShare;
+}
+
 bool is_compact(const View& view, int chosen) {
   return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
 }
 
-/// Whether an image shows nothing but the chosen blob, other targets, background and specks.
-bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others) {
+/// Whether an image shows nothing but the chosen blob, other targets, specks and, if `background_known`, background.
+bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others, bool background_known) {
   const auto object = static_cast<size_t>(chosen);
   for (size_t k = 0; k < view.blobs.size(); ++k) {
     const cv::Rect& box = view.blobs[k].box;
-    const auto encloses = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
-    if (k == object || std::ranges::any_of(others, encloses)) continue;
-    if (view.appearance[k].background > StereoTracker::kBackgroundShare) continue;
+    const auto shows_it = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
+    if (k == object || std::ranges::any_of(others, shows_it)) continue;
+    if (background_known && is_background(view, k)) continue;
     if (view.contours[k].radius_px > kSpeck * view.contours[object].radius_px) return false;
   }
   return true;
@@ -67,20 +71,26 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
 }
 
 /// Whether a match outside the prediction is the target, which has bounced: it was seen just before, can have got
-/// there, has its size, is compact, and nothing else is in view.
+/// there, has its size, is compact and no background, and nothing else is in view. What is remembered as background may
+/// be the target itself until that is known.
 bool StereoTracker::has_bounced(int64_t utime, const PositionEstimate& there, const StereoMatch& match,
                                 const View& left, const View& right,
                                 const std::array<std::vector<cv::Rect>, 2>& others) const {
+  constexpr int kMostConfirmations = 3;  // the default: who asks for more wants certainty
+  if (options_.track.confirmations > kMostConfirmations) return false;
   if (!track_.may_bounce_to(utime, there) || !(radius_m_ > 0)) return false;
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
     if (view.wider || view.window != search_area(side)) return false;
+    if (view.blobs.size() >= kMaxBlobs) return false;
+    if (identity_.known() && is_background(view, static_cast<size_t>(chosen))) return false;
     const SphereContour& contour = view.contours[static_cast<size_t>(chosen)];
     const double distance_m = (side == Side::kLeft ? p_L : options_.rig.X_RL * p_L).norm();
     const double sigmas =
         natural_log(contour.value.z() * distance_m / radius_m_) / natural_log(options_.match.max_size_ratio);
     const bool round = contour.kind == SphereContour::Kind::kEdges || is_compact(view, chosen);
-    return round && -0.5 * sigmas * sigmas > kOtherSize && is_alone(view, chosen, others[index(side)]);
+    return round && -0.5 * sigmas * sigmas > kOtherSize &&
+           is_alone(view, chosen, others[index(side)], identity_.known());
   };
   return looks_like_it(Side::kLeft, left, match.left) && looks_like_it(Side::kRight, right, match.right);
 }

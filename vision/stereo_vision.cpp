@@ -112,7 +112,8 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
     StereoTracker::Found found = target.tracker.match(images.times(), target.views[0], target.views[1]);
     target.match = found.match;
     target.candidates = std::move(found.candidates);
-    target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
+    target.found_inside_windows =
+        target.tracker.is_inside_windows(images.times(), target.match, target.views[0], target.views[1]);
   }
   for (const std::vector<size_t>& group : equal_) assign_things(group, images.times());
   return true;
@@ -136,7 +137,7 @@ bool StereoVision::look_again(StereoImages& images) {
     if (const auto* group = group_of(k)) others = others_of(k, *group, images.times(), views);
     StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1], others);
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
-    if (!target.tracker.is_inside_windows(found.match, views[0], views[1])) continue;
+    if (!target.tracker.is_inside_windows(images.times(), found.match, views[0], views[1])) continue;
     target.match = found.match;
     target.candidates = std::move(found.candidates);
     target.views = std::move(views);

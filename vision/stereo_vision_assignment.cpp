@@ -112,7 +112,8 @@ void give(const Assignment& assignment, Target& target) {
 /// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
   const PositionEstimate there{target.match.point.p_W, target.match.point.covariance};
-  return target.tracker.is_expected(times) && target.tracker.track().may_bounce_to(times.pair, there);
+  return target.tracker.is_expected(times) && target.tracker.track().was_just_seen(times.pair) &&
+         target.tracker.track().is_near(times.pair, there);
 }
 
 /// What a target may have in a pair, so that no other one has it: its match, or of one that is tracked and ambiguous,
@@ -272,7 +273,8 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
   }
   for (const size_t k : group) {
     Target& target = targets_[k];
-    target.found_inside_windows = target.tracker.is_inside_windows(target.match, target.views[0], target.views[1]);
+    target.found_inside_windows =
+        target.tracker.is_inside_windows(times, target.match, target.views[0], target.views[1]);
   }
 }
 

@@ -174,7 +174,7 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   if (object.faulty_picture && !pictures[*object.faulty_picture].region)
     return "; take away what has the object's colours there, or choose another object";
   if (with == 1) return {};
-  spdlog::info("looking for the picture that is to blame, by learning from them one by one");
+  spdlog::info("looking for the picture that causes this, by learning from one after another");
   std::vector<std::string> names;
   const std::vector<size_t> alone = faulty_alone(pictures);
   for (const size_t k : alone) names.push_back(pictures[k].name);

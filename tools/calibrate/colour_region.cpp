@@ -18,6 +18,7 @@ constexpr int kStart = 3;         // pixels, half size of the patch around the c
 constexpr double kOfStart = 0.5;  // least share of the patch that a region contains
 constexpr double kDrift = 0.2;    // of the mean chroma from that of the patch: farther away it is another colour
 // Share of the image: a larger region is not one object; one that reaches the image's border may be the background.
+// Both are choices: most objects cover a few per cent.
 constexpr double kLargest = 0.25, kLargestAtBorder = 0.1;
 constexpr double kMostPixels = 2.5e6;  // of an image; the region is looked for in a smaller one of larger images
 
@@ -215,6 +216,7 @@ cv::Mat cut(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Mat& region, 
   const double ratio = static_cast<double>(cv::countNonZero(found)) / cv::countNonZero(region);
   constexpr double kLeast = 0.6, kMost = 2.5, kSet = 0.9;
   if (!(ratio > kLeast && ratio < kMost)) return region;
+  if (cv::countNonZero(found) > largest_share(found) * static_cast<double>(whole.area())) return region;
   return score_of(gradient, found) >= kSet * score_of(gradient, region) ? found : region;
 }
 

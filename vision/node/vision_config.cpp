@@ -25,9 +25,9 @@ struct TagSection {
   vision::TagOptions options{};
 };
 
-/// Declares the keys of the track, which coloured objects and tags share.
+/// Declares the keys of the track, which coloured objects and tags share. `on_bounces`: a sentence on them, or empty.
 template <class Section>
-void add_track_keys(ConfigKeys<Section>& keys) {
+void add_track_keys(ConfigKeys<Section>& keys, const std::string& on_bounces) {
   keys.number(
           "coast_s", "s", 0, 1e3, [](auto& s) -> auto& { return s.options.track.coast_s; },
           "Longest time without a match before the target is lost.")
@@ -36,9 +36,9 @@ void add_track_keys(ConfigKeys<Section>& keys) {
           "The target is lost when √tr(Σ) of its predicted position exceeds this.")
       .integer(
           "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
-          "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed "
-          "allows; a "
-          "bounce of the only thing in view is taken at once (docs/vision.md).")
+          "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed allows "
+          "(docs/vision.md)." +
+              on_bounces)
       .number(
           "max_process_noise_m2_s3", "m²/s³", vision::TargetTrack::Options{}.coasting_process_noise_m2_s3, 1e6,
           [](auto& s) -> auto& { return s.options.track.max_process_noise_m2_s3; },
@@ -81,7 +81,9 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
           "Largest epipolar error of a match, in addition to three standard deviations.")
       .number(
           "max_size_ratio", "", 1.0001, 100, [](auto& s) -> auto& { return s.options.match.max_size_ratio; },
-          "Largest ratio of the radii that the two images give, in addition to their errors.")
+          "Largest ratio of the radii that the two images give, in addition to their errors; its square, of those "
+          "before "
+          "and after a bounce.")
       .number(
           "max_occlusion", "", 0.01, 1, [](auto& s) -> auto& { return s.options.match.max_occlusion; },
           "Largest share of the target's area that may be occluded or beyond the image's border.")
@@ -102,7 +104,7 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
       .flag(
           "adapt_colour", [](auto& s) -> auto& { return s.options.adapt_colour; },
           "Whether to follow slow changes of white balance.");
-  add_track_keys(keys);
+  add_track_keys(keys, " Up to 3, a bounce of the only thing in view is taken at once.");
   return keys;
 }
 
@@ -132,7 +134,7 @@ ConfigKeys<TagSection> tag_target_keys() {
       .number(
           "sigma_px", "pixels", 0, 1000, [](auto& s) -> auto& { return s.options.sigma_px; },
           "Standard deviation of additional noise of every image point, e.g. calibration error.");
-  add_track_keys(keys);
+  add_track_keys(keys, "");
   return keys;
 }
 

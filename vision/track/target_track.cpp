@@ -79,15 +79,42 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
   covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
 }
 
-bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
+/// The largest speed of a target that collides with something.
+double TargetTrack::top_speed() const {
+  return std::max(kNearSpeed, velocity().norm());
+}
+
+/// Whether the target can have got to a measured position at a speed, within the errors of the measurement along this
+/// way.
+bool TargetTrack::can_reach(int64_t utime, const PositionEstimate& seen, double speed) const {
   if (!last_seen_utime_) return false;
-  const double seconds = seconds_between(*last_seen_utime_, utime);
-  return (seen.position - position_at(*last_seen_utime_)).norm() <=
-         std::max(kNearSpeed, velocity().norm()) * seconds + options_.gate * std::sqrt(seen.covariance.trace());
+  const Eigen::Vector3d way = seen.position - position_at(*last_seen_utime_);
+  const double sigma_along = std::sqrt(way.normalized().dot(seen.covariance * way.normalized()));
+  return way.norm() <= speed * seconds_between(*last_seen_utime_, utime) + options_.gate * sigma_along;
+}
+
+bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
+  return can_reach(utime, seen, top_speed());
+}
+
+bool TargetTrack::expects(int64_t utime, const PositionEstimate& seen) const {
+  const auto there = predicted(utime);
+  if (!there) return true;
+  const Eigen::Vector3d innovation = seen.position - there->position;
+  const Eigen::Matrix3d total = there->covariance + seen.covariance;
+  return innovation.dot(total.ldlt().solve(innovation)) <= options_.gate * options_.gate;
+}
+
+bool TargetTrack::was_just_seen(int64_t utime) const {
+  return last_seen_utime_ && utime - *last_seen_utime_ <= kJustBefore;
 }
 
 bool TargetTrack::may_bounce_to(int64_t utime, const PositionEstimate& seen) const {
-  return is_near(utime, seen) && utime - *last_seen_utime_ <= kJustBefore;
+  constexpr double kSigmas = 2;
+  constexpr double kLag = 1.5;  // the estimate lags behind a target that falls
+  const double sigma = std::sqrt(velocity_covariance().trace() / 3);
+  const double speed = std::min(top_speed(), kLag * velocity().norm() + kSigmas * sigma);
+  return status_ == Status::kTracked && was_just_seen(utime) && can_reach(utime, seen, speed);
 }
 
 Eigen::Vector3d TargetTrack::position_at(int64_t utime) const {
@@ -103,6 +130,12 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;
+  if (at_once && !follows) {
+    // All velocities up to the top speed are taken as equally likely: in a ball, a fifth of its radius squared each
+    // way.
+    begin_at(seen, Eigen::Vector3d::Zero(), top_speed() * top_speed() / 5);
+    return true;
+  }
   const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
   if (outliers_ < needed && !at_once) return false;
   const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;

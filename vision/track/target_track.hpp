@@ -18,9 +18,9 @@ struct PositionEstimate {
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
 /// raised, for that step, until the innovation fits. A match that is too far away even for the largest process noise is
-/// a jump, accepted only when later matches confirm it, unless the caller knows better (Jump): one less than
-/// `confirmations`, but at least two, where the target can have got there at its speed, or at 3 m/s, from where it was
-/// seen last.
+/// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
+/// target can have got there at its speed, or at 3 m/s, from where it was seen last. Jump::kAtOnce accepts it without
+/// confirmation.
 class TargetTrack {
  public:
   struct Options {
@@ -53,9 +53,15 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted_steady(int64_t utime) const;
 
   /// Whether the target can have got to a measured position by `utime`, at its speed or at 3 m/s, from where it was
-  /// seen last.
+  /// seen last, within the errors of the measurement along this way.
   bool is_near(int64_t utime, const PositionEstimate& seen) const;
-  /// The same for a target that was seen just before: at most 0.12 s ago.
+  /// Whether a measured position is no jump, as update() would find. True where nothing is predicted.
+  bool expects(int64_t utime, const PositionEstimate& seen) const;
+  /// Whether the target was seen at most 0.12 s before.
+  bool was_just_seen(int64_t utime) const;
+  /// Whether a measured position may be that of the target after it has bounced off something at rest: it was tracked
+  /// in the pair before, at most 0.12 s ago, and can have got there at a speed that it may have had, by its estimate
+  /// and the errors of that, and of at most 3 m/s where the estimate is less. To be asked before update().
   bool may_bounce_to(int64_t utime, const PositionEstimate& seen) const;
 
   Status status() const { return status_; }
@@ -88,6 +94,8 @@ class TargetTrack {
   void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
   bool correct(double seconds, const PositionEstimate& seen);
   bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
+  double top_speed() const;
+  bool can_reach(int64_t utime, const PositionEstimate& seen, double speed) const;
   void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance);
 
   Options options_;
