@@ -130,14 +130,14 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;
-  if (at_once && !follows) {
+  if (at_once) {
     // All velocities up to the top speed are taken as equally likely: in a ball, a fifth of its radius squared each
     // way.
     begin_at(seen, Eigen::Vector3d::Zero(), top_speed() * top_speed() / 5);
     return true;
   }
   const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
-  if (outliers_ < needed && !at_once) return false;
+  if (outliers_ < needed) return false;
   const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
   begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
   return true;
