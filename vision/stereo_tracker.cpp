@@ -264,6 +264,10 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     found.match.status = StereoMatch::Status::kUnlikely;
     found.candidates[*chosen].chosen = false;
     found.candidates[*chosen].reason = "it is too small or too ragged for a first match";
+  } else if (chosen && by_looks && contradicts_calibration(pairs, options_.match)) {
+    found.match.status = StereoMatch::Status::kEpipolarMismatch;
+    found.candidates[*chosen].chosen = false;
+    found.candidates[*chosen].reason = "other contours violate the epipolar constraint: it may fit by chance";
   }
   return found;
 }

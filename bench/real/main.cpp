@@ -12,6 +12,8 @@
 
 #include "bench/real/baseline.hpp"
 #include "bench/real/causes.hpp"
+#include "bench/real/clicks.hpp"
+#include "bench/real/pairs.hpp"
 #include "bench/real/real_set.hpp"
 #include "bench/real/score.hpp"
 #include "imaging/jpeg_decoder.hpp"
@@ -51,49 +53,6 @@ vision::TrackerOptions options_of(const StereoRig& rig, const vision::ColourMode
   options.rig = rig;
   options.colour = {left, right};
   return options;
-}
-
-/// A colour learned from a click as `calibrate colour` learns it, or why that refuses it.
-struct Clicked {
-  std::optional<vision::ColourModel> model;
-  std::string fault;
-  std::vector<size_t> used;  // numbers of the clicks
-};
-
-/// The clicks on an object, or on all that look alike, in an image, of which only a part may count.
-struct Click {
-  cv::Mat image;
-  std::vector<cv::Point> at;
-  std::optional<cv::Rect> within{};
-};
-
-/// Several clicks are learned as the documentation says: pictures that `calibrate colour` names as faulty are left out,
-/// while there are others.
-Clicked learn_clicks(const std::vector<Click>& clicks) {
-  std::vector<ObjectPicture> pictures;
-  Clicked clicked;
-  for (const Click& click : clicks) {
-    clicked.used.push_back(pictures.size());
-    pictures.push_back({.bgr = click.image, .region = region_around(click.image, click.at), .within = click.within});
-  }
-  const auto leave_out = [&](size_t k) {
-    pictures.erase(pictures.begin() + static_cast<ptrdiff_t>(k));
-    clicked.used.erase(clicked.used.begin() + static_cast<ptrdiff_t>(k));
-  };
-  ObjectColour object = learn_object(pictures);
-  if (!object.fault.empty() && pictures.size() > 1) {
-    for (const size_t k : std::views::reverse(faulty_alone(pictures))) {
-      if (pictures.size() > 1) leave_out(k);
-    }
-    object = learn_object(pictures);
-  }
-  while (object.faulty_picture && pictures.size() > 1) {
-    leave_out(faulty_among(pictures).value_or(*object.faulty_picture));
-    object = learn_object(pictures);
-  }
-  clicked.fault = object.fault;
-  if (object.colour.status == vision::LearnedColour::Status::kLearned) clicked.model = object.colour.model;
-  return clicked;
 }
 
 /// `all`: also tracks with a colour that is refused.
@@ -284,83 +243,11 @@ std::vector<Run> run_video(const RealSet& set, const Choices& choices) {
   return runs;
 }
 
-/// Distance of a depth from the range of true depths, m, positive when it is beyond.
-double outside_range(const StillObject& object, double depth_m) {
-  return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
-}
-
-/// What vision answers to a still pair.
-struct StillAnswer {
-  std::string text;
-  double error_mm = NAN, sigmas = NAN;  // of the depth, from the range of true depths
-};
-
-/// With a search region, a click that is refused in the whole images is learned from the parts of them that show it.
-StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::optional<vision::SearchRegion>& region,
-                      bool all) {
-  const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
-  vision::TrackerOptions options;
-  options.rig = set.rig;
-  options.search_region = region;
-  const Eigen::Isometry3d X_LW = set.rig.X_WL.inverse();
-  const cv::Rect whole({0, 0}, set.left.size());
-  const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
-  const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
-  Clicked left = learn_clicks({{set.left, {object.click}}}), right = learn_clicks({{set.right, {in_right}}});
-  if (region && !(left.fault.empty() && right.fault.empty())) {
-    left = learn_clicks({{set.left, {object.click}, in_left_image}});
-    right = learn_clicks({{set.right, {in_right}, in_right_image}});
-  }
-  const std::string fault = left.fault.empty() ? right.fault : left.fault;
-  if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
-  options.colour = {*left.model, *right.model};
-  vision::StereoTracker tracker(options);
-  const vision::StereoMatch match = tracker.find(set.left, set.right).match;
-  StillAnswer answer{.text = description(match.status)};
-  if (!fault.empty()) answer.text += " (click refused: " + fault + ")";
-  if (match.status != vision::StereoMatch::Status::kSeen) return answer;
-  const double off = outside_range(object, match.point.depth_left_m);
-  answer.error_mm = 1000 * off;
-  answer.sigmas = off / std::sqrt(match.point.covariance(2, 2));
-  const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
-  if (!object.region.contains(at)) answer.text = "seen elsewhere";
-  return answer;
-}
-
-/// A box of `half_m` to each side of the place that the two clicks tell.
-vision::SearchRegion region_at(const RealSet& set, const StillObject& object, double half_m) {
-  const double depth_m = set.rig.left.fx * set.rig.baseline_m() / (object.disparity_px + set.disparity_offset_px);
-  const Eigen::Vector3d p_L = depth_m * set.rig.left.ray(Eigen::Vector2d(object.click.x, object.click.y)).homogeneous();
-  const Eigen::Vector3d p_W = set.rig.X_WL * p_L;
-  return {p_W.array() - half_m, p_W.array() + half_m};
-}
-
-void run_still(const RealSet& set, bool all) {
-  constexpr double kHalf = 0.15;  // m: as well as one knows where a thing lies
-  for (const StillObject& object : set.still) {
-    const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
-    const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
-    const auto a = left_baseline.find(set.left), b = right_baseline.find(set.right);
-    const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
-    const double baseline_mm =
-        !a.empty() && !b.empty()
-            ? 1000 * outside_range(object, fx_baseline / (a[0].x - b[0].x + set.disparity_offset_px))
-            : NAN;
-    const StillAnswer anywhere = answer_to(set, object, std::nullopt, all);
-    const StillAnswer within = answer_to(set, object, region_at(set, object, kHalf), all);
-    std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
-                set.for_test ? "test" : "tuning", object.name.c_str(), object.whole ? "whole" : "a part",
-                object.least_m, object.most_m, anywhere.text.c_str(), anywhere.error_mm, anywhere.sigmas,
-                within.text.c_str(), within.error_mm, within.sigmas, baseline_mm);
-  }
-  std::fflush(stdout);
-}
-
 int measure(const std::vector<std::string>& folders, const Choices& choices) {
-  std::vector<RealSet> videos, pairs;
+  std::vector<RealSet> videos, still, measured;
   for (const std::string& folder : folders) {
     RealSet set = RealSet::load(folder);
-    (set.images.empty() ? pairs : videos).push_back(std::move(set));
+    (!set.images.empty() ? videos : set.measured.empty() ? still : measured).push_back(std::move(set));
   }
   if (!videos.empty()) {
     std::printf(
@@ -384,14 +271,8 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
         "| video | object | cause | labels |\n|---|---|---|---|\n");
     for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
   }
-  if (!pairs.empty()) {
-    std::printf(
-        "\nSearch region: 0.15 m to each side of the place that the two clicks tell.\n\n"
-        "| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas "
-        "| with a search region: answer | outside by, mm | in sigmas | baseline outside by, mm |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
-  }
-  for (const RealSet& set : pairs) run_still(set, choices.refused);
+  if (!still.empty()) print_still(still, choices.refused);
+  if (!measured.empty()) print_measured(measured, choices.verbose);
   return 0;
 }
 

@@ -2,7 +2,7 @@
 """Makes the folders that multireach-bench-real measures from public repositories (docs/real-images.md).
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
-                   --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE
+                   --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
@@ -16,10 +16,12 @@ Debian packages git, python3-numpy, python3-opencv and python3-scipy.
     andrepool/robocup_ml                    45430e3   football1 to football5
     PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
     apennisi/kfct                           0dca73c   can
+    maheriya/depthFinderPy                  c1c5ea4   cage (later commits no longer have the image; the positions: 1c8aee5)
 """
 import argparse
 import io
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -366,6 +368,74 @@ def make_still(out, clone):
         print(f"{folder}: {len(objects)} objects")
 
 
+# Balls in a cage
+
+CAGE_POSITIONS = "1c8aee5b1a7f30183d8012250c9b22130f2c8639"
+CAGE_CALIBRATION = "data/calib/"
+CAGE_RADIUS_MM = 35  # the height of the balls' centres above the floor in depth_tester_final.py
+CAGE_WIDTH_MM = 3420  # from the left wall, of the pose file, to the right one, of the positions
+
+
+def without_marks(image):
+    """The picture with what is red and thin painted over: most of the numbers and boxes that were drawn into it."""
+    blue, green, red = (channel.astype(int) for channel in cv2.split(image))
+    reddish = ((red > green + 25) & (red > blue + 25)).astype(np.uint8) * 255
+    thick = cv2.morphologyEx(reddish, cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9)))
+    thin = cv2.subtract(reddish, cv2.dilate(thick, np.ones((3, 3), np.uint8)))
+    return cv2.inpaint(image, cv2.dilate(thin, np.ones((3, 3), np.uint8)), 3, cv2.INPAINT_TELEA)
+
+
+def matrix_in(text, name):
+    """A matrix of an OpenCV file."""
+    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
+    return storage.getNode(name).mat()
+
+
+def cage_pose(clone):
+    """Rotation and translation (mm) from the left camera to the cage, whose axes point left, up and away."""
+    rectifying = matrix_in(clone.text(CAGE_CALIBRATION + "extrinsics.yml"), "R1")
+    pose = clone.text(CAGE_CALIBRATION + "pose_Z5300_2.yml")
+    turn = np.diag([-1.0, -1.0, 1.0])  # positions count x from the right wall to the left, y upwards
+    rotation = turn @ matrix_in(pose, "R") @ rectifying
+    return rotation, turn @ matrix_in(pose, "T").ravel() + [CAGE_WIDTH_MM, 0, 0]
+
+
+def make_cage(out, clone):
+    """Sixteen balls on the floor, at positions that the owners measured, before two cameras that they calibrated.
+
+    The picture is a view of both images, cut off by 6 pixels, with marks. The ball in the air is left out, as in the
+    owners' last test: its position and its images are 15 cm apart.
+    """
+    folder = new_folder(out / "cage")
+    for name in ("intrinsics.yml", "extrinsics.yml"):
+        (folder / name).write_bytes(clone.read(CAGE_CALIBRATION + name))
+    view = decode(clone.read("data/images/17-balls-coordinates.jpg"))
+    panes = {name: np.zeros((1024, 1280, 3), np.uint8) for name in ("left", "right")}
+    panes["left"][:, 6:] = view[53:1077, :1274]
+    panes["right"][:, :1274] = view[53:1077, 1274:]
+    for name, pane in panes.items():
+        cv2.imwrite(str(folder / f"{name}.png"), pane)
+        cv2.imwrite(str(folder / f"learn_{name}.png"), without_marks(pane))
+    number = r"\s*([\d.]+)\s*"
+    pattern = r"\[" + ",".join([number] * 2) + r"\],\s*\[" + ",".join([number] * 2) + r"\]\s*\[" + ",".join([number] * 3) + r"\]"
+    text = Clone(clone.path, CAGE_POSITIONS).text("final_measurements.txt")
+    rows = [[float(cell) for cell in row] for row in re.findall(pattern, text)]
+    lines = ["left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m"]
+    for *pixels, x, y, z in rows:
+        if y == 0:
+            position = (x / 1000, CAGE_RADIUS_MM / 1000, z / 1000)
+            lines.append(",".join([*(f"{pixel:.1f}" for pixel in pixels), *(f"{metres:.4f}" for metres in position)]))
+    (folder / "positions.csv").write_text("\n".join(lines) + "\n")
+    rotation, translation = cage_pose(clone)
+    pose = f"{{rotation: {rotation.ravel().round(9).tolist()}, translation_m: {(translation / 1000).round(6).tolist()}}}"
+    cameras = f"{{files: [intrinsics.yml, extrinsics.yml], unit: mm, width_px: 1280, height_px: 1024, left_to_robot: {pose}}}"
+    settings = ["name: balls in a cage", "use: test", "left: left.png", "right: right.png", "learn_left: learn_left.png"]
+    settings += ["learn_right: learn_right.png", f"cameras: {cameras}", "positions: positions.csv"]
+    settings.append(f"ball_radius_m: {CAGE_RADIUS_MM / 1000}")
+    (folder / "set.yaml").write_text("\n".join(settings) + "\n")
+    print(f"{folder}: {len(lines) - 1} positions")
+
+
 # Command line
 
 SOURCES = [
@@ -377,6 +447,7 @@ SOURCES = [
     ("andrepool/robocup_ml", "45430e3b36ea937e4ec1da62f0d4a7cb3490618b", make_football, "football1 to football5"),
     ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
     ("apennisi/kfct", "0dca73c621f86c70be2415339051d36b2850440f", make_can, "can"),
+    ("maheriya/depthFinderPy", "c1c5ea4d264c2c40121525079ab5c7e6deb19979", make_cage, "cage"),
 ]
 
 

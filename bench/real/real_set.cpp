@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -10,6 +11,7 @@
 
 #include "runtime/config.hpp"
 #include "runtime/image_file.hpp"
+#include "runtime/rig_config.hpp"
 
 namespace multireach::bench {
 namespace {
@@ -158,6 +160,60 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
   }
 }
 
+/// Reads lines `left_x,left_y,right_x,right_y,x,y,z`, pixels and metres in W; the first line names the columns.
+std::vector<MeasuredObject> positions_from(const std::string& path) {
+  std::vector<MeasuredObject> objects;
+  std::ifstream file(path);
+  if (!file) throw InputError(path + ": cannot be read");
+  std::string line;
+  for (int row = 1; std::getline(file, line); ++row) {
+    if (row == 1 || line.empty()) continue;
+    std::array<double, 7> v{};
+    std::istringstream cells(line);
+    bool valid = true;
+    for (size_t k = 0; k < v.size(); ++k) {
+      char comma = ',';
+      valid = valid && cells >> v[k] && (k + 1 == v.size() || (cells >> comma && comma == ','));
+    }
+    if (!valid) {
+      throw InputError(fmt::format("{}, line {}: '{}' is not left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m",
+                                   path, row, line));
+    }
+    objects.push_back({{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5], v[6]}});
+  }
+  if (objects.empty()) throw InputError(path + ": has no position");
+  return objects;
+}
+
+void load_measured(const Config& config, const fs::path& folder, RealSet& set) {
+  const auto image = [&](const char* key, const std::string& otherwise) {
+    return read_image((folder / (config.has(key) ? config.text(key) : otherwise)).string());
+  };
+  const std::string left = config.text("left"), right = config.text("right");
+  set.left = image("left", left);
+  set.right = image("right", right);
+  set.learn_left = image("learn_left", left);
+  set.learn_right = image("learn_right", right);
+  const RigConfig cameras = load_rig(config.section("cameras"));
+  if (!cameras.has_robot_pose) config.fail("cameras", "a left_to_robot: the frame of the measured positions");
+  set.rig = cameras.rig;
+  const cv::Rect shown_left({0, 0}, set.left.size()), shown_right({0, 0}, set.right.size());
+  for (const cv::Mat* picture : {&set.left, &set.learn_left}) {
+    if (picture->cols != set.rig.left.width || picture->rows != set.rig.left.height)
+      config.fail("left", "images of the calibration's size");
+  }
+  for (const cv::Mat* picture : {&set.right, &set.learn_right}) {
+    if (picture->cols != set.rig.right.width || picture->rows != set.rig.right.height)
+      config.fail("right", "images of the calibration's size");
+  }
+  set.measured = positions_from((folder / config.text("positions")).string());
+  for (const MeasuredObject& object : set.measured) {
+    if (!shown_left.contains(cv::Point(object.left_px)) || !shown_right.contains(cv::Point(object.right_px)))
+      config.fail("positions", "pixels that are inside the images");
+  }
+  set.radius_m = config.number("ball_radius_m", 0, 10, 0);
+}
+
 }  // namespace
 
 RealSet RealSet::load(const std::string& folder) {
@@ -167,6 +223,8 @@ RealSet RealSet::load(const std::string& folder) {
   set.for_test = config.choice("use", {"tuning", "test"}) == "test";
   if (config.has("images")) {
     load_video(config, folder, set);
+  } else if (config.has("positions")) {
+    load_measured(config, folder, set);
   } else {
     load_still(config, folder, set);
   }

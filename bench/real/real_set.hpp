@@ -29,6 +29,12 @@ struct StillObject {
   double disparity_px = 0;         ///< at the click, between the images' columns
 };
 
+/// An object in a real stereo pair, whose position was measured by other means, as with a tape.
+struct MeasuredObject {
+  cv::Point2d left_px, right_px;  ///< its centre, by hand
+  Eigen::Vector3d p_W;            ///< m
+};
+
 /// Real data in one folder, as set.yaml in it describes (docs/real-images.md).
 struct RealSet {
   std::string name;
@@ -39,10 +45,13 @@ struct RealSet {
   std::vector<LabelledObject> labelled;
   double frames_per_s = 30;
   int disparity_px = 0;
-  // A stereo pair.
+  // A stereo pair, with true disparities or with measured positions.
   cv::Mat left, right;
   double disparity_offset_px = 0;  ///< columns cut off between the images: added to disparities for depths
   std::vector<StillObject> still;
+  std::vector<MeasuredObject> measured;  ///< they look alike
+  cv::Mat learn_left, learn_right;       ///< to learn their colours from
+  double radius_m = 0;                   ///< of theirs; 0: not known
 
   /// Throws InputError.
   static RealSet load(const std::string& folder);

@@ -23,9 +23,11 @@ class EqualBalls : public ::testing::TestWithParam<double> {
   EqualBalls()
       : left_(kScene, rig_.left, rig_.X_WL, rig_.X_WL), right_(kScene, rig_.right, rig_.X_RL.inverse(), rig_.X_WL) {}
 
-  StereoVision vision_for(size_t targets) const {
+  /// `pitch_px`: by how much the calibration has the right camera turned up wrongly.
+  StereoVision vision_for(size_t targets, double pitch_px = 0) const {
     vision::TrackerOptions options;
     options.rig = rig_;
+    options.rig.X_RL = Eigen::AngleAxisd(pitch_px / rig_.right.fy, Eigen::Vector3d::UnitX()) * rig_.X_RL;
     options.colour.fill(vision::model_of({.references = {{220, 40, 110}}, .tolerance = 0.55}));
     options.match.radius_m = GetParam();
     return StereoVision(std::vector<vision::TrackerOptions>(targets, options));
@@ -239,6 +241,23 @@ TEST_P(EqualBalls, ThatCollideKeepTheirNames) {
   }
   EXPECT_EQ(wrong, 0) << "images in which a name stood at the other ball";
   EXPECT_EQ(kept, kCollisions);
+}
+
+TEST_P(EqualBalls, WithAWrongCalibrationTheImagesOfTwoBallsAreNoPosition) {
+  // By a right camera that is turned by 10 px, the left image of one ball fits the right image of the other.
+  for (const double sign : {-1.0, 1.0}) {
+    const std::vector<Eigen::Vector3d> balls{{0.1, 0, 1.2}, {-0.1, sign * 10 * 1.2 / 300, 1.2}};
+    StereoVision good = vision_for(2), wrong = vision_for(2, sign * 10);
+    for (int k = 0; k < 10; ++k) {
+      look(k, balls, good);
+      look(k, balls, wrong);
+      for (const StereoVision::Target& target : good.targets()) EXPECT_EQ(target.report.status, Status::kTracked) << k;
+      for (const StereoVision::Target& target : wrong.targets()) {
+        EXPECT_EQ(target.report.status, Status::kLost) << k << " at " << target.report.estimate.position.transpose();
+        EXPECT_FALSE(target.report.ambiguous) << k;
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -268,5 +268,47 @@ TEST(StereoMatching, AKnownRadiusHelpsWhereADirectionIsUnsure) {
   EXPECT_NEAR(std::sqrt(with.point.covariance.trace()), 0.5 * 0.1 / 20, 0.5e-3);
 }
 
+TEST(StereoMatching, WhatOnlyAnotherCalibrationMatchesContradictsThisOne) {
+  const MatchOptions options;
+  const auto contradict = [&](const std::vector<SphereContour>& left, const std::vector<SphereContour>& right) {
+    return contradicts_calibration(compare_pairs(rig(), left, right, std::nullopt, options), options);
+  };
+  Pair first = pair_of(kBall), second = pair_of({-0.05, -0.03, 0.5}), third = pair_of({-0.02, 0.04, 0.6});
+  EXPECT_FALSE(contradict({first.left, second.left}, {first.right, second.right}));
+  EXPECT_FALSE(contradict({first.left, second.left, third.left}, {first.right})) << "two that only one image shows";
+  for (Pair* each : {&first, &second}) each->right.value.y() += 10 / 500.0;
+  // The left image of the first and the right image of the second are on one line by chance.
+  EXPECT_EQ(match_candidates({first.left, second.left}, {first.right, second.right}, std::nullopt, options).status,
+            Status::kSeen);
+  EXPECT_TRUE(contradict({first.left, second.left}, {first.right, second.right}));
+  // A ball, and beside it one thing that only the left image shows and one that only the right image shows.
+  const Pair ball = pair_of(kBall), above = pair_of({0.1, -0.06, 0.5}), below = pair_of({-0.03, 0.05, 0.5});
+  EXPECT_FALSE(contradict({ball.left, below.left}, {ball.right, above.right}));
+}
+
+TEST(StereoMatching, WhereAnArcIsNotOfTheKnownSizeTheBlobCounts) {
+  const StereoRig r = rig();
+  SphereContour blob = disc_of(r.left, kBall, 0.9 * kRadius, 1);
+  blob.kind = SphereContour::Kind::kCentroid;
+  blob.occlusion = SphereContour::kUnknown;
+  const auto arc_of = [&](double radius) {
+    SphereContour arc = disc_of(r.left, kBall, radius);
+    arc.visible_fraction = 0.4;
+    arc.occlusion = 0.3;
+    arc.by_centroid = std::make_shared<const SphereContour>(blob);
+    return arc;
+  };
+  const SphereContour right = pair_of(kBall).right;
+  // As of a box that is drawn around the object.
+  const StereoMatch boxed = match_candidates({arc_of(1.25 * kRadius)}, {right});
+  ASSERT_EQ(boxed.status, Status::kSeen) << description(boxed.status);
+  EXPECT_FALSE(boxed.both_by_contour);
+  EXPECT_EQ(boxed.left, 0);
+  // A ball that is partly hidden has its own size.
+  EXPECT_EQ(match_candidates({arc_of(kRadius)}, {right}).status, Status::kOccludedTooMuch);
+  // Without a known radius, nothing tells which it is.
+  EXPECT_EQ(match_candidates({arc_of(1.25 * kRadius)}, {right}, std::nullopt, {}).status, Status::kOccludedTooMuch);
+}
+
 }  // namespace
 }  // namespace multireach::vision

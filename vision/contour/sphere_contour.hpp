@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -40,6 +41,8 @@ struct SphereContour {
   double motion_px = 0;    ///< how far the object moved during the exposure, from the blur of its edges; 0: not known
   double area = 0;         ///< of the blob, pixels
   bool cut_off = false;    ///< a part of the contour, or of what the blob shows, is outside of the readable pixels
+  /// Of a contour of which less than kOfAnything is visible, what the blob's centroid gives instead; else null.
+  std::shared_ptr<const SphereContour> by_centroid{};
 
   Eigen::Vector2d ray() const { return value.head<2>(); }
   Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }

@@ -67,7 +67,21 @@ class CandidateScorer {
   CandidateScorer(const StereoRig& rig, const std::optional<Prediction>& prediction, const MatchOptions& options)
       : rig_(rig), prediction_(prediction), options_(options) {}
 
+  /// Where an arc has edges of another size than the known radius, the edges are those of something else, as a box
+  /// around the object, and the pair may fit by the blob's centroid.
   ComparedPair operator()(const SphereContour& left, const SphereContour& right) const {
+    const ComparedPair scored = compare(left, right);
+    if (!(options_.radius_m > 0) || scored.match.status == Status::kSeen) return scored;
+    const Triangulation& point = scored.match.point;
+    const bool edges_left = !is_other_edge(left, point.depth_left_m),
+               edges_right = !is_other_edge(right, point.depth_right_m);
+    if (edges_left && edges_right) return scored;
+    const ComparedPair again = compare(edges_left ? left : *left.by_centroid, edges_right ? right : *right.by_centroid);
+    return again.match.status == Status::kSeen ? again : scored;
+  }
+
+ private:
+  ComparedPair compare(const SphereContour& left, const SphereContour& right) const {
     ComparedPair scored;
     StereoMatch& match = scored.match;
     match.left_px = left.centre_px;
@@ -103,7 +117,14 @@ class CandidateScorer {
     return scored;
   }
 
- private:
+  /// Whether an arc has not the size of the known radius at this depth.
+  bool is_other_edge(const SphereContour& contour, double depth_m) const {
+    if (!contour.by_centroid || !(depth_m > 0)) return false;
+    const double expected = options_.radius_m / (depth_m * contour.ray().homogeneous().norm());
+    const double tolerance = options_.radius_tolerance_m / options_.radius_m * expected;
+    return !agree(contour.value.z(), std::sqrt(contour.covariance(2, 2)), expected, tolerance, 1 + kSizeError);
+  }
+
   /// Whether too much of an object is hidden to locate its centre. Where three quarters of a contour's length are
   /// visible (kOfAnything, which is asked of a contour without a known radius) they locate it, whatever the blob lacks:
   /// an edge that hides the other quarter leaves nine tenths of the area, so colours that were not learned are missing.
@@ -390,6 +411,30 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
     if (pair.mixed) pair.score *= kMixed;
   }
   return all;
+}
+
+bool contradicts_calibration(std::span<const ComparedPair> pairs, const MatchOptions& options) {
+  const auto mismatch = [](const ComparedPair& pair) { return pair.match.status == Status::kEpipolarMismatch; };
+  const auto located = [&](auto contour, int number) {
+    return std::ranges::any_of(pairs, [&](const ComparedPair& pair) {
+      return pair.match.*contour == number && progress(pair.match.status) > progress(Status::kEpipolarMismatch);
+    });
+  };
+  const auto same_offset = [&](const StereoMatch& a, const StereoMatch& b) {
+    const double sigma = std::hypot(a.epipolar_sigma_px, b.epipolar_sigma_px);
+    return std::abs(a.epipolar_px - b.epipolar_px) <= options.max_epipolar_px + kSigmas * sigma;
+  };
+  for (const ComparedPair& pair : pairs) {
+    const StereoMatch& first = pair.match;
+    if (!mismatch(pair) || located(&StereoMatch::left, first.left)) continue;
+    if (!located(&StereoMatch::right, first.right)) return true;
+    for (const ComparedPair& other : pairs) {
+      const StereoMatch& second = other.match;
+      if (!mismatch(other) || second.left == first.left || second.right == first.right) continue;
+      if (!located(&StereoMatch::right, second.right) && same_offset(first, second)) return true;
+    }
+  }
+  return false;
 }
 
 StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,

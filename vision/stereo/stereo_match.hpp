@@ -97,6 +97,12 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
                                         std::span<const SphereContour> right,
                                         const std::optional<Prediction>& prediction, const MatchOptions& options);
 
+/// Whether each image has a contour that no pair locates, though it agrees in size with one of the other image and only
+/// violates the epipolar constraint: with one another, or, by the same offset, with those of a pair that is located.
+/// Objects that only one image shows are less likely than a wrong calibration, by which the images of different objects
+/// may fit.
+[[nodiscard]] bool contradicts_calibration(std::span<const ComparedPair> pairs, const MatchOptions& options);
+
 /// Chooses the pair of contours, one of each image, that shows the object, and triangulates it. A pair must satisfy the
 /// epipolar constraint, lie in front of the cameras and agree in size. Of several, the score prefers the one near the
 /// prediction (when there is one), with large and complete contours. When none fits, the status tells why the best one

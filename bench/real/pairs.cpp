@@ -1,0 +1,185 @@
+// Stereo pairs: of still scenes with true disparities, and of objects at measured positions.
+#include "bench/real/pairs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "bench/real/baseline.hpp"
+#include "bench/real/clicks.hpp"
+#include "vision/stereo/triangulate.hpp"
+#include "vision/stereo_tracker.hpp"
+
+namespace multireach::bench {
+namespace {
+
+constexpr double kHalf = 0.15;  // m, half of a search region's sides: as well as one knows where a thing lies
+
+/// Distance of a depth from the range of true depths, m, positive when it is beyond.
+double outside_range(const StillObject& object, double depth_m) {
+  return depth_m < object.least_m ? depth_m - object.least_m : depth_m > object.most_m ? depth_m - object.most_m : 0;
+}
+
+/// What vision answers to a still pair.
+struct StillAnswer {
+  std::string text;
+  double error_mm = NAN, sigmas = NAN;  // of the depth, from the range of true depths
+};
+
+/// With a search region, a click that is refused in the whole images is learned from the parts of them that show it.
+StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::optional<vision::SearchRegion>& region,
+                      bool all) {
+  const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
+  vision::TrackerOptions options;
+  options.rig = set.rig;
+  options.search_region = region;
+  const Eigen::Isometry3d X_LW = set.rig.X_WL.inverse();
+  const cv::Rect whole({0, 0}, set.left.size());
+  const cv::Rect in_left_image = region ? vision::search_area(*region, set.rig.left, X_LW) : whole;
+  const cv::Rect in_right_image = region ? vision::search_area(*region, set.rig.right, set.rig.X_RL * X_LW) : whole;
+  Clicked left = learn_clicks({{set.left, {object.click}}}), right = learn_clicks({{set.right, {in_right}}});
+  if (region && !(left.fault.empty() && right.fault.empty())) {
+    left = learn_clicks({{set.left, {object.click}, in_left_image}});
+    right = learn_clicks({{set.right, {in_right}, in_right_image}});
+  }
+  const std::string fault = left.fault.empty() ? right.fault : left.fault;
+  if (!left.model || !right.model || !(fault.empty() || all)) return {.text = fault};
+  options.colour = {*left.model, *right.model};
+  vision::StereoTracker tracker(options);
+  const vision::StereoMatch match = tracker.find(set.left, set.right).match;
+  StillAnswer answer{.text = description(match.status)};
+  if (!fault.empty()) answer.text += " (click refused: " + fault + ")";
+  if (match.status != vision::StereoMatch::Status::kSeen) return answer;
+  const double off = outside_range(object, match.point.depth_left_m);
+  answer.error_mm = 1000 * off;
+  answer.sigmas = off / std::sqrt(match.point.covariance(2, 2));
+  const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
+  if (!object.region.contains(at)) answer.text = "seen elsewhere";
+  return answer;
+}
+
+/// A box of `half_m` to each side of the place that the two clicks tell.
+vision::SearchRegion region_at(const RealSet& set, const StillObject& object, double half_m) {
+  const double depth_m = set.rig.left.fx * set.rig.baseline_m() / (object.disparity_px + set.disparity_offset_px);
+  const Eigen::Vector3d p_L = depth_m * set.rig.left.ray(Eigen::Vector2d(object.click.x, object.click.y)).homogeneous();
+  const Eigen::Vector3d p_W = set.rig.X_WL * p_L;
+  return {p_W.array() - half_m, p_W.array() + half_m};
+}
+
+void run_still(const RealSet& set, bool all) {
+  for (const StillObject& object : set.still) {
+    const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
+    const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
+    const auto a = left_baseline.find(set.left), b = right_baseline.find(set.right);
+    const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
+    const double baseline_mm =
+        !a.empty() && !b.empty()
+            ? 1000 * outside_range(object, fx_baseline / (a[0].x - b[0].x + set.disparity_offset_px))
+            : NAN;
+    const StillAnswer anywhere = answer_to(set, object, std::nullopt, all);
+    const StillAnswer within = answer_to(set, object, region_at(set, object, kHalf), all);
+    std::printf("| %s | %s | %s | %s | %.3f to %.3f | %s | %.0f | %.1f | %s | %.0f | %.1f | %.0f |\n", set.name.c_str(),
+                set.for_test ? "test" : "tuning", object.name.c_str(), object.whole ? "whole" : "a part",
+                object.least_m, object.most_m, anywhere.text.c_str(), anywhere.error_mm, anywhere.sigmas,
+                within.text.c_str(), within.error_mm, within.sigmas, baseline_mm);
+  }
+  std::fflush(stdout);
+}
+
+/// Where a hand-made click in each image puts an object, in W; nothing where the rays do not meet.
+std::optional<Eigen::Vector3d> clicked_position(const StereoRig& rig, const MeasuredObject& object) {
+  const auto ray = [](const CameraModel& camera, const cv::Point2d& px) {
+    return vision::RayMeasurement{camera.ray({px.x, px.y}), vision::ray_covariance(camera, 1)};
+  };
+  const auto point = vision::triangulate(rig, ray(rig.left, object.left_px), ray(rig.right, object.right_px));
+  return point ? std::optional(point->p_W) : std::nullopt;
+}
+
+/// Distances from the measured positions, mm.
+struct Distances {
+  std::vector<double> mm;
+  void add(const Eigen::Vector3d& p_W, const MeasuredObject& object) { mm.push_back(1000 * (p_W - object.p_W).norm()); }
+  std::string text() {
+    if (mm.empty()) return "| | |";
+    std::ranges::sort(mm);
+    double square = 0;
+    for (const double each : mm) square += each * each;
+    const auto count = static_cast<double>(mm.size());
+    return fmt::format("{:.1f} | {:.1f} | {:.1f} |", mm[mm.size() / 2], std::sqrt(square / count), mm.back());
+  }
+};
+
+/// Finds each object of a pair in a search region around its measured position. `radius_m`: 0 for not known.
+void run_measured(const RealSet& set, const vision::ColourModel& left, const vision::ColourModel& right,
+                  double radius_m, bool each) {
+  Distances ours, clicks;
+  std::vector<double> sigmas_mm;
+  for (size_t k = 0; k < set.measured.size(); ++k) {
+    const MeasuredObject& object = set.measured[k];
+    vision::TrackerOptions options;
+    options.rig = set.rig;
+    options.colour = {left, right};
+    options.match.radius_m = radius_m;
+    options.search_region = {object.p_W.array() - kHalf, object.p_W.array() + kHalf};
+    vision::StereoTracker tracker(options);
+    const vision::StereoMatch match = tracker.find(set.left, set.right).match;
+    const auto clicked = clicked_position(set.rig, object);
+    if (clicked) clicks.add(*clicked, object);
+    const bool seen = match.status == vision::StereoMatch::Status::kSeen;
+    if (seen) {
+      ours.add(match.point.p_W, object);
+      sigmas_mm.push_back(1000 * std::sqrt(match.point.covariance.trace()));
+    }
+    if (!each) continue;
+    const Eigen::Vector3d off = seen ? Eigen::Vector3d(1000 * (match.point.p_W - object.p_W)) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d by_click =
+        clicked ? Eigen::Vector3d(1000 * (*clicked - object.p_W)) : Eigen::Vector3d::Zero();
+    std::printf("    object %zu: %s, off by %.0f %.0f %.0f mm (x y z), sigma %.0f; by click %.0f %.0f %.0f\n", k,
+                vision::description(match.status), off.x(), off.y(), off.z(), seen ? sigmas_mm.back() : 0, by_click.x(),
+                by_click.y(), by_click.z());
+  }
+  std::ranges::sort(sigmas_mm);
+  std::printf("| %s | %s | %s | %zu of %zu | %s %.1f | %s\n", set.name.c_str(), set.for_test ? "test" : "tuning",
+              radius_m > 0 ? fmt::format("{:g} mm", 1000 * radius_m).c_str() : "not known", sigmas_mm.size(),
+              set.measured.size(), ours.text().c_str(), sigmas_mm.empty() ? 0 : sigmas_mm[sigmas_mm.size() / 2],
+              clicks.text().c_str());
+}
+
+}  // namespace
+
+void print_still(std::span<const RealSet> pairs, bool refused) {
+  std::printf(
+      "\nSearch region: 0.15 m to each side of the place that the two clicks tell.\n\n"
+      "| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas "
+      "| with a search region: answer | outside by, mm | in sigmas | baseline outside by, mm |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const RealSet& set : pairs) run_still(set, refused);
+}
+
+void print_measured(std::span<const RealSet> pairs, bool each) {
+  std::printf(
+      "\nDistance from the measured positions, mm; each object is looked for within 0.15 m of its own. Clicks: "
+      "triangulated by the same calibration.\n\n"
+      "| pair | use | radius | seen | vision: median | RMS | most | its standard deviation, median "
+      "| clicks: median | RMS | most |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const RealSet& set : pairs) {
+    std::vector<cv::Point> in_left, in_right;
+    for (const MeasuredObject& object : set.measured) {
+      in_left.emplace_back(object.left_px);
+      in_right.emplace_back(object.right_px);
+    }
+    const Clicked left = learn_clicks({{set.learn_left, in_left}}), right = learn_clicks({{set.learn_right, in_right}});
+    const std::string fault = left.fault.empty() ? right.fault : left.fault;
+    if (!fault.empty()) {
+      std::printf("| %s | | | click refused: %s | | | | | | | |\n", set.name.c_str(), fault.c_str());
+      continue;
+    }
+    run_measured(set, *left.model, *right.model, 0, each);
+    if (set.radius_m > 0) run_measured(set, *left.model, *right.model, set.radius_m, each);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace multireach::bench

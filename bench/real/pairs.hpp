@@ -1,0 +1,17 @@
+#pragma once
+
+#include <span>
+
+#include "bench/real/real_set.hpp"
+
+namespace multireach::bench {
+
+/// Prints, for each object of stereo pairs with true disparities, how far the measured depth is from the true ones.
+/// `refused`: also with colours that `calibrate colour` refuses.
+void print_still(std::span<const RealSet> pairs, bool refused);
+
+/// Prints how far objects are from positions that were measured by other means: as vision locates them, and as the
+/// hand-made clicks on them, triangulated. `each`: a line for each object as well.
+void print_measured(std::span<const RealSet> pairs, bool each);
+
+}  // namespace multireach::bench
