@@ -25,9 +25,9 @@ def accuracy_of(positions, *options):
 
 
 def accuracy():
-    # The mean of NEES/3 scatters by 0.03, the share inside by 0.7 %, of 95; by 0.13 and 3.4 % with 40 positions. One wall can
+    # The mean of NEES/3 scatters by 0.04, the share inside by 1 %, of 95; by 0.13 and 3.4 % with 40 positions. One wall can
     # decide a row, hence the rooms.
-    images = accuracy_of(960, *FRESH, "--rooms", "8", "--without", "motion")
+    images = accuracy_of(480, *FRESH, "--rooms", "8", "--without", "motion")
     fresh = accuracy_of(40, *FRESH, "--only", "motion")  # rendering motion takes long
     familiar = {name: accuracy_of(40, *options, "--only", "motion") for name, options in FAMILIAR.items()}
 
@@ -38,7 +38,7 @@ def accuracy():
         return [f"{case['nees_per_dimension']:.2f}", f"{case['inside_95_percent']:.1f} %"]
 
     section("Images")
-    head("case", "seen, of 960", "reported as occluded", "error, mm: median", "RMS", "goal of RMS", "NEES/3", "inside the 95 % ellipsoid")
+    head("case", "seen, of 480", "reported as occluded", "error, mm: median", "RMS", "goal of RMS", "NEES/3", "inside the 95 % ellipsoid")
     for case in images.values():
         row(case["name"], case["seen"], case["declared_occluded"], *errors(case), case["aim_rms_mm"] or "", *covariance(case))
     section("Motion")
