@@ -171,7 +171,9 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
     view.contours.push_back(camera_state.fitter.fit(bgr, blob, window, chroma_subsampled));
-    view.contours.back().covariance.topLeftCorner<2, 2>() += additional;
+    SphereContour& contour = view.contours.back();
+    contour.covariance.topLeftCorner<2, 2>() += additional;
+    if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional;
     view.appearance.push_back({.background = camera_state.background.share_of(blob),
                                .compactness = compactness(blob),
                                .colour_share = model.share_well_inside(camera_state.gains, bgr, blob)});
@@ -238,6 +240,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
       if (!background && !sphere && view.appearance[k].background > kBackgroundShare) continue;
       contours[index(side)].push_back(view.contours[k]);
+      if (view.appearance[k].background > kBackgroundShare) contours[index(side)].back().by_centroid = nullptr;
       from[index(side)].push_back(static_cast<int>(k));
     }
   }
@@ -264,10 +267,10 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     found.match.status = StereoMatch::Status::kUnlikely;
     found.candidates[*chosen].chosen = false;
     found.candidates[*chosen].reason = "it is too small or too ragged for a first match";
-  } else if (chosen && by_looks && contradicts_calibration(pairs, options_.match)) {
-    found.match.status = StereoMatch::Status::kEpipolarMismatch;
+  } else if (const ComparedPair* other = chosen && by_looks ? contradiction_of(pairs, options_.rig) : nullptr) {
+    found.match = other->match;
     found.candidates[*chosen].chosen = false;
-    found.candidates[*chosen].reason = "other contours violate the epipolar constraint: it may fit by chance";
+    found.candidates[*chosen].reason = "more contours violate the epipolar constraint than fit: it may fit by chance";
   }
   return found;
 }

@@ -272,7 +272,7 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
     for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
   }
   if (!still.empty()) print_still(still, choices.refused);
-  if (!measured.empty()) print_measured(measured, choices.verbose);
+  if (!measured.empty()) print_measured(measured, choices.refused, choices.verbose);
   return 0;
 }
 
@@ -292,7 +292,7 @@ int main(int argc, char** argv) {
   app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");
   app.add_flag("--refused", choices.refused, "track also with colours that calibrate colour refuses");
   app.add_flag("--causes", choices.causes, "also print why labels have no right answer");
-  app.add_flag("--verbose", choices.verbose, "a line for each run and image as well");
+  app.add_flag("--verbose", choices.verbose, "a line for each run and image, or each measured object, as well");
   CLI11_PARSE(app, argc, argv);
   try {
     return multireach::bench::measure(folders, choices);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -97,54 +98,54 @@ std::optional<Eigen::Vector3d> clicked_position(const StereoRig& rig, const Meas
   return point ? std::optional(point->p_W) : std::nullopt;
 }
 
-/// Distances from the measured positions, mm.
-struct Distances {
-  std::vector<double> mm;
-  void add(const Eigen::Vector3d& p_W, const MeasuredObject& object) { mm.push_back(1000 * (p_W - object.p_W).norm()); }
-  std::string text() {
-    if (mm.empty()) return "| | |";
-    std::ranges::sort(mm);
-    double square = 0;
-    for (const double each : mm) square += each * each;
-    const auto count = static_cast<double>(mm.size());
-    return fmt::format("{:.1f} | {:.1f} | {:.1f} |", mm[mm.size() / 2], std::sqrt(square / count), mm.back());
-  }
-};
+/// Distances from the measured positions, mm, as cells of a table: median, RMS, the largest.
+std::string cells_of(std::vector<double> mm) {
+  if (mm.empty()) return "| | |";
+  std::ranges::sort(mm);
+  double square = 0;
+  for (const double each : mm) square += each * each;
+  const double median = (mm[(mm.size() - 1) / 2] + mm[mm.size() / 2]) / 2;
+  return fmt::format("{:.1f} | {:.1f} | {:.1f} |", median, std::sqrt(square / static_cast<double>(mm.size())),
+                     mm.back());
+}
 
-/// Finds each object of a pair in a search region around its measured position. `radius_m`: 0 for not known.
-void run_measured(const RealSet& set, const vision::ColourModel& left, const vision::ColourModel& right,
-                  double radius_m, bool each) {
-  Distances ours, clicks;
-  std::vector<double> sigmas_mm;
+std::string offset_text(const std::optional<Eigen::Vector3d>& p_W, const MeasuredObject& object) {
+  if (!p_W) return "none";
+  const Eigen::Vector3d mm = 1000 * (*p_W - object.p_W);
+  return fmt::format("{:.0f} {:.0f} {:.0f} mm", mm.x(), mm.y(), mm.z());
+}
+
+/// Finds each object of a pair in a search region around its measured position, and adds a row to the table.
+/// `radius_m`: 0 for not known. `lines`: for each object.
+std::string row_of(const RealSet& set, const std::array<vision::ColourModel, 2>& colours, double radius_m,
+                   std::string& lines) {
+  std::vector<double> ours_mm, clicks_mm, sigmas_mm;
   for (size_t k = 0; k < set.measured.size(); ++k) {
     const MeasuredObject& object = set.measured[k];
     vision::TrackerOptions options;
     options.rig = set.rig;
-    options.colour = {left, right};
+    options.colour = colours;
     options.match.radius_m = radius_m;
     options.search_region = {object.p_W.array() - kHalf, object.p_W.array() + kHalf};
-    vision::StereoTracker tracker(options);
-    const vision::StereoMatch match = tracker.find(set.left, set.right).match;
+    const vision::StereoMatch match = vision::StereoTracker(options).find(set.left, set.right).match;
+    std::optional<Eigen::Vector3d> seen;
+    if (match.status == vision::StereoMatch::Status::kSeen) seen = match.point.p_W;
     const auto clicked = clicked_position(set.rig, object);
-    if (clicked) clicks.add(*clicked, object);
-    const bool seen = match.status == vision::StereoMatch::Status::kSeen;
     if (seen) {
-      ours.add(match.point.p_W, object);
+      ours_mm.push_back(1000 * (*seen - object.p_W).norm());
       sigmas_mm.push_back(1000 * std::sqrt(match.point.covariance.trace()));
     }
-    if (!each) continue;
-    const Eigen::Vector3d off = seen ? Eigen::Vector3d(1000 * (match.point.p_W - object.p_W)) : Eigen::Vector3d::Zero();
-    const Eigen::Vector3d by_click =
-        clicked ? Eigen::Vector3d(1000 * (*clicked - object.p_W)) : Eigen::Vector3d::Zero();
-    std::printf("    object %zu: %s, off by %.0f %.0f %.0f mm (x y z), sigma %.0f; by click %.0f %.0f %.0f\n", k,
-                vision::description(match.status), off.x(), off.y(), off.z(), seen ? sigmas_mm.back() : 0, by_click.x(),
-                by_click.y(), by_click.z());
+    if (clicked) clicks_mm.push_back(1000 * (*clicked - object.p_W).norm());
+    lines += fmt::format("    radius {:g} mm, object {}: {}; off by (x y z) {}, sigma {}; by click {}\n",
+                         1000 * radius_m, k, vision::description(match.status), offset_text(seen, object),
+                         seen ? fmt::format("{:.0f} mm", sigmas_mm.back()) : "none", offset_text(clicked, object));
   }
   std::ranges::sort(sigmas_mm);
-  std::printf("| %s | %s | %s | %zu of %zu | %s %.1f | %s\n", set.name.c_str(), set.for_test ? "test" : "tuning",
-              radius_m > 0 ? fmt::format("{:g} mm", 1000 * radius_m).c_str() : "not known", sigmas_mm.size(),
-              set.measured.size(), ours.text().c_str(), sigmas_mm.empty() ? 0 : sigmas_mm[sigmas_mm.size() / 2],
-              clicks.text().c_str());
+  return fmt::format("| {} | {} | {} | {} of {} | {} {} | {}\n", set.name, set.for_test ? "test" : "tuning",
+                     radius_m > 0 ? fmt::format("{:g} mm", 1000 * radius_m) : "not known", ours_mm.size(),
+                     set.measured.size(), cells_of(ours_mm),
+                     sigmas_mm.empty() ? "" : fmt::format("{:.1f}", sigmas_mm[sigmas_mm.size() / 2]),
+                     cells_of(clicks_mm));
 }
 
 }  // namespace
@@ -158,12 +159,14 @@ void print_still(std::span<const RealSet> pairs, bool refused) {
   for (const RealSet& set : pairs) run_still(set, refused);
 }
 
-void print_measured(std::span<const RealSet> pairs, bool each) {
+void print_measured(std::span<const RealSet> pairs, bool refused, bool each) {
   std::printf(
-      "\nDistance from the measured positions, mm; each object is looked for within 0.15 m of its own. Clicks: "
-      "triangulated by the same calibration.\n\n"
-      "| pair | use | radius | seen | vision: median | RMS | most | its standard deviation, median "
-      "| clicks: median | RMS | most |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "\nDistance from the measured positions, mm. Vision looks for each object within 0.15 m of its position, along "
+      "each "
+      "axis. Clicks: triangulated by the same calibration, all objects.\n\n"
+      "| pair | use | radius | seen | vision: median | RMS | max | its standard deviation, median "
+      "| clicks: median | RMS | max |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
+  std::string lines;
   for (const RealSet& set : pairs) {
     std::vector<cv::Point> in_left, in_right;
     for (const MeasuredObject& object : set.measured) {
@@ -172,13 +175,16 @@ void print_measured(std::span<const RealSet> pairs, bool each) {
     }
     const Clicked left = learn_clicks({{set.learn_left, in_left}}), right = learn_clicks({{set.learn_right, in_right}});
     const std::string fault = left.fault.empty() ? right.fault : left.fault;
-    if (!fault.empty()) {
-      std::printf("| %s | | | click refused: %s | | | | | | | |\n", set.name.c_str(), fault.c_str());
+    if (!left.model || !right.model || !(fault.empty() || refused)) {
+      std::printf("| %s | | | clicks refused: %s | | | | | | | |\n", set.name.c_str(), fault.c_str());
       continue;
     }
-    run_measured(set, *left.model, *right.model, 0, each);
-    if (set.radius_m > 0) run_measured(set, *left.model, *right.model, set.radius_m, each);
+    std::vector<double> radii{0};
+    if (set.radius_m > 0) radii.push_back(set.radius_m);
+    for (const double radius : radii)
+      std::printf("%s", row_of(set, {*left.model, *right.model}, radius, lines).c_str());
   }
+  if (each) std::printf("\n%s", lines.c_str());
   std::fflush(stdout);
 }
 

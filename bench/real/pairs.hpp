@@ -10,8 +10,9 @@ namespace multireach::bench {
 /// `refused`: also with colours that `calibrate colour` refuses.
 void print_still(std::span<const RealSet> pairs, bool refused);
 
-/// Prints how far objects are from positions that were measured by other means: as vision locates them, and as the
-/// hand-made clicks on them, triangulated. `each`: a line for each object as well.
-void print_measured(std::span<const RealSet> pairs, bool each);
+/// Prints how far objects are from positions that were measured by other means: as vision locates them, and as clicks
+/// by hand do, triangulated. `refused`: also with colours that `calibrate colour` refuses; `each`: a line for each
+/// object.
+void print_measured(std::span<const RealSet> pairs, bool refused, bool each);
 
 }  // namespace multireach::bench

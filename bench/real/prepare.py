@@ -373,7 +373,7 @@ def make_still(out, clone):
 CAGE_POSITIONS = "1c8aee5b1a7f30183d8012250c9b22130f2c8639"
 CAGE_CALIBRATION = "data/calib/"
 CAGE_RADIUS_MM = 35  # the height of the balls' centres above the floor in depth_tester_final.py
-CAGE_WIDTH_MM = 3420  # from the left wall, of the pose file, to the right one, of the positions
+CAGE_WIDTH_MM = 3420  # from the left wall, the origin of the pose file, to the right one, that of final_measurements.txt
 
 
 def without_marks(image):
@@ -388,7 +388,10 @@ def without_marks(image):
 def matrix_in(text, name):
     """A matrix of an OpenCV file."""
     storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
-    return storage.getNode(name).mat()
+    matrix = storage.getNode(name).mat()
+    if matrix is None:
+        raise PrepareError(f"An OpenCV file of the clone has no matrix {name}. Give a complete clone.")
+    return matrix
 
 
 def cage_pose(clone):
@@ -403,8 +406,8 @@ def cage_pose(clone):
 def make_cage(out, clone):
     """Sixteen balls on the floor, at positions that the owners measured, before two cameras that they calibrated.
 
-    The picture is a view of both images, cut off by 6 pixels, with marks. The ball in the air is left out, as in the
-    owners' last test: its position and its images are 15 cm apart.
+    The picture is a view of both images, cut off by 6 pixels, with marks. The ball in the air is left out, as of the RMS
+    in the owners' last test: its measured position and the triangulated one are 17 cm apart there.
     """
     folder = new_folder(out / "cage")
     for name in ("intrinsics.yml", "extrinsics.yml"):
@@ -425,6 +428,8 @@ def make_cage(out, clone):
         if y == 0:
             position = (x / 1000, CAGE_RADIUS_MM / 1000, z / 1000)
             lines.append(",".join([*(f"{pixel:.1f}" for pixel in pixels), *(f"{metres:.4f}" for metres in position)]))
+    if len(lines) == 1:
+        raise PrepareError(f"{clone.path}: final_measurements.txt has no position of a ball on the floor.")
     (folder / "positions.csv").write_text("\n".join(lines) + "\n")
     rotation, translation = cage_pose(clone)
     pose = f"{{rotation: {rotation.ravel().round(9).tolist()}, translation_m: {(translation / 1000).round(6).tolist()}}}"

@@ -161,7 +161,7 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
 }
 
 /// Reads lines `left_x,left_y,right_x,right_y,x,y,z`, pixels and metres in W; the first line names the columns.
-std::vector<MeasuredObject> positions_from(const std::string& path) {
+std::vector<MeasuredObject> positions_from(const std::string& path, const StereoRig& rig) {
   std::vector<MeasuredObject> objects;
   std::ifstream file(path);
   if (!file) throw InputError(path + ": cannot be read");
@@ -175,42 +175,38 @@ std::vector<MeasuredObject> positions_from(const std::string& path) {
       char comma = ',';
       valid = valid && cells >> v[k] && (k + 1 == v.size() || (cells >> comma && comma == ','));
     }
-    if (!valid) {
+    if (!valid || !(cells >> std::ws).eof()) {
       throw InputError(fmt::format("{}, line {}: '{}' is not left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m",
                                    path, row, line));
     }
-    objects.push_back({{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5], v[6]}});
+    const MeasuredObject object{{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5], v[6]}};
+    const auto inside = [](const CameraModel& camera, const cv::Point2d& px) {
+      return cv::Rect(0, 0, camera.width, camera.height).contains(cv::Point(px));
+    };
+    if (!inside(rig.left, object.left_px) || !inside(rig.right, object.right_px))
+      throw InputError(fmt::format("{}, line {}: '{}' has a pixel outside its image", path, row, line));
+    objects.push_back(object);
   }
   if (objects.empty()) throw InputError(path + ": has no position");
   return objects;
 }
 
 void load_measured(const Config& config, const fs::path& folder, RealSet& set) {
-  const auto image = [&](const char* key, const std::string& otherwise) {
-    return read_image((folder / (config.has(key) ? config.text(key) : otherwise)).string());
-  };
-  const std::string left = config.text("left"), right = config.text("right");
-  set.left = image("left", left);
-  set.right = image("right", right);
-  set.learn_left = image("learn_left", left);
-  set.learn_right = image("learn_right", right);
   const RigConfig cameras = load_rig(config.section("cameras"));
   if (!cameras.has_robot_pose) config.fail("cameras", "a left_to_robot: the frame of the measured positions");
   set.rig = cameras.rig;
-  const cv::Rect shown_left({0, 0}, set.left.size()), shown_right({0, 0}, set.right.size());
-  for (const cv::Mat* picture : {&set.left, &set.learn_left}) {
-    if (picture->cols != set.rig.left.width || picture->rows != set.rig.left.height)
-      config.fail("left", "images of the calibration's size");
-  }
-  for (const cv::Mat* picture : {&set.right, &set.learn_right}) {
-    if (picture->cols != set.rig.right.width || picture->rows != set.rig.right.height)
-      config.fail("right", "images of the calibration's size");
-  }
-  set.measured = positions_from((folder / config.text("positions")).string());
-  for (const MeasuredObject& object : set.measured) {
-    if (!shown_left.contains(cv::Point(object.left_px)) || !shown_right.contains(cv::Point(object.right_px)))
-      config.fail("positions", "pixels that are inside the images");
-  }
+  const auto image = [&](const std::string& key, const std::string& otherwise, const CameraModel& camera) {
+    const std::string& used = config.has(key) ? key : otherwise;
+    cv::Mat bgr = read_image((folder / config.text(used)).string());
+    if (bgr.cols != camera.width || bgr.rows != camera.height)
+      config.fail(used, fmt::format("an image of the calibration's size, {} x {} pixels", camera.width, camera.height));
+    return bgr;
+  };
+  set.left = image("left", "left", set.rig.left);
+  set.right = image("right", "right", set.rig.right);
+  set.learn_left = image("learn_left", "left", set.rig.left);
+  set.learn_right = image("learn_right", "right", set.rig.right);
+  set.measured = positions_from((folder / config.text("positions")).string(), set.rig);
   set.radius_m = config.number("ball_radius_m", 0, 10, 0);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 
 namespace multireach::vision {
@@ -268,46 +269,79 @@ TEST(StereoMatching, AKnownRadiusHelpsWhereADirectionIsUnsure) {
   EXPECT_NEAR(std::sqrt(with.point.covariance.trace()), 0.5 * 0.1 / 20, 0.5e-3);
 }
 
-TEST(StereoMatching, WhatOnlyAnotherCalibrationMatchesContradictsThisOne) {
-  const MatchOptions options;
-  const auto contradict = [&](const std::vector<SphereContour>& left, const std::vector<SphereContour>& right) {
-    return contradicts_calibration(compare_pairs(rig(), left, right, std::nullopt, options), options);
-  };
-  Pair first = pair_of(kBall), second = pair_of({-0.05, -0.03, 0.5}), third = pair_of({-0.02, 0.04, 0.6});
-  EXPECT_FALSE(contradict({first.left, second.left}, {first.right, second.right}));
-  EXPECT_FALSE(contradict({first.left, second.left, third.left}, {first.right})) << "two that only one image shows";
-  for (Pair* each : {&first, &second}) each->right.value.y() += 10 / 500.0;
-  // The left image of the first and the right image of the second are on one line by chance.
-  EXPECT_EQ(match_candidates({first.left, second.left}, {first.right, second.right}, std::nullopt, options).status,
-            Status::kSeen);
-  EXPECT_TRUE(contradict({first.left, second.left}, {first.right, second.right}));
-  // A ball, and beside it one thing that only the left image shows and one that only the right image shows.
-  const Pair ball = pair_of(kBall), above = pair_of({0.1, -0.06, 0.5}), below = pair_of({-0.03, 0.05, 0.5});
-  EXPECT_FALSE(contradict({ball.left, below.left}, {ball.right, above.right}));
+/// Moves what the right image shows down, as if the right camera had been turned up.
+Pair moved(Pair pair, double px) {
+  pair.right.value.y() += px / 500;
+  return pair;
 }
 
-TEST(StereoMatching, WhereAnArcIsNotOfTheKnownSizeTheBlobCounts) {
-  const StereoRig r = rig();
-  SphereContour blob = disc_of(r.left, kBall, 0.9 * kRadius, 1);
+TEST(StereoMatching, MoreMismatchesThanMatchesContradictTheCalibration) {
+  const auto contradicted = [](const std::vector<Pair>& pairs) {
+    std::vector<SphereContour> left, right;
+    for (const Pair& pair : pairs) {
+      left.push_back(pair.left);
+      right.push_back(pair.right);
+    }
+    return contradiction_of(compare_pairs(rig(), left, right, std::nullopt, {}), rig()) != nullptr;
+  };
+  // By a right camera that is turned by 10 px, the left image of the first fits the right image of the second.
+  const std::vector<Pair> balls{pair_of({0.05, -0.02, 0.5}), pair_of({-0.01, -0.03, 0.5}), pair_of({0.1, 0.03, 0.5}),
+                                pair_of({-0.1, 0.09, 0.5})};
+  EXPECT_FALSE(contradicted(balls));
+  std::vector<Pair> turned;
+  for (const Pair& ball : balls) turned.push_back(moved(ball, 10));
+  EXPECT_EQ(match_candidates({turned[0].left}, {turned[1].right}, std::nullopt, {}).status, Status::kSeen);
+  EXPECT_TRUE(contradicted(turned));
+  // One thing that only the left image shows and one that only the right image shows, beside a ball: as many as fit.
+  EXPECT_FALSE(contradicted({balls[0], moved(balls[2], 10)}));
+  // Off by more than a calibration can be: different things.
+  EXPECT_FALSE(contradicted({balls[0], moved(balls[2], 30), moved(balls[3], 30)}));
+  EXPECT_TRUE(contradicted({balls[0], moved(balls[2], 10), moved(balls[3], 10)}));
+}
+
+/// A ball of which 40 per cent of the contour shows, as an arc with this radius and residual, and its blob.
+SphereContour arc_of(double radius, double residual_px, double blob_radius = 0.9 * kRadius) {
+  SphereContour arc = disc_of(rig().left, kBall, radius), blob = disc_of(rig().left, kBall, blob_radius, 1);
   blob.kind = SphereContour::Kind::kCentroid;
   blob.occlusion = SphereContour::kUnknown;
-  const auto arc_of = [&](double radius) {
-    SphereContour arc = disc_of(r.left, kBall, radius);
-    arc.visible_fraction = 0.4;
-    arc.occlusion = 0.3;
-    arc.by_centroid = std::make_shared<const SphereContour>(blob);
-    return arc;
-  };
+  arc.visible_fraction = 0.4;
+  arc.occlusion = 0.3;
+  arc.residual_px = residual_px;
+  arc.by_centroid = std::make_shared<SphereContour>(blob);
+  return arc;
+}
+
+TEST(StereoMatching, TheBlobCountsWhereAnArcContradictsTheKnownRadius) {
   const SphereContour right = pair_of(kBall).right;
-  // As of a box that is drawn around the object.
-  const StereoMatch boxed = match_candidates({arc_of(1.25 * kRadius)}, {right});
+  const auto status = [&](const SphereContour& left, double known = kRadius) {
+    return match_candidates({left}, {right}, std::nullopt, {.radius_m = known}).status;
+  };
+  const StereoMatch boxed = match_candidates({arc_of(1.25 * kRadius, 0.6)}, {right});  // as of a box around it
   ASSERT_EQ(boxed.status, Status::kSeen) << description(boxed.status);
   EXPECT_FALSE(boxed.both_by_contour);
-  EXPECT_EQ(boxed.left, 0);
-  // A ball that is partly hidden has its own size.
-  EXPECT_EQ(match_candidates({arc_of(kRadius)}, {right}).status, Status::kOccludedTooMuch);
-  // Without a known radius, nothing tells which it is.
-  EXPECT_EQ(match_candidates({arc_of(1.25 * kRadius)}, {right}, std::nullopt, {}).status, Status::kOccludedTooMuch);
+  EXPECT_LT((boxed.point.p_W - rig().X_WL * kBall).norm(), 0.01);
+  EXPECT_EQ(status(arc_of(kRadius, 0.6)), Status::kOccludedTooMuch) << "a ball that is partly hidden has its own size";
+  EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.1)), Status::kOccludedTooMuch) << "these edges are on a circle";
+  EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.6, 0.7 * kRadius)), Status::kOccludedTooMuch) << "the blob lacks half";
+  EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.6), 0), Status::kOccludedTooMuch) << "nothing tells without the radius";
+}
+
+TEST(StereoMatching, HalvesOfTwoBallsAreNotOne) {
+  // Two equal balls behind an edge that hides the half of each; left image of one, right image of the other.
+  const StereoRig r = rig();
+  const auto half = [&](const CameraModel& camera, const Eigen::Vector3d& p_C) {
+    SphereContour arc = disc_of(camera, p_C), blob = disc_of(camera, p_C, 0.71 * kRadius, 1);
+    blob.kind = SphereContour::Kind::kCentroid;
+    blob.occlusion = SphereContour::kUnknown;
+    arc.visible_fraction = arc.occlusion = 0.5;
+    arc.residual_px = 0.1;
+    arc.by_centroid = std::make_shared<SphereContour>(blob);
+    return arc;
+  };
+  const Eigen::Vector3d other = kBall - Eigen::Vector3d(0.042, 0, 0);
+  const std::vector<SphereContour> left{half(r.left, kBall), half(r.left, other)},
+      right{half(r.right, r.X_RL * kBall), half(r.right, r.X_RL * other)};
+  EXPECT_EQ(match_candidates(left, right).status, Status::kOccludedTooMuch);
 }
 
 }  // namespace

@@ -464,7 +464,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     centroid.area = blob.area;
     result.kind = SphereContour::Kind::kEdges;
     result.from_centroid = result.value - centroid.value;
-    if (result.visible_fraction < kOfAnything) result.by_centroid = std::make_shared<const SphereContour>(centroid);
+    if (result.visible_fraction < kOfAnything) result.by_centroid = std::make_shared<SphereContour>(centroid);
     // A part of the contour of an object that need not be a sphere: an arc of an ellipse fits a circle elsewhere.
     if (result.cut_off && least_seen_ > kOfASphere) {
       result.shared.col(kShape) = result.from_centroid;

@@ -41,8 +41,9 @@ struct SphereContour {
   double motion_px = 0;    ///< how far the object moved during the exposure, from the blur of its edges; 0: not known
   double area = 0;         ///< of the blob, pixels
   bool cut_off = false;    ///< a part of the contour, or of what the blob shows, is outside of the readable pixels
-  /// Of a contour of which less than kOfAnything is visible, what the blob's centroid gives instead; else null.
-  std::shared_ptr<const SphereContour> by_centroid{};
+  /// Of an arc, of which less than SphereContourFitter::kOfAnything is visible: what the blob's centroid gives instead,
+  /// for where the arc's size contradicts the known one; else null.
+  std::shared_ptr<SphereContour> by_centroid{};
 
   Eigen::Vector2d ray() const { return value.head<2>(); }
   Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }

@@ -26,6 +26,10 @@ constexpr double kSizeError = 0.04;
 // its centre, and its size by area 0.29 smaller.
 constexpr double kOneSided = 2;
 
+// Weighted root mean square of an arc's residuals, pixels, from which on its edges are not on one circle. Rendered arcs
+// of partly hidden balls have up to 0.3, boxes around real balls 0.5 to 0.7.
+constexpr double kNoCircle = 0.4;
+
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
 /// Signed distance between two viewing rays and its standard deviation, in pixels of the left camera.
@@ -67,17 +71,21 @@ class CandidateScorer {
   CandidateScorer(const StereoRig& rig, const std::optional<Prediction>& prediction, const MatchOptions& options)
       : rig_(rig), prediction_(prediction), options_(options) {}
 
-  /// Where an arc has edges of another size than the known radius, the edges are those of something else, as a box
-  /// around the object, and the pair may fit by the blob's centroid.
+  /// Where the edges of an arc contradict the known radius, as those of a box around the object, the pair may fit by
+  /// the blob's centroid.
   ComparedPair operator()(const SphereContour& left, const SphereContour& right) const {
     const ComparedPair scored = compare(left, right);
-    if (!(options_.radius_m > 0) || scored.match.status == Status::kSeen) return scored;
-    const Triangulation& point = scored.match.point;
-    const bool edges_left = !is_other_edge(left, point.depth_left_m),
-               edges_right = !is_other_edge(right, point.depth_right_m);
-    if (edges_left && edges_right) return scored;
-    const ComparedPair again = compare(edges_left ? left : *left.by_centroid, edges_right ? right : *right.by_centroid);
-    return again.match.status == Status::kSeen ? again : scored;
+    const bool arcs = left.by_centroid || right.by_centroid;
+    if (!(options_.radius_m > 0) || scored.match.status == Status::kSeen || !arcs) return scored;
+    const auto point = triangulate(rig_, {left.ray(), left.ray_covariance()}, {right.ray(), right.ray_covariance()});
+    if (!point) return scored;
+    const RadiusPrior known = *prior_at(*point);
+    const bool keep_left = !contradicts_radius(left, known, point->depth_left_m);
+    const bool keep_right = !contradicts_radius(right, known, point->depth_right_m);
+    if (keep_left && keep_right) return scored;
+    const ComparedPair with_centroids =
+        compare(keep_left ? left : *left.by_centroid, keep_right ? right : *right.by_centroid);
+    return with_centroids.match.status == Status::kSeen ? with_centroids : scored;
   }
 
  private:
@@ -117,12 +125,15 @@ class CandidateScorer {
     return scored;
   }
 
-  /// Whether an arc has not the size of the known radius at this depth.
-  bool is_other_edge(const SphereContour& contour, double depth_m) const {
-    if (!contour.by_centroid || !(depth_m > 0)) return false;
-    const double expected = options_.radius_m / (depth_m * contour.ray().homogeneous().norm());
-    const double tolerance = options_.radius_tolerance_m / options_.radius_m * expected;
-    return !agree(contour.value.z(), std::sqrt(contour.covariance(2, 2)), expected, tolerance, 1 + kSizeError);
+  /// Whether an arc is not the object's contour, but its blob may be the object: the edges are not on one circle, whose
+  /// size at this depth is not the known one, while the blob's is.
+  bool contradicts_radius(const SphereContour& arc, const RadiusPrior& known, double depth_m) const {
+    if (!arc.by_centroid || arc.residual_px < kNoCircle) return false;
+    const double expected = known.radius_m / (depth_m * arc.ray().homogeneous().norm());
+    const double sigma = known.sigma_m / known.radius_m * expected;
+    const double blob = arc.by_centroid->value.z();
+    return !agree(arc.value.z(), std::sqrt(arc.covariance(2, 2)), expected, sigma, 1 + kSizeError) &&
+           std::max(blob, expected) < options_.max_size_ratio * std::min(blob, expected);
   }
 
   /// Whether too much of an object is hidden to locate its centre. Where three quarters of a contour's length are
@@ -413,28 +424,30 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
   return all;
 }
 
-bool contradicts_calibration(std::span<const ComparedPair> pairs, const MatchOptions& options) {
-  const auto mismatch = [](const ComparedPair& pair) { return pair.match.status == Status::kEpipolarMismatch; };
-  const auto located = [&](auto contour, int number) {
-    return std::ranges::any_of(pairs, [&](const ComparedPair& pair) {
-      return pair.match.*contour == number && progress(pair.match.status) > progress(Status::kEpipolarMismatch);
-    });
+const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig) {
+  const auto is_located = [](const ComparedPair& pair) {
+    return progress(pair.match.status) > progress(Status::kEpipolarMismatch);
   };
-  const auto same_offset = [&](const StereoMatch& a, const StereoMatch& b) {
-    const double sigma = std::hypot(a.epipolar_sigma_px, b.epipolar_sigma_px);
-    return std::abs(a.epipolar_px - b.epipolar_px) <= options.max_epipolar_px + kSigmas * sigma;
+  const auto share_one = [](const ComparedPair& a, const ComparedPair& b) {
+    return a.match.left == b.match.left || a.match.right == b.match.right;
+  };
+  // As many pairs as possible that have no contour in common, in their order.
+  std::vector<const ComparedPair*> located, mismatched;
+  const auto add = [&](const ComparedPair& pair, std::vector<const ComparedPair*>& chosen) {
+    if (std::ranges::none_of(chosen, [&](const ComparedPair* other) { return share_one(pair, *other); }))
+      chosen.push_back(&pair);
   };
   for (const ComparedPair& pair : pairs) {
-    const StereoMatch& first = pair.match;
-    if (!mismatch(pair) || located(&StereoMatch::left, first.left)) continue;
-    if (!located(&StereoMatch::right, first.right)) return true;
-    for (const ComparedPair& other : pairs) {
-      const StereoMatch& second = other.match;
-      if (!mismatch(other) || second.left == first.left || second.right == first.right) continue;
-      if (!located(&StereoMatch::right, second.right) && same_offset(first, second)) return true;
-    }
+    if (is_located(pair)) add(pair, located);
   }
-  return false;
+  for (const ComparedPair& pair : pairs) {
+    const bool near = std::abs(pair.match.epipolar_px) < kOtherLens * rig.left.width;
+    if (pair.match.status != Status::kEpipolarMismatch || !near) continue;
+    if (std::ranges::none_of(pairs,
+                             [&](const ComparedPair& other) { return is_located(other) && share_one(pair, other); }))
+      add(pair, mismatched);
+  }
+  return mismatched.size() > located.size() ? mismatched.front() : nullptr;
 }
 
 StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,

@@ -97,11 +97,11 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
                                         std::span<const SphereContour> right,
                                         const std::optional<Prediction>& prediction, const MatchOptions& options);
 
-/// Whether each image has a contour that no pair locates, though it agrees in size with one of the other image and only
-/// violates the epipolar constraint: with one another, or, by the same offset, with those of a pair that is located.
-/// Objects that only one image shows are less likely than a wrong calibration, by which the images of different objects
-/// may fit.
-[[nodiscard]] bool contradicts_calibration(std::span<const ComparedPair> pairs, const MatchOptions& options);
+/// A pair of contours that agree in size and lie up to 2 per cent of the image's width off one epipolar line, where the
+/// images show more such pairs, of contours that no pair locates, than pairs that are located: then the calibration is
+/// more likely wrong than each image shows other objects, and a pair that is located may show two. Null where there are
+/// not so many.
+[[nodiscard]] const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig);
 
 /// Chooses the pair of contours, one of each image, that shows the object, and triangulates it. A pair must satisfy the
 /// epipolar constraint, lie in front of the cameras and agree in size. Of several, the score prefers the one near the
