@@ -97,9 +97,13 @@ const char* StereoVision::measure(StereoImages& images) {
     return "an image cannot be decoded";
   if (!look_again(images)) return "an image cannot be decoded";
   // A covered camera also repeats a black image; the tracker reports that case as dark.
+  const auto black = [&](Side side) {
+    return std::ranges::any_of(targets_, [&](const Target& target) { return target.views[index(side)].dark; });
+  };
+  if (images.fingerprint(Side::kLeft) == images.fingerprint(Side::kRight) && !black(Side::kLeft))
+    return "the left and the right image are the same";
   const auto frozen = frozen_frames_.frozen();
-  const auto black = [&](const Target& target) { return target.views[index(*frozen)].dark; };
-  return frozen && std::ranges::none_of(targets_, black) ? frozen_frames_.fault() : nullptr;
+  return frozen && !black(*frozen) ? frozen_frames_.fault() : nullptr;
 }
 
 /// Searches both images and matches. Returns false when an image cannot be decoded.

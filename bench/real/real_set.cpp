@@ -167,6 +167,8 @@ std::vector<MeasuredObject> positions_from(const std::string& path, const Stereo
   if (!file) throw InputError(path + ": cannot be read");
   std::string line;
   for (int row = 1; std::getline(file, line); ++row) {
+    if (row == 1 && line.find("left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m") != 0)
+      throw InputError(path + ", line 1: expected left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m");
     if (row == 1 || line.empty()) continue;
     std::array<double, 7> v{};
     std::istringstream cells(line);
@@ -185,6 +187,17 @@ std::vector<MeasuredObject> positions_from(const std::string& path, const Stereo
     };
     if (!inside(rig.left, object.left_px) || !inside(rig.right, object.right_px))
       throw InputError(fmt::format("{}, line {}: '{}' has a pixel outside its image", path, row, line));
+    const Eigen::Vector3d p_L = rig.X_WL.inverse() * object.p_W, p_R = rig.X_RL * p_L;
+    const auto shown = [&](const CameraModel& camera, const Eigen::Vector3d& p_C, const cv::Point2d& px) {
+      constexpr double kNear = 0.25;  // of the image's width, from the click
+      return p_C.z() > 0 && (camera.project(p_C) - Eigen::Vector2d(px.x, px.y)).norm() < kNear * camera.width;
+    };
+    if (!shown(rig.left, p_L, object.left_px) || !shown(rig.right, p_R, object.right_px)) {
+      throw InputError(
+          fmt::format("{}, line {}: by `cameras`, the position of '{}' is not seen near its clicks: metres? left and "
+                      "right? left_to_robot?",
+                      path, row, line));
+    }
     objects.push_back(object);
   }
   if (objects.empty()) throw InputError(path + ": has no position");
@@ -204,6 +217,8 @@ void load_measured(const Config& config, const fs::path& folder, RealSet& set) {
   };
   set.left = image("left", "left", set.rig.left);
   set.right = image("right", "right", set.rig.right);
+  if (config.has("learn_left") != config.has("learn_right"))
+    config.fail(config.has("learn_left") ? "learn_left" : "learn_right", "both learn_left and learn_right, or none");
   set.learn_left = image("learn_left", "left", set.rig.left);
   set.learn_right = image("learn_right", "right", set.rig.right);
   set.measured = positions_from((folder / config.text("positions")).string(), set.rig);
@@ -221,8 +236,10 @@ RealSet RealSet::load(const std::string& folder) {
     load_video(config, folder, set);
   } else if (config.has("positions")) {
     load_measured(config, folder, set);
-  } else {
+  } else if (config.has("disparity")) {
     load_still(config, folder, set);
+  } else {
+    throw InputError(folder + "/set.yaml: expected one of the keys images (a video), disparity and positions (a pair)");
   }
   config.finish();
   return set;

@@ -298,10 +298,13 @@ TEST(VisionSession, SaysWhatIsWrongWithTheCameras) {
     EXPECT_EQ(reason_of(vision, pair_of(black, cameras.right.render(kMiddle, 1), 0, 0)), "the left image is black");
     EXPECT_EQ(reason_of(vision, pair_of(cameras.left.render(kMiddle, 0), black, kFrame, kFrame)),
               "the right image is black");
-    EXPECT_EQ(reason_of(vision, pair_of(pink, pink, 2 * kFrame, 2 * kFrame)),
+    EXPECT_EQ(reason_of(vision, pair_of(pink, cv::Mat(pink + cv::Scalar(1, 0, 0)), 2 * kFrame, 2 * kFrame)),
               "the colour fills most of an image: the colour model is too wide");
     EXPECT_EQ(reason_of(vision, pair_of(black(cv::Rect(0, 0, 100, 100)).clone(), black, 3 * kFrame, 3 * kFrame)),
               "the size of an image differs from the calibration");
+    const cv::Mat left = cameras.left.render(kMiddle, 0);
+    EXPECT_EQ(reason_of(vision, pair_of(left, left, 4 * kFrame, 4 * kFrame)),
+              "the left and the right image are the same");
   }
   {
     Scene scene;

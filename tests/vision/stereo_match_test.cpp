@@ -326,6 +326,21 @@ TEST(StereoMatching, TheBlobCountsWhereAnArcContradictsTheKnownRadius) {
   EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.6), 0), Status::kOccludedTooMuch) << "nothing tells without the radius";
 }
 
+TEST(StereoMatching, ABlobThatIsFarLargerThanTheKnownBallIsNotIt) {
+  const auto status = [](double radius) {
+    Pair blob = pair_of(kBall, radius);
+    for (SphereContour* each : {&blob.left, &blob.right}) {
+      each->kind = SphereContour::Kind::kCentroid;
+      each->occlusion = SphereContour::kUnknown;
+      each->covariance(2, 2) = std::pow(0.3 * each->value.z(), 2);  // the size is a rough estimate
+    }
+    return match_candidates({blob.left}, {blob.right}).status;
+  };
+  EXPECT_EQ(status(kRadius), Status::kSeen);
+  EXPECT_EQ(status(1.55 * kRadius), Status::kSeen) << "as of a ball that moved by more than its diameter";
+  EXPECT_EQ(status(1.7 * kRadius), Status::kWrongRadius);
+}
+
 TEST(StereoMatching, HalvesOfTwoBallsAreNotOne) {
   // Two equal balls behind an edge that hides the half of each; left image of one, right image of the other.
   const StereoRig r = rig();

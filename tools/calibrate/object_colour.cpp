@@ -21,6 +21,9 @@ constexpr double kSimilar = 0.7;  // another object of this share of the object'
 constexpr double kClicked = 0.5, kClickedOfSeveral = 0.25;
 constexpr double kPart = 0.1;  // least share of the object's area of a part of it that is worth a click
 // What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
+constexpr char kIfOther[] =
+    "if it looks alike, click on it as well; else take a picture without it, or give the part that counts "
+    "(--within-left, --within-right)";
 constexpr char kIfPart[] = "if that is a part of the object, click there as well, or draw a rectangle around all of it";
 
 double area_of(const ObjectRegion& region) {
@@ -149,9 +152,9 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
   }
   for (const vision::Blob& blob : found.blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
-    return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one{}{}",
+    return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one: {}",
                        position_of(blob, part.corner), 100 * blob.area / object->area,
-                       is_near(blob.box, part) ? ": " : "", is_near(blob.box, part) ? kIfPart : "");
+                       is_near(blob.box, part) ? kIfPart : kIfOther);
   }
   const double whole = area_of(region);
   if (all_inside < kFewest * whole)

@@ -104,6 +104,8 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                 const std::string& json_path) {
   const size_t target = target_named(config, name), coloured = config.targets.size();
   const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
+  if (left.size() == right.size() && left.type() == right.type() && cv::norm(left, right, cv::NORM_INF) == 0)
+    throw InputError("--pair: " + pair[0] + " and " + pair[1] + " are the same image");
   const bool subsampled =
       std::ranges::any_of(pair, [](const std::string& path) { return jpeg_chroma_subsampled(read_binary_file(path)); });
   const StereoRig& rig = config.rig;

@@ -197,8 +197,10 @@ VisionConfig VisionConfig::load(const std::string& path, const ConfigOverrides& 
   };
   for (const Target& target : vision.targets) {
     if (target.options.search_region && !vision.calibrated) {
-      throw InputError(path + ": target '" + target.name +
-                       "': search_region_m is in the robot's base frame, and needs cameras.left_to_robot");
+      throw InputError(
+          path + ": target '" + target.name +
+          "': search_region_m is in the robot's base frame, and needs cameras.left_to_robot; without a robot, "
+          "{translation_m: [0, 0, 0]} makes it the left camera's frame");
     }
     check(target.name, [&] { const vision::StereoTracker tracker(target.options); });
   }

@@ -190,7 +190,9 @@ class CandidateScorer {
       return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
     };
     const bool may_start = !cut_off_blob(left) && !cut_off_blob(right);
-    if ((only_part && (left.cut_off || right.cut_off)) || (!prediction_ && !may_start)) {
+    if (prior && (is_too_large(left, free->depth_left_m) || is_too_large(right, free->depth_right_m))) {
+      match.status = Status::kWrongRadius;
+    } else if ((only_part && (left.cut_off || right.cut_off)) || (!prediction_ && !may_start)) {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
@@ -242,6 +244,16 @@ class CandidateScorer {
     if (contour.kind != SphereContour::Kind::kEdges) return false;
     const double expected = options_.radius_m / (depth_m * contour.ray().homogeneous().norm());
     return std::max(expected, contour.value.z()) > options_.max_size_ratio * std::min(expected, contour.value.z());
+  }
+
+  /// Whether a blob is larger than the known ball at this depth, even one that moved by 2.4 of its radii during the
+  /// exposure.
+  bool is_too_large(const SphereContour& contour, double depth_m) const {
+    constexpr double kMost = 1.6, kPixel = 0.5;  // by that motion the area is 1 + 2.4 * 2 / pi = 1.6^2 times as large
+    if (contour.kind != SphereContour::Kind::kCentroid) return false;
+    const double expected =
+        (options_.radius_m + kSigmas * options_.radius_tolerance_m) / (depth_m * contour.ray().homogeneous().norm());
+    return contour.value.z() > kMost * expected + kPixel / rig_.left.fx;
   }
 
   /// Whether a position is seen where both contours are, within their errors.
