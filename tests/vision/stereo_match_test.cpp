@@ -327,18 +327,23 @@ TEST(StereoMatching, TheBlobCountsWhereAnArcContradictsTheKnownRadius) {
 }
 
 TEST(StereoMatching, ABlobThatIsFarLargerThanTheKnownBallIsNotIt) {
-  const auto status = [](double radius) {
+  const auto match_of = [](double radius) {
     Pair blob = pair_of(kBall, radius);
     for (SphereContour* each : {&blob.left, &blob.right}) {
       each->kind = SphereContour::Kind::kCentroid;
       each->occlusion = SphereContour::kUnknown;
       each->covariance(2, 2) = std::pow(0.3 * each->value.z(), 2);  // the size is a rough estimate
     }
-    return match_candidates({blob.left}, {blob.right}).status;
+    return match_candidates({blob.left}, {blob.right});
   };
-  EXPECT_EQ(status(kRadius), Status::kSeen);
-  EXPECT_EQ(status(1.55 * kRadius), Status::kSeen) << "as of a ball that moved by more than its diameter";
-  EXPECT_EQ(status(1.7 * kRadius), Status::kWrongRadius);
+  EXPECT_EQ(match_of(kRadius).status, Status::kSeen);
+  EXPECT_EQ(match_of(1.55 * kRadius).status, Status::kSeen) << "as of a ball that moved by more than its diameter";
+  EXPECT_EQ(match_of(1.7 * kRadius).status, Status::kWrongRadius);
+  // What makes a blob larger may be on one side: 30 per cent, less 10 of blur, of a radius of 20 px are 4 px.
+  const auto sigma_of = [&](double radius) { return std::sqrt(match_of(radius).point.covariance.trace()); };
+  const double by_px = 0.5 * 0.5 / (0.06 * 500);  // m of depth for a pixel of disparity
+  EXPECT_LT(sigma_of(1.05 * kRadius), 0.1 * by_px);
+  EXPECT_GT(sigma_of(1.3 * kRadius), 4 * by_px);
 }
 
 TEST(StereoMatching, HalvesOfTwoBallsAreNotOne) {

@@ -30,6 +30,8 @@ constexpr double kOneSided = 2;
 // of partly hidden balls have up to 0.3, boxes around real balls 0.5 to 0.7.
 constexpr double kNoCircle = 0.4;
 
+constexpr double kBlobBlur = 0.1;  // share of its radius by which blur may make a ball's blob larger
+
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
 /// Signed distance between two viewing rays and its standard deviation, in pixels of the left camera.
@@ -216,8 +218,9 @@ class CandidateScorer {
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
       const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
       const double distance_m = depth_m * contour.ray().homogeneous().norm();
-      const double expected = options_.radius_m / distance_m, apart = contour.value.z() - expected;
-      if (!by_edges && apart > 0) return;
+      const double expected = options_.radius_m / distance_m;
+      double apart = contour.value.z() - expected;
+      if (!by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
       const double tolerance = options_.radius_tolerance_m / distance_m;
       const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance -
                              expected * expected * by_rig2;
