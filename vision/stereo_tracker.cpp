@@ -240,6 +240,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
       if (!background && !sphere && view.appearance[k].background > kBackgroundShare) continue;
       contours[index(side)].push_back(view.contours[k]);
+      // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
       if (view.appearance[k].background > kBackgroundShare) contours[index(side)].back().by_centroid = nullptr;
       from[index(side)].push_back(static_cast<int>(k));
     }

@@ -34,10 +34,16 @@ class StereoImages {
 class DecodedImages final : public StereoImages {
  public:
   DecodedImages(const PairTimes& times, const cv::Mat& left, const cv::Mat& right, bool chroma_subsampled = false)
-      : times_(times), bgr_{left, right}, chroma_subsampled_(chroma_subsampled) {}
+      : times_(times),
+        bgr_{left, right},
+        same_(!left.empty() && left.size() == right.size() && left.type() == right.type() &&
+              cv::norm(left, right, cv::NORM_INF) == 0),
+        chroma_subsampled_(chroma_subsampled) {}
   PairTimes times() const override { return times_; }
   bool has(Side side, const cv::Size& size) const override { return image(side).size() == size; }
-  int64_t fingerprint(Side) const override { return ++calls_; }  // no image counts as repeated
+  /// Tells only whether the two images are the same; the images of all pairs count as repeated, and so no camera as
+  /// frozen.
+  int64_t fingerprint(Side side) const override { return same_ ? 3 : side == Side::kLeft ? 1 : 2; }
   const cv::Mat* pixels(Side side, const cv::Rect&) override { return &image(side); }
   bool chroma_subsampled(Side) const override { return chroma_subsampled_; }
 
@@ -46,8 +52,7 @@ class DecodedImages final : public StereoImages {
 
   PairTimes times_;
   std::array<cv::Mat, 2> bgr_;
-  bool chroma_subsampled_;
-  mutable int64_t calls_ = 0;
+  bool same_, chroma_subsampled_;
 };
 
 /// Vision as a stage: tracks one or more coloured objects through stereo pairs. It searches each image around the

@@ -10,6 +10,7 @@
 
 #include "bench/real/baseline.hpp"
 #include "bench/real/clicks.hpp"
+#include "tools/log/quantile.hpp"
 #include "vision/stereo/triangulate.hpp"
 #include "vision/stereo_tracker.hpp"
 
@@ -99,14 +100,12 @@ std::optional<Eigen::Vector3d> clicked_position(const StereoRig& rig, const Meas
 }
 
 /// Distances from the measured positions, mm, as cells of a table: median, RMS, the largest.
-std::string cells_of(std::vector<double> mm) {
+std::string cells_of(const std::vector<double>& mm) {
   if (mm.empty()) return "| | |";
-  std::ranges::sort(mm);
   double square = 0;
   for (const double each : mm) square += each * each;
-  const double median = (mm[(mm.size() - 1) / 2] + mm[mm.size() / 2]) / 2;
-  return fmt::format("{:.1f} | {:.1f} | {:.1f} |", median, std::sqrt(square / static_cast<double>(mm.size())),
-                     mm.back());
+  return fmt::format("{:.1f} | {:.1f} | {:.1f} |", quantile(mm, 0.5),
+                     std::sqrt(square / static_cast<double>(mm.size())), std::ranges::max(mm));
 }
 
 std::string offset_text(const std::optional<Eigen::Vector3d>& p_W, const MeasuredObject& object) {
@@ -140,12 +139,10 @@ std::string row_of(const RealSet& set, const std::array<vision::ColourModel, 2>&
                          1000 * radius_m, k, vision::description(match.status), offset_text(seen, object),
                          seen ? fmt::format("{:.0f} mm", sigmas_mm.back()) : "none", offset_text(clicked, object));
   }
-  std::ranges::sort(sigmas_mm);
   return fmt::format("| {} | {} | {} | {} of {} | {} {} | {}\n", set.name, set.for_test ? "test" : "tuning",
                      radius_m > 0 ? fmt::format("{:g} mm", 1000 * radius_m) : "not known", ours_mm.size(),
                      set.measured.size(), cells_of(ours_mm),
-                     sigmas_mm.empty() ? "" : fmt::format("{:.1f}", sigmas_mm[sigmas_mm.size() / 2]),
-                     cells_of(clicks_mm));
+                     sigmas_mm.empty() ? "" : fmt::format("{:.1f}", quantile(sigmas_mm, 0.5)), cells_of(clicks_mm));
 }
 
 }  // namespace
@@ -162,8 +159,7 @@ void print_still(std::span<const RealSet> pairs, bool refused) {
 void print_measured(std::span<const RealSet> pairs, bool refused, bool each) {
   std::printf(
       "\nDistance from the measured positions, mm. Vision looks for each object within 0.15 m of its position, along "
-      "each "
-      "axis. Clicks: triangulated by the same calibration, all objects.\n\n"
+      "each axis. Clicks: triangulated by the same calibration, all objects.\n\n"
       "| pair | use | radius | seen | vision: median | RMS | max | its standard deviation, median "
       "| clicks: median | RMS | max |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
   std::string lines;

@@ -60,6 +60,13 @@ def test_images_are_not_copied_and_may_be_parts_of_others(root, pairs):
             multireach.Vision(root / "robots/hoap2/vision.yaml").update(wrong, right, utime)
 
 
+def test_one_image_for_both_cameras_is_no_position(root, pairs):
+    vision = multireach.Vision(root / "robots/hoap2/vision.yaml")
+    utime, left, _, _ = pairs[0]
+    (ball,) = vision.update(left, left, utime)
+    assert (ball.status, ball.reason) == ("lost", "the left and the right image are the same")
+
+
 def test_triangulation_inverts_the_projection(root, rng):
     vision = multireach.Vision(root / "robots/hoap2/vision.yaml")
     for position in rng.uniform([0.05, -0.2, 0], [0.15, -0.05, 0.15], (20, 3)):

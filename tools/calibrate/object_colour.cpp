@@ -20,10 +20,10 @@ constexpr double kSimilar = 0.7;  // another object of this share of the object'
 // objects were: of one that moves, a click may show no more than the middle.
 constexpr double kClicked = 0.5, kClickedOfSeveral = 0.25;
 constexpr double kPart = 0.1;  // least share of the object's area of a part of it that is worth a click
-// What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
 constexpr char kIfOther[] =
     "if it looks alike, click on it as well; else take a picture without it, or give the part that counts "
     "(--within-left, --within-right)";
+// What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
 constexpr char kIfPart[] = "if that is a part of the object, click there as well, or draw a rectangle around all of it";
 
 double area_of(const ObjectRegion& region) {

@@ -104,8 +104,6 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                 const std::string& json_path) {
   const size_t target = target_named(config, name), coloured = config.targets.size();
   const cv::Mat left = read_image(pair[0]), right = read_image(pair[1]);
-  if (left.size() == right.size() && left.type() == right.type() && cv::norm(left, right, cv::NORM_INF) == 0)
-    throw InputError("--pair: " + pair[0] + " and " + pair[1] + " are the same image");
   const bool subsampled =
       std::ranges::any_of(pair, [](const std::string& path) { return jpeg_chroma_subsampled(read_binary_file(path)); });
   const StereoRig& rig = config.rig;
@@ -116,6 +114,8 @@ int answer_once(const VisionConfig& config, const std::vector<std::string>& pair
                      " pixels; the calibration is for " + std::to_string(camera->width) + " x " +
                      std::to_string(camera->height));
   }
+  if (left.size() == right.size() && cv::norm(left, right, cv::NORM_INF) == 0)
+    throw InputError("--pair: " + pair[0] + " and " + pair[1] + " are the same image");
   nlohmann::json answer = target < coloured ? coloured_answer(config.targets[target], left, right, subsampled)
                                             : tag_answer(config.tags[target - coloured], left, right);
   if (!config.calibrated) answer["frame"] = "left camera";  // the camera pose is unknown

@@ -30,7 +30,8 @@ constexpr double kOneSided = 2;
 // of partly hidden balls have up to 0.3, boxes around real balls 0.5 to 0.7.
 constexpr double kNoCircle = 0.4;
 
-constexpr double kBlobBlur = 0.1;  // share of its radius by which blur may make a ball's blob larger
+constexpr double kBlobBlur = 0.1;   // share of its radius by which blur may make a ball's blob larger: a choice
+constexpr double kWrongRig = 0.02;  // share of the image's width that a wrong calibration is off at most: a choice
 
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
@@ -66,6 +67,11 @@ SphereMeasurement sphere_of(const SphereContour& contour, const SphereContour& o
   if (contour.kind == SphereContour::Kind::kEdges && other.kind == SphereContour::Kind::kCentroid)
     sphere.covariance += contour.from_centroid * contour.from_centroid.transpose();
   return sphere;
+}
+
+/// The size, as in SphereContour::value, that a contour of a sphere at this depth has.
+double size_at(double radius_m, const SphereContour& contour, double depth_m) {
+  return radius_m / (depth_m * contour.ray().homogeneous().norm());
 }
 
 class CandidateScorer {
@@ -131,7 +137,7 @@ class CandidateScorer {
   /// size at this depth is not the known one, while the blob's is.
   bool contradicts_radius(const SphereContour& arc, const RadiusPrior& known, double depth_m) const {
     if (!arc.by_centroid || arc.residual_px < kNoCircle) return false;
-    const double expected = known.radius_m / (depth_m * arc.ray().homogeneous().norm());
+    const double expected = size_at(known.radius_m, arc, depth_m);
     const double sigma = known.sigma_m / known.radius_m * expected;
     const double blob = arc.by_centroid->value.z();
     return !agree(arc.value.z(), std::sqrt(arc.covariance(2, 2)), expected, sigma, 1 + kSizeError) &&
@@ -217,11 +223,10 @@ class CandidateScorer {
     const double by_rig2 = size_variance_by_rig_errors(rig_, free.p_W);
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
       const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
-      const double distance_m = depth_m * contour.ray().homogeneous().norm();
-      const double expected = options_.radius_m / distance_m;
+      const double expected = size_at(options_.radius_m, contour, depth_m);
       double apart = contour.value.z() - expected;
       if (!by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
-      const double tolerance = options_.radius_tolerance_m / distance_m;
+      const double tolerance = size_at(options_.radius_tolerance_m, contour, depth_m);
       const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance -
                              expected * expected * by_rig2;
       if (!(excess2 > 0)) return;
@@ -245,7 +250,7 @@ class CandidateScorer {
   /// object's.
   bool other_size(const SphereContour& contour, double depth_m) const {
     if (contour.kind != SphereContour::Kind::kEdges) return false;
-    const double expected = options_.radius_m / (depth_m * contour.ray().homogeneous().norm());
+    const double expected = size_at(options_.radius_m, contour, depth_m);
     return std::max(expected, contour.value.z()) > options_.max_size_ratio * std::min(expected, contour.value.z());
   }
 
@@ -254,8 +259,7 @@ class CandidateScorer {
   bool is_too_large(const SphereContour& contour, double depth_m) const {
     constexpr double kMost = 1.6, kPixel = 0.5;  // by that motion the area is 1 + 2.4 * 2 / pi = 1.6^2 times as large
     if (contour.kind != SphereContour::Kind::kCentroid) return false;
-    const double expected =
-        (options_.radius_m + kSigmas * options_.radius_tolerance_m) / (depth_m * contour.ray().homogeneous().norm());
+    const double expected = size_at(options_.radius_m + kSigmas * options_.radius_tolerance_m, contour, depth_m);
     return contour.value.z() > kMost * expected + kPixel / rig_.left.fx;
   }
 
@@ -446,7 +450,7 @@ const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const 
   const auto share_one = [](const ComparedPair& a, const ComparedPair& b) {
     return a.match.left == b.match.left || a.match.right == b.match.right;
   };
-  // As many pairs as possible that have no contour in common, in their order.
+  // Pairs that have no contour in common, taken in their order.
   std::vector<const ComparedPair*> located, mismatched;
   const auto add = [&](const ComparedPair& pair, std::vector<const ComparedPair*>& chosen) {
     if (std::ranges::none_of(chosen, [&](const ComparedPair* other) { return share_one(pair, *other); }))
@@ -456,7 +460,7 @@ const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const 
     if (is_located(pair)) add(pair, located);
   }
   for (const ComparedPair& pair : pairs) {
-    const bool near = std::abs(pair.match.epipolar_px) < kOtherLens * rig.left.width;
+    const bool near = std::abs(pair.match.epipolar_px) < kWrongRig * rig.left.width;
     if (pair.match.status != Status::kEpipolarMismatch || !near) continue;
     if (std::ranges::none_of(pairs,
                              [&](const ComparedPair& other) { return is_located(other) && share_one(pair, other); }))
