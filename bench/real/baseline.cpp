@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <opencv2/imgproc.hpp>
+#include <ranges>
 #include <vector>
 
 namespace multireach::bench {
@@ -44,21 +45,27 @@ void Baseline::turn(cv::Mat& hsv) const {
   }
 }
 
-std::vector<cv::Point2d> Baseline::find(const cv::Mat& bgr, size_t most) const {
+std::vector<Baseline::Contour> Baseline::contours(const cv::Mat& bgr) const {
   cv::Mat hsv, mask;
   cv::cvtColor(bgr, hsv, cv::COLOR_BGR2HSV);
   turn(hsv);
   cv::inRange(hsv, low_, high_, mask);
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
-  std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(mask, contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
-  std::vector<cv::Moments> moments;
-  for (const auto& contour : contours) moments.push_back(cv::moments(contour));
-  std::ranges::stable_sort(moments, std::greater<>(), &cv::Moments::m00);
-  std::vector<cv::Point2d> centres;
-  for (const cv::Moments& m : moments) {
-    if (m.m00 > 0 && centres.size() < most) centres.emplace_back(m.m10 / m.m00, m.m01 / m.m00);
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_SIMPLE);
+  std::vector<Contour> contours;
+  for (const auto& outline : outlines) {
+    const cv::Moments m = cv::moments(outline);
+    if (m.m00 > 0) contours.push_back({{m.m10 / m.m00, m.m01 / m.m00}, m.m00});
   }
+  std::ranges::stable_sort(contours, std::greater<>(), &Contour::area_px);
+  return contours;
+}
+
+std::vector<cv::Point2d> largest(const std::vector<Baseline::Contour>& contours, size_t most) {
+  std::vector<cv::Point2d> centres;
+  for (const Baseline::Contour& contour : contours | std::views::take(static_cast<ptrdiff_t>(most)))
+    centres.push_back(contour.centre);
   return centres;
 }
 

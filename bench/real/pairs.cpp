@@ -74,11 +74,11 @@ void run_still(const RealSet& set, bool all) {
   for (const StillObject& object : set.still) {
     const cv::Point in_right(cvRound(object.click.x - object.disparity_px), object.click.y);
     const Baseline left_baseline(set.left, object.click), right_baseline(set.right, in_right);
-    const auto a = left_baseline.find(set.left), b = right_baseline.find(set.right);
+    const auto a = left_baseline.contours(set.left), b = right_baseline.contours(set.right);
     const double fx_baseline = set.rig.left.fx * set.rig.baseline_m();
     const double baseline_mm =
         !a.empty() && !b.empty()
-            ? 1000 * outside_range(object, fx_baseline / (a[0].x - b[0].x + set.disparity_offset_px))
+            ? 1000 * outside_range(object, fx_baseline / (a[0].centre.x - b[0].centre.x + set.disparity_offset_px))
             : NAN;
     const StillAnswer anywhere = answer_to(set, object, std::nullopt, all);
     const StillAnswer within = answer_to(set, object, region_at(set, object, kHalf), all);

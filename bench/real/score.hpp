@@ -8,6 +8,8 @@ namespace multireach::bench {
 
 /// Distances from a label, pixels: answers within the first are right, beyond the second from all labels wrong.
 inline constexpr double kRight = 10, kWrong = 25;
+/// Share of wrong answers, per label, up to which a method counts as reliable.
+inline constexpr double kFewWrong = 0.01;
 
 /// A label, and how far the answer that belongs to it is away.
 struct AnsweredLabel {
