@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace multireach::vision {
@@ -18,6 +19,25 @@ constexpr double kAround = 2;          // radii around the last position that ar
 constexpr double kWider = 0.15;
 constexpr int kLeastArea = 16;   // pixels, width and height of a search area
 constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
+
+/// Whether the two images show the same blob of several things, as of balls that touch, but the contours are those of
+/// different ones: not at the same place in the blob.
+bool are_different_parts(const ComparedPair& pair, const View& left, const View& right) {
+  constexpr double kMore = 1.3;   // least area of such a blob, in areas of the contour
+  constexpr double kAlike = 1.3;  // largest ratio of the areas of images of the same blob
+  constexpr double kPlace = 0.5;  // largest difference between the places, radii
+  if (!pair.match.both_by_contour) return false;
+  const auto l = static_cast<size_t>(pair.match.left), r = static_cast<size_t>(pair.match.right);
+  const auto more = [](const SphereContour& contour, const Blob& blob) {
+    return blob.area > kMore * std::numbers::pi * contour.radius_px * contour.radius_px;
+  };
+  const Blob &a = left.blobs[l], &b = right.blobs[r];
+  if (!more(left.contours[l], a) || !more(right.contours[r], b)) return false;
+  const Eigen::Vector2d place_a = left.contours[l].centre_px - a.centroid;
+  const Eigen::Vector2d place_b = right.contours[r].centre_px - b.centroid;
+  return std::max(a.area, b.area) < kAlike * std::min(a.area, b.area) &&
+         (place_a - place_b).norm() > kPlace * pair.radius_px;
+}
 
 /// The part of an image that is searched.
 cv::Rect area_of(const TrackerOptions& options, Side side) {
@@ -255,6 +275,9 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       pair.match.status = StereoMatch::Status::kOutsideRegion;
     pair.match.left = from[0][static_cast<size_t>(pair.match.left)];
     pair.match.right = from[1][static_cast<size_t>(pair.match.right)];
+    const bool expected = prediction && pair.match.status != StereoMatch::Status::kOutsidePredictionGate;
+    if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
+      pair.match.status = StereoMatch::Status::kInconsistentPair;
   }
   Found found;
   found.match = best_match(contours[0], contours[1], pairs);

@@ -73,6 +73,8 @@ class StereoTracker {
   /// Forgets all pairs, as when a log is played again.
   void restart();
   const TargetTrack& track() const { return track_; }
+  /// The target is lost: the next match begins a new track.
+  void lose_track() { track_.lose(); }
   const TargetIdentity& identity() const { return identity_; }
   /// What does not fit the calibration in the mean of many pairs.
   CalibrationCheck::Disagreement calibration_disagreement() const { return calibration_.disagreement(); }

@@ -34,6 +34,11 @@ class BlobNumbers {
   std::vector<const Blob*> blobs_;
 };
 
+Hypothesis hypothesis_of(const StereoMatch& match, const Target& target, std::array<BlobNumbers, 2>& numbers) {
+  return {.left = numbers[0].of(target.views[0].blobs[static_cast<size_t>(match.left)]),
+          .right = numbers[1].of(target.views[1].blobs[static_cast<size_t>(match.right)])};
+}
+
 std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbers, 2>& numbers) {
   std::vector<Hypothesis> hypotheses;
   const std::span<const Candidate> candidates = target.candidates;
@@ -41,10 +46,9 @@ std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbe
     if (candidate.mixed) break;  // the last ones
     const auto before = candidates.first(hypotheses.size());
     const auto part = std::ranges::find_if(before, [&](const Candidate& each) { return same_thing(each, candidate); });
-    hypotheses.push_back({.left = numbers[0].of(target.views[0].blobs[static_cast<size_t>(candidate.match.left)]),
-                          .right = numbers[1].of(target.views[1].blobs[static_cast<size_t>(candidate.match.right)]),
-                          .thing = static_cast<int>(part - before.begin()),
-                          .evidence = candidate.evidence.sum()});
+    Hypothesis& hypothesis = hypotheses.emplace_back(hypothesis_of(candidate.match, target, numbers));
+    hypothesis.thing = static_cast<int>(part - before.begin());
+    hypothesis.evidence = candidate.evidence.sum();
   }
   return hypotheses;
 }
@@ -142,15 +146,44 @@ std::vector<const StereoMatch*> things_of(const Target& target, const PairTimes&
   }
 }
 
-/// Whether a match is a blob, no contour, and another target is expected within it: the blob may be both.
-bool may_be_both(const StereoMatch& match, const Target& owner, const Target& other, const PairTimes& times) {
+/// Whether the name of a target is arbitrary so far: it took any of the things that look alike, and nothing that it did
+/// since tells which.
+bool is_nameless(const Target& target) {
+  return !target.tracker.identity().has_name();
+}
+
+/// Whether the blob of a match is so long, in both images, that it may be two things: a disc has a compactness of 1,
+/// two that touch have 0.4.
+bool may_be_two(const Target& target) {
+  constexpr double kRound = 0.6;
+  const StereoMatch& match = target.match;
+  return target.views[0].appearance[static_cast<size_t>(match.left)].compactness < kRound &&
+         target.views[1].appearance[static_cast<size_t>(match.right)].compactness < kRound;
+}
+
+/// Whether a match may be another target as well: a blob, no contour, within which that one is expected; or, where the
+/// names of both are arbitrary, what may be either, and two.
+bool may_be_both(const Target& owner, const Target& other, const PairTimes& times) {
+  const StereoMatch& match = owner.match;
+  const auto at_both = [&](auto&& test) {
+    return test(Side::kLeft, static_cast<size_t>(match.left)) && test(Side::kRight, static_cast<size_t>(match.right));
+  };
+  const auto may_be_other = [&](Side side, const Blob& blob) {
+    return std::ranges::any_of(other.candidates, [&](const Candidate& each) {
+      const int its = side == Side::kLeft ? each.match.left : each.match.right;
+      return same_blob(other.views[index(side)].blobs[static_cast<size_t>(its)], blob);
+    });
+  };
+  if (is_nameless(owner) && is_nameless(other)) {
+    const auto may_be = [&](Side side, size_t at) { return may_be_other(side, owner.views[index(side)].blobs[at]); };
+    return may_be_two(owner) && at_both(may_be);
+  }
   const auto expected = other.tracker.expected_px(times);
   if (match.both_by_contour || !expected) return false;
-  const auto inside = [&](Side side, int at) {
-    const SphereContour& contour = owner.views[index(side)].contours[static_cast<size_t>(at)];
+  return at_both([&](Side side, size_t at) {
+    const SphereContour& contour = owner.views[index(side)].contours[at];
     return ((*expected)[index(side)] - contour.centre_px).norm() < contour.radius_px;
-  };
-  return inside(Side::kLeft, match.left) && inside(Side::kRight, match.right);
+  });
 }
 
 }  // namespace
@@ -206,6 +239,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
   std::array<BlobNumbers, 2> numbers;
   std::vector<size_t> expected, without, ambiguous, lost;
   std::vector<std::vector<Hypothesis>> hypotheses;
+  std::vector<Hypothesis> jumps;
   for (const size_t k : group) {
     Target& target = targets_[k];
     const bool seen = target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous;
@@ -216,14 +250,35 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
       expected.push_back(k);
       hypotheses.push_back(hypotheses_of(target, numbers));
     } else {
-      without.push_back(k);
+      const bool outside = target.match.status == Status::kOutsidePredictionGate && may_be_jump(target, times);
+      if (outside && is_nameless(target) && !may_be_two(target)) {
+        // Whatever it is, its name is arbitrary: it takes what is left, as one that is not seen yet.
+        target.tracker.lose_track();
+        lost.push_back(k);
+      } else {
+        if (outside && !is_nameless(target)) jumps.push_back(hypothesis_of(target.match, target, numbers));
+        without.push_back(k);
+      }
       target.match = {};
     }
   }
-  const std::vector<Assignment> assignments = assign(hypotheses, [&](auto a, auto b) {
+  std::vector<bool> nameless;
+  for (const size_t k : expected) nameless.push_back(is_nameless(targets_[k]));
+  for (const Hypothesis& jump : jumps) {
+    // What a target with a name may have jumped to is no target without one; another one with a name goes first.
+    bool taken = false;
+    for (size_t k = 0; k < expected.size(); ++k) {
+      const auto is_it = [&](const Hypothesis& each) { return each.left == jump.left || each.right == jump.right; };
+      taken = taken || (!nameless[k] && std::ranges::any_of(hypotheses[k], is_it));
+    }
+    if (!taken) hypotheses.push_back({jump});
+  }
+  const auto excluded = [&](auto a, auto b) {
+    if (a.first >= expected.size() || b.first >= expected.size()) return false;
     const Target &target_a = targets_[expected[a.first]], &target_b = targets_[expected[b.first]];
     return pass_through(target_a, target_a.candidates[a.second].match, target_b, target_b.candidates[b.second].match);
-  });
+  };
+  const std::vector<Assignment> assignments = assign(hypotheses, excluded, nameless, lost.size());
   for (size_t k = 0; k < expected.size(); ++k) {
     Target& target = targets_[expected[k]];
     if (assignments[k].hypothesis) {
@@ -246,7 +301,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     for (const size_t owner : expected) {
       StereoMatch& match = targets_[owner].match;
       if (owner == k || match.left < 0 || match.status != Status::kSeen) continue;
-      if (!may_be_both(match, targets_[owner], targets_[k], times)) continue;
+      if (!may_be_both(targets_[owner], targets_[k], times)) continue;
       match.status = Status::kTogether;
       for (Candidate& candidate : targets_[owner].candidates) {
         if (std::exchange(candidate.chosen, false)) candidate.reason = description(Status::kTogether);

@@ -124,10 +124,55 @@ TEST_P(EqualBalls, SideBySideAtOneHeightAreBothFollowed) {
   const Eigen::Vector3d left(-0.11, 0.02, 1.2), right(0.09, 0.02, 1.2);
   for (int k = 0; k < 20; ++k) {
     look(k, {left, right}, vision);
-    if (k < 3) continue;  // how fast they move, and so which is which, is not known yet
     const int first = target_at(vision, left), second = target_at(vision, right);
     EXPECT_TRUE(first >= 0 && second >= 0 && first != second) << k << ": " << first << ", " << second;
   }
+}
+
+TEST_P(EqualBalls, NewOnesNearOneAnotherAreAllFollowedAtOnce) {
+  // How fast they move is not known yet, and so not which of them is which; but all are seen.
+  StereoVision vision = vision_for(4);
+  for (int k = 0; k < 12; ++k) {
+    std::vector<Eigen::Vector3d> balls;
+    for (int each = 0; each < 4; ++each) balls.emplace_back(-0.2 + 0.12 * each, 0.02 * each - 0.02 * k, 1.2);
+    look(k, balls, vision);
+    for (const Eigen::Vector3d& ball : balls) EXPECT_GE(target_at(vision, ball), 0) << k << ": " << ball.transpose();
+  }
+}
+
+TEST_P(EqualBalls, NewOnesThatComeTogetherAreNoBallBetweenThem) {
+  for (const double apart : {1.6, 1.8, 2.0}) {  // radii
+    StereoVision vision = vision_for(2);
+    for (int k = 0; k < 5; ++k) {
+      const double x = kRadius * (k == 0 ? 2 : 0.5 * apart);
+      const std::vector<Eigen::Vector3d> balls{{-x, 0, 1.2}, {x, 0.3 * x, 1.2}};
+      look(k, balls, vision);
+      for (size_t target = 0; target < 2; ++target) {
+        const vision::TargetReport& report = vision.targets()[target].report;
+        EXPECT_TRUE(report.status != Status::kTracked || is_at(vision, target, balls[0]) ||
+                    is_at(vision, target, balls[1]))
+            << apart << " radii, pair " << k << ": " << report.estimate.position.transpose();
+      }
+    }
+  }
+}
+
+TEST_P(EqualBalls, OneThatTurnsBackIsNotANewOne) {
+  // The first ball turns back between two images, and so is outside of its prediction, but near a ball that is new.
+  StereoVision vision = vision_for(2);
+  constexpr int kTurns = 12;
+  int found = 0;
+  for (int k = 0; k < kTurns + 4; ++k) {
+    const double away = 0.03 * std::abs(k - kTurns + 0.5);
+    const Eigen::Vector3d first(0.05 - away, 0, 1.2), second(0.16, -0.15 + 0.04 * (k - kTurns), 1.2);
+    std::vector<Eigen::Vector3d> balls{first};
+    if (k >= kTurns - 1) balls.push_back(second);
+    look(k, balls, vision);
+    if (k < kTurns) continue;
+    EXPECT_FALSE(is_at(vision, 0, second) || is_at(vision, 1, first)) << k;
+    found += is_at(vision, 1, second);
+  }
+  EXPECT_EQ(found, 4) << "pairs in which the new ball has its position";
 }
 
 TEST_P(EqualBalls, OneLeavesAndTheOtherEntersElsewhere) {

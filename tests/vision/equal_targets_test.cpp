@@ -40,6 +40,27 @@ TEST(Assign, AnExchangeThatIsAboutAsLikelyIsAmbiguousForBoth) {
   EXPECT_FALSE(assignments[2].ambiguous);
 }
 
+TEST(Assign, WhichOfTheNamelessHasWhichThingDoesNotMatter) {
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 19}}, {{1, 1, 0, 20}, {0, 0, 1, 19}}};
+  const auto ambiguous = [&](const std::vector<bool>& nameless) {
+    const std::vector<Assignment> assignments = assign(hypotheses, {}, nameless);
+    EXPECT_EQ(assignments[0].hypothesis, 0U) << "the likelier one";
+    EXPECT_EQ(assignments[0].ambiguous, assignments[1].ambiguous);
+    return assignments[0].ambiguous;
+  };
+  EXPECT_FALSE(ambiguous({true, true}));
+  EXPECT_TRUE(ambiguous({true, false})) << "the second has a name, and may be the other thing";
+  EXPECT_TRUE(ambiguous({false, false}));
+}
+
+TEST(Assign, OfMoreThingsThanNamelessTargetsAllOrNoneAreTaken) {
+  // One target and two things: which is the target? With another one that takes what is left, both are targets.
+  const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 19}}};
+  EXPECT_TRUE(assign(hypotheses, {}, {true}, 0)[0].ambiguous);
+  EXPECT_FALSE(assign(hypotheses, {}, {true}, 1)[0].ambiguous);
+  EXPECT_TRUE(assign(hypotheses, {}, {false}, 1)[0].ambiguous) << "a target with a name is one of them only";
+}
+
 TEST(Assign, PartsOfOneThingAreNoAlternative) {
   const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 0, 19}}};
   EXPECT_FALSE(assign(hypotheses)[0].ambiguous);

@@ -22,12 +22,12 @@ struct Value {
 
 class Search {
  public:
-  Search(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded)
-      : hypotheses_(hypotheses), now_(hypotheses.size()) {
+  Search(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded,
+         const std::vector<bool>& nameless, size_t lost)
+      : hypotheses_(hypotheses), nameless_(nameless), lost_(lost), now_(hypotheses.size()) {
     for (const std::vector<Hypothesis>& of_target : hypotheses) {
       first_.push_back(all_);
       all_ += of_target.size();
-      best_with_.emplace_back(of_target.size() + 1);
     }
     // The search asks for each pair many times.
     both_.resize(all_ * all_);
@@ -36,7 +36,8 @@ class Search {
         for (size_t of_a = 0; of_a < hypotheses[a].size(); ++of_a) {
           for (size_t of_b = 0; of_b < hypotheses[b].size(); ++of_b) {
             both_[(first_[a] + of_a) * all_ + first_[b] + of_b] =
-                !share_a_blob(hypotheses[a][of_a], hypotheses[b][of_b]) && !excluded({a, of_a}, {b, of_b});
+                !share_a_blob(hypotheses[a][of_a], hypotheses[b][of_b]) &&
+                !(excluded && excluded({a, of_a}, {b, of_b}));
           }
         }
       }
@@ -45,10 +46,10 @@ class Search {
 
   std::vector<Assignment> result() {
     visit(0, {0, 0});
-    std::vector<Assignment> assignments;
-    for (size_t target = 0; target < hypotheses_.size(); ++target)
-      assignments.push_back({best_[target], doubtful(target)});
-    return assignments;
+    for (const std::optional<size_t>& hypothesis : best_) result_.push_back({hypothesis});
+    steps_ = 0;
+    visit(0, {0, 0});
+    return result_;
   }
 
  private:
@@ -65,11 +66,9 @@ class Search {
     const int most = value.given + static_cast<int>(hypotheses_.size() - target);
     if (most < best_value_.given || ++steps_ > kMostSteps) return;
     if (target == hypotheses_.size()) {
-      for (size_t k = 0; k < target; ++k) {
-        Value& with = best_with_[k][now_[k].value_or(hypotheses_[k].size())];
-        with = std::max(with, value);
-      }
-      if (value > best_value_) {
+      if (!result_.empty()) {
+        compare(value);
+      } else if (value > best_value_) {
         best_value_ = value;
         best_ = now_;
       }
@@ -84,34 +83,56 @@ class Search {
     visit(target + 1, value);
   }
 
-  /// Whether an association that gives the target something else is about as good as the best one.
-  bool doubtful(size_t target) const {
-    const std::vector<Hypothesis>& own = hypotheses_[target];
-    const std::optional<size_t> given = best_[target];
-    for (size_t k = 0; k <= own.size(); ++k) {
-      const bool none = k == own.size();
-      if (given ? k == *given || (!none && own[k].thing == own[*given].thing) : none) continue;
-      const Value& with = best_with_[target][k];
-      if (with.given == best_value_.given && best_value_.evidence - with.evidence < kLead) return true;
+  /// Whether the association differs from the best one only by which of the nameless targets has which thing; those
+  /// that are lost take what is left.
+  bool differs_by_names_only() const {
+    std::vector<int> things, given, given_by_best;
+    for (size_t k = 0; k < now_.size(); ++k) {
+      if (!nameless_[k]) {
+        if (now_[k] != best_[k]) return false;
+        continue;
+      }
+      for (const Hypothesis& each : hypotheses_[k]) things.push_back(each.left);
+      if (now_[k]) given.push_back(hypotheses_[k][*now_[k]].left);
+      if (best_[k]) given_by_best.push_back(hypotheses_[k][*best_[k]].left);
     }
-    return false;
+    std::ranges::sort(given);
+    std::ranges::sort(given_by_best);
+    if (given == given_by_best) return true;
+    std::ranges::sort(things);
+    const auto repeated = std::ranges::unique(things);
+    return things.size() - repeated.size() <= given.size() + lost_;
+  }
+
+  /// Marks the targets that an association gives something else, if it is about as good as the best one.
+  void compare(const Value& value) {
+    if (value.given < best_value_.given || best_value_.evidence - value.evidence >= kLead) return;
+    if (differs_by_names_only()) return;
+    for (size_t k = 0; k < now_.size(); ++k) {
+      const std::vector<Hypothesis>& own = hypotheses_[k];
+      const bool same = now_[k] == best_[k] || (now_[k] && best_[k] && own[*now_[k]].thing == own[*best_[k]].thing);
+      result_[k].ambiguous = result_[k].ambiguous || !same;
+    }
   }
 
   std::span<const std::vector<Hypothesis>> hypotheses_;
+  std::vector<bool> nameless_;
+  size_t lost_;
   size_t all_ = 0;             // number of hypotheses
   std::vector<size_t> first_;  // number of each target's first one
   std::vector<bool> both_;     // for each pair of them, whether both can be true
   std::vector<std::optional<size_t>> now_, best_;
   Value best_value_;
-  // Of associations with each hypothesis of each target, and at last with none.
-  std::vector<std::vector<Value>> best_with_;
+  std::vector<Assignment> result_;  // empty until the best association is known
   int steps_ = 0;
 };
 
 }  // namespace
 
-std::vector<Assignment> assign(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded) {
-  return Search(hypotheses, excluded).result();
+std::vector<Assignment> assign(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded,
+                               std::vector<bool> nameless, size_t lost) {
+  nameless.resize(hypotheses.size());
+  return Search(hypotheses, excluded, nameless, lost).result();
 }
 
 }  // namespace multireach::vision

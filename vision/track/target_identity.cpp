@@ -28,6 +28,7 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
                     moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
   known_ = known_ || confirmed_;
+  lost_since_ = lost_since_ && !confirmed_;
   last_px_ = observation.px;
   last_radius_px_ = observation.radius_px;
   last_utime_ = utime;
@@ -36,9 +37,10 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
 void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   if (!lost) return;
   confirmed_ = false;
+  lost_since_ = known_;
   contours_ = moved_ = 0;
   if (utime - last_utime_ <= kForgets) return;
-  known_ = false;
+  known_ = lost_since_ = false;
   last_radius_px_ = 0;
 }
 
@@ -49,8 +51,11 @@ void TargetIdentity::restart_motion_evidence() {
 }
 
 std::vector<double> TargetIdentity::serialize(int64_t utime) const {
-  std::vector<double> state{confirmed_ ? 1.0 : 0.0, known_ ? 1.0 : 0.0, strayed_ ? 1.0 : 0.0,
-                            static_cast<double>(contours_), static_cast<double>(moved_)};
+  std::vector<double> state{confirmed_ ? 1.0 : 0.0,
+                            lost_since_ ? 2.0
+                            : known_    ? 1.0
+                                        : 0.0,
+                            strayed_ ? 1.0 : 0.0, static_cast<double>(contours_), static_cast<double>(moved_)};
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
   }
@@ -66,12 +71,13 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
   };
   const bool valid =
       state.size() == kSerializedSize && std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
-      whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 1) && whole(state[3], 0, 1) &&
+      whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) && whole(state[3], 0, 1) &&
       whole(state[4], 0, kEnough) && whole(state[5], 0, kEnough) && state.back() >= 0;
   if (!valid) return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
   confirmed_ = state[1] > 0;
   known_ = state[2] > 0;
+  lost_since_ = state[2] > 1;
   strayed_ = state[3] > 0;
   contours_ = static_cast<int>(state[4]);
   moved_ = static_cast<int>(state[5]);

@@ -179,6 +179,11 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
   return false;
 }
 
+void TargetTrack::lose() {
+  status_ = Status::kLost;
+  outliers_ = 0;
+}
+
 std::optional<PositionEstimate> TargetTrack::predicted(int64_t utime) const {
   return predicted_with(utime, options_.max_process_noise_m2_s3);
 }

@@ -46,6 +46,8 @@ class TargetTrack {
   /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last
   /// one.
   bool update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump = Jump::kIfConfirmed);
+  /// The target is lost: the next match begins a new track.
+  void lose();
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
   std::optional<PositionEstimate> predicted(int64_t utime) const;
