@@ -20,23 +20,27 @@ constexpr double kWider = 0.15;
 constexpr int kLeastArea = 16;   // pixels, width and height of a search area
 constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
 
-/// Whether the two images show the same blob of several things, as of balls that touch, but the contours are those of
-/// different ones: not at the same place in the blob.
+/// Whether a pair may combine two things that touch, as balls do: in both images the contour is a part of a larger
+/// blob, of about the same size, but at different places of it.
 bool are_different_parts(const ComparedPair& pair, const View& left, const View& right) {
-  constexpr double kMore = 1.3;   // least area of such a blob, in areas of the contour
-  constexpr double kAlike = 1.3;  // largest ratio of the areas of images of the same blob
-  constexpr double kPlace = 0.5;  // largest difference between the places, radii
+  constexpr double kLargerBlob = 1.3;  // least area of such a blob, in areas of the contour
+  constexpr double kBlobRatio = 1.3;   // largest ratio of the areas of images of the same blob
+  constexpr double kOffset = 0.5;      // largest difference of the contour's offset from the blob's centroid, radii
   if (!pair.match.both_by_contour) return false;
-  const auto l = static_cast<size_t>(pair.match.left), r = static_cast<size_t>(pair.match.right);
-  const auto more = [](const SphereContour& contour, const Blob& blob) {
-    return blob.area > kMore * std::numbers::pi * contour.radius_px * contour.radius_px;
+  struct Part {
+    double area_ratio;
+    Eigen::Vector2d offset;
   };
-  const Blob &a = left.blobs[l], &b = right.blobs[r];
-  if (!more(left.contours[l], a) || !more(right.contours[r], b)) return false;
-  const Eigen::Vector2d place_a = left.contours[l].centre_px - a.centroid;
-  const Eigen::Vector2d place_b = right.contours[r].centre_px - b.centroid;
-  return std::max(a.area, b.area) < kAlike * std::min(a.area, b.area) &&
-         (place_a - place_b).norm() > kPlace * pair.radius_px;
+  const auto part_of = [](const View& view, int at) {
+    const SphereContour& contour = view.contours[static_cast<size_t>(at)];
+    const Blob& blob = view.blobs[static_cast<size_t>(at)];
+    const double radius = contour.radius_px;
+    return Part{blob.area / (std::numbers::pi * radius * radius), (contour.centre_px - blob.centroid) / radius};
+  };
+  const Part a = part_of(left, pair.match.left), b = part_of(right, pair.match.right);
+  return std::min(a.area_ratio, b.area_ratio) > kLargerBlob &&
+         std::max(a.area_ratio, b.area_ratio) < kBlobRatio * std::min(a.area_ratio, b.area_ratio) &&
+         (a.offset - b.offset).norm() > kOffset;
 }
 
 /// The part of an image that is searched.
@@ -225,7 +229,7 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   if (left.dark) return failed(Status::kLeftDark);
   if (right.dark) return failed(Status::kRightDark);
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
-  Found found = match_among(times, left, right, others, !identity_.known(), !others.bounces);
+  Found found = match_among(times, left, right, others, !identity_.known(), !others.anywhere);
   StereoMatch& match = found.match;
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;
@@ -287,11 +291,13 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
   const bool by_looks = !history.agile && !(options_.match.radius_m > 0);
+  const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
   if (chosen && by_looks && !is_likely(found.candidates[*chosen])) {
     found.match.status = StereoMatch::Status::kUnlikely;
     found.candidates[*chosen].chosen = false;
     found.candidates[*chosen].reason = "it is too small or too ragged for a first match";
-  } else if (const ComparedPair* other = chosen && by_looks ? contradiction_of(pairs, options_.rig) : nullptr) {
+  } else if (const ComparedPair* other =
+                 chosen && by_looks ? contradiction_of(pairs, options_.rig, located) : nullptr) {
     found.match = other->match;
     found.candidates[*chosen].chosen = false;
     found.candidates[*chosen].reason = "more contours violate the epipolar constraint than fit: it may fit by chance";

@@ -55,8 +55,8 @@ struct TargetReport {
 /// What a pair shows of the other targets that look like one.
 struct OtherTargets {
   std::array<std::vector<bool>, 2> taken{};  ///< for each blob of the views, whether it is another target; or empty
-  size_t sought = 1;     ///< how many targets that look like this one are looked for, itself included
-  bool bounces = false;  ///< this target cannot keep its motion, because another one is in its way
+  size_t sought = 1;      ///< how many targets that look like this one are looked for, itself included
+  bool anywhere = false;  ///< this target is looked for wherever it may be, not where its motion takes it
 };
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each

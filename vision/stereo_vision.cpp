@@ -44,6 +44,7 @@ const char* StereoVision::update(StereoImages& images) {
   const char* fault = measure(images);
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
+    if (!fault && target.begins_anew && target.match.status == StereoMatch::Status::kSeen) target.tracker.lose_track();
     target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
                           : target.tracker.update(images.times(), target.match, target.views[0], target.views[1],
                                                   boxes_of_others(k));
@@ -82,7 +83,7 @@ const char* StereoVision::measure(StereoImages& images) {
     target.views = {};
     target.match = {};
     target.candidates.clear();
-    target.found_inside_windows = false;
+    target.found_inside_windows = target.begins_anew = false;
   }
   if (images.times().left < 0) return "there is no left image";
   if (images.times().right < 0) return "there is no right image";
@@ -143,6 +144,7 @@ bool StereoVision::look_again(StereoImages& images) {
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
     if (!target.tracker.is_inside_windows(images.times(), found.match, views[0], views[1])) continue;
     target.match = found.match;
+    target.begins_anew = false;
     target.candidates = std::move(found.candidates);
     target.views = std::move(views);
   }

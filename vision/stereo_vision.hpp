@@ -69,6 +69,7 @@ class StereoVision {
     std::vector<Candidate> candidates{};  ///< what `match` was chosen from, best first
     TargetReport report{};
     bool found_inside_windows = false;  ///< found, and completely inside the search windows
+    bool begins_anew = false;           ///< `match` is no part of the track, which ends
   };
 
   /// One set of options for each target; all must have the same rig. Throws std::invalid_argument for no target and

@@ -95,6 +95,11 @@ bool would_bounce(const Target& a, const Target& b, int64_t utime) {
                       at_a->covariance + at_b->covariance, smaller_radius(a, b));
 }
 
+bool same_region(const Target& a, const Target& b) {
+  const auto &first = a.tracker.options().search_region, &second = b.tracker.options().search_region;
+  return first && second ? first->min() == second->min() && first->max() == second->max() : !first && !second;
+}
+
 /// Gives a target the candidate that is assigned to it.
 void give(const Assignment& assignment, Target& target) {
   for (size_t k = 0; k < target.candidates.size(); ++k) {
@@ -112,11 +117,16 @@ void give(const Assignment& assignment, Target& target) {
   if (assignment.ambiguous) target.match.status = Status::kAmbiguous;
 }
 
+/// Whether the track goes on, and tells where the target is in this pair.
+bool is_expected(const Target& target, const PairTimes& times) {
+  return !target.begins_anew && target.tracker.is_expected(times);
+}
+
 /// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
 /// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
   const PositionEstimate there{target.match.point.p_W, target.match.point.covariance};
-  return target.tracker.is_expected(times) && target.tracker.track().was_just_seen(times.pair) &&
+  return is_expected(target, times) && target.tracker.track().was_just_seen(times.pair) &&
          target.tracker.track().is_near(times.pair, there);
 }
 
@@ -125,7 +135,7 @@ bool may_be_jump(const Target& target, const PairTimes& times) {
 std::vector<const StereoMatch*> things_of(const Target& target, const PairTimes& times) {
   const StereoMatch& match = target.match;
   if (match.left < 0 || match.right < 0) return {};
-  const bool expected = target.tracker.is_expected(times);
+  const bool expected = is_expected(target, times);
   switch (match.status) {
     case Status::kSeen:
     case Status::kTogether:
@@ -146,10 +156,27 @@ std::vector<const StereoMatch*> things_of(const Target& target, const PairTimes&
   }
 }
 
-/// Whether the name of a target is arbitrary so far: it took any of the things that look alike, and nothing that it did
-/// since tells which.
-bool is_nameless(const Target& target) {
-  return !target.tracker.identity().has_name();
+/// Whether it is arbitrary so far which of the things that look alike the target follows.
+bool is_tentative(const Target& target) {
+  return !target.tracker.identity().established();
+}
+
+/// Whether two targets are seen outside of their predictions, as the same blob in one of the images.
+bool jumped_to_same(const Target& a, const Target& b) {
+  if (a.match.status != Status::kOutsidePredictionGate || b.match.status != Status::kOutsidePredictionGate)
+    return false;
+  const auto blob = [](const Target& target, Side side) -> const Blob& {
+    const int at = side == Side::kLeft ? target.match.left : target.match.right;
+    return target.views[index(side)].blobs[static_cast<size_t>(at)];
+  };
+  return same_blob(blob(a, Side::kLeft), blob(b, Side::kLeft)) ||
+         same_blob(blob(a, Side::kRight), blob(b, Side::kRight));
+}
+
+/// Distance of a match from where the target was seen last, m.
+double distance_jumped(const Target& target) {
+  const TargetTrack& track = target.tracker.track();
+  return (target.match.point.p_W - track.position_at(*track.last_seen_utime())).norm();
 }
 
 /// Whether the blob of a match is so long, in both images, that it may be two things: a disc has a compactness of 1,
@@ -161,8 +188,8 @@ bool may_be_two(const Target& target) {
          target.views[1].appearance[static_cast<size_t>(match.right)].compactness < kRound;
 }
 
-/// Whether a match may be another target as well: a blob, no contour, within which that one is expected; or, where the
-/// names of both are arbitrary, what may be either, and two.
+/// Whether the match of `owner` may be another target as well: a blob, no contour, within which that one is expected;
+/// or, of tentative targets, what may be either, and two.
 bool may_be_both(const Target& owner, const Target& other, const PairTimes& times) {
   const StereoMatch& match = owner.match;
   const auto at_both = [&](auto&& test) {
@@ -174,10 +201,8 @@ bool may_be_both(const Target& owner, const Target& other, const PairTimes& time
       return same_blob(other.views[index(side)].blobs[static_cast<size_t>(its)], blob);
     });
   };
-  if (is_nameless(owner) && is_nameless(other)) {
-    const auto may_be = [&](Side side, size_t at) { return may_be_other(side, owner.views[index(side)].blobs[at]); };
-    return may_be_two(owner) && at_both(may_be);
-  }
+  const auto may_be = [&](Side side, size_t at) { return may_be_other(side, owner.views[index(side)].blobs[at]); };
+  if (is_tentative(owner) && is_tentative(other) && may_be_two(owner) && at_both(may_be)) return true;
   const auto expected = other.tracker.expected_px(times);
   if (match.both_by_contour || !expected) return false;
   return at_both([&](Side side, size_t at) {
@@ -193,7 +218,7 @@ bool may_be_both(const Target& owner, const Target& other, const PairTimes& time
 OtherTargets StereoVision::others_of(size_t target, const std::vector<size_t>& group, const PairTimes& times,
                                      const std::array<View, 2>& views) const {
   OtherTargets others;
-  const bool expected = targets_[target].tracker.is_expected(times);
+  const bool expected = is_expected(targets_[target], times);
   for (const Side side : {Side::kLeft, Side::kRight}) others.taken[index(side)].resize(views[index(side)].blobs.size());
   for (const size_t other : group) {
     if (other == target) continue;
@@ -217,12 +242,11 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
   for (const size_t k : group) {
     Target& target = targets_[k];
     const auto in_the_way = [&](size_t other) {
-      return other != k && targets_[other].tracker.is_expected(times) &&
-             would_bounce(target, targets_[other], times.pair);
+      return other != k && is_expected(targets_[other], times) && would_bounce(target, targets_[other], times.pair);
     };
-    if (!target.tracker.is_expected(times) || std::ranges::none_of(group, in_the_way)) continue;
+    if (!is_expected(target, times) || std::ranges::none_of(group, in_the_way)) continue;
     StereoTracker::Found found =
-        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .bounces = true});
+        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
       return !target.tracker.track().is_near(times.pair, {each.match.point.p_W, each.match.point.covariance});
     });
@@ -235,15 +259,16 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
 /// Assigns what the pair shows to targets that look alike: those that are expected somewhere by their motion, the
 /// others in their order.
 void StereoVision::assign_things(const std::vector<size_t>& group, const PairTimes& times) {
+  for (const size_t k : group) targets_[k].begins_anew = false;
   match_bounces(group, times);
   std::array<BlobNumbers, 2> numbers;
-  std::vector<size_t> expected, without, ambiguous, lost;
+  std::vector<size_t> expected, without, ambiguous, lost, left_to_others;
   std::vector<std::vector<Hypothesis>> hypotheses;
   std::vector<Hypothesis> jumps;
   for (const size_t k : group) {
     Target& target = targets_[k];
     const bool seen = target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous;
-    if (!target.tracker.is_expected(times)) {
+    if (!is_expected(target, times)) {
       lost.push_back(k);
       target.match = {};
     } else if (seen) {
@@ -251,25 +276,28 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
       hypotheses.push_back(hypotheses_of(target, numbers));
     } else {
       const bool outside = target.match.status == Status::kOutsidePredictionGate && may_be_jump(target, times);
-      if (outside && is_nameless(target) && !may_be_two(target)) {
-        // Whatever it is, its name is arbitrary: it takes what is left, as one that is not seen yet.
-        target.tracker.lose_track();
+      if (outside && is_tentative(target) && !may_be_two(target)) {
+        // Whatever it is, it takes what is left, as one that is not seen yet.
+        target.begins_anew = true;
         lost.push_back(k);
       } else {
-        if (outside && !is_nameless(target)) jumps.push_back(hypothesis_of(target.match, target, numbers));
+        if (outside && !is_tentative(target)) jumps.push_back(hypothesis_of(target.match, target, numbers));
         without.push_back(k);
       }
       target.match = {};
     }
   }
-  std::vector<bool> nameless;
-  for (const size_t k : expected) nameless.push_back(is_nameless(targets_[k]));
+  const bool one_region =
+      std::ranges::all_of(group, [&](size_t k) { return same_region(targets_[group[0]], targets_[k]); });
+  std::vector<bool> tentative;
+  for (const size_t k : expected) tentative.push_back(one_region && is_tentative(targets_[k]));
+  // A jump has no evidence of its own: it only keeps tentative targets from having two things, one of which is the
+  // target that jumped. Another established target goes first.
   for (const Hypothesis& jump : jumps) {
-    // What a target with a name may have jumped to is no target without one; another one with a name goes first.
     bool taken = false;
     for (size_t k = 0; k < expected.size(); ++k) {
       const auto is_it = [&](const Hypothesis& each) { return each.left == jump.left || each.right == jump.right; };
-      taken = taken || (!nameless[k] && std::ranges::any_of(hypotheses[k], is_it));
+      taken = taken || (!tentative[k] && std::ranges::any_of(hypotheses[k], is_it));
     }
     if (!taken) hypotheses.push_back({jump});
   }
@@ -278,7 +306,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     const Target &target_a = targets_[expected[a.first]], &target_b = targets_[expected[b.first]];
     return pass_through(target_a, target_a.candidates[a.second].match, target_b, target_b.candidates[b.second].match);
   };
-  const std::vector<Assignment> assignments = assign(hypotheses, excluded, nameless, lost.size());
+  const std::vector<Assignment> assignments = assign(hypotheses, excluded, tentative, lost.size());
   for (size_t k = 0; k < expected.size(); ++k) {
     Target& target = targets_[expected[k]];
     if (assignments[k].hypothesis) {
@@ -293,6 +321,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     Target& target = targets_[k];
     OtherTargets others = others_of(k, group, times, target.views);
     others.sought = sought;
+    others.anywhere = target.begins_anew;
     StereoTracker::Found found = target.tracker.match(times, target.views[0], target.views[1], others);
     target.match = found.match;
     target.candidates = std::move(found.candidates);
@@ -312,12 +341,20 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
   for (const size_t k : ambiguous) targets_[k].match.status = Status::kAmbiguous;
   for (auto next = lost.begin(); next != lost.end(); ++next) {
     // How many are looked for where this one is.
-    const auto same_place = [&](size_t other) {
-      const auto &its = targets_[other].tracker.options().search_region,
-                 &own = targets_[*next].tracker.options().search_region;
-      return its && own ? its->min() == own->min() && its->max() == own->max() : !its && !own;
-    };
-    match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), same_place)));
+    const auto here = [&](size_t other) { return same_region(targets_[other], targets_[*next]); };
+    match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), here)));
+  }
+  // Of targets that may have jumped to the same thing, it is the one that was nearest.
+  for (const size_t k : without) {
+    const bool other_is_nearer = std::ranges::any_of(without, [&](size_t other) {
+      return other != k && jumped_to_same(targets_[k], targets_[other]) &&
+             std::pair(distance_jumped(targets_[other]), other) < std::pair(distance_jumped(targets_[k]), k);
+    });
+    if (other_is_nearer) left_to_others.push_back(k);
+  }
+  for (const size_t k : left_to_others) {
+    targets_[k].match = {};
+    targets_[k].match.status = Status::kOtherTarget;
   }
   // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.
   for (const size_t k : without) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <set>
 #include <utility>
 
 namespace multireach::bench {
@@ -23,14 +24,19 @@ Score LimitedBaseline::score(double least_px, double most_px) const {
 }
 
 Score LimitedBaseline::best(double most_wrong) const {
-  constexpr size_t kSteps = 50;  // limits that are tried for each end: quantiles of the areas
-  std::vector<double> areas;
+  constexpr size_t kMost = 80;  // limits that are tried for each end
+  // Other limits than the areas of the objects exclude no more of the rest.
+  std::set<double> areas;
   for (const Image& image : images_) {
-    for (const Baseline::Contour& contour : image.contours) areas.push_back(contour.area_px);
+    for (const Baseline::Contour& contour : image.contours) {
+      const auto near = [&](const cv::Point2d& label) { return cv::norm(label - contour.centre) <= kRight; };
+      if (std::ranges::any_of(image.labels, near)) areas.insert(contour.area_px);
+    }
   }
-  std::ranges::sort(areas);
+  const std::vector<double> all(areas.begin(), areas.end());
   std::vector<double> limits;
-  for (size_t k = 0; k <= kSteps && !areas.empty(); ++k) limits.push_back(areas[k * (areas.size() - 1) / kSteps]);
+  const size_t steps = std::min(kMost, all.size());
+  for (size_t k = 0; k < steps; ++k) limits.push_back(all[steps < 2 ? 0 : k * (all.size() - 1) / (steps - 1)]);
   Score best = score(1, 0);  // no answers
   for (size_t low = 0; low < limits.size(); ++low) {
     for (size_t high = low; high < limits.size(); ++high) {

@@ -8,9 +8,8 @@
 
 namespace multireach::bench {
 
-/// The baseline with limits of a contour's area. They are chosen when the labels are known: of all limits, those with
-/// the most right answers among those with few wrong ones. So it tells what the baseline could reach, not what it
-/// would.
+/// The baseline with limits of a contour's area, which are chosen from the labels: of those with few wrong answers, the
+/// ones with the most right answers. No user knows them beforehand.
 class LimitedBaseline {
  public:
   /// Takes the contours, the largest first, and the labels of an image.

@@ -62,7 +62,7 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   return answer;
 }
 
-/// A box of `half_m` to each side of the place that the two clicks tell.
+/// A box of `half_m` to each side of the position that the two clicks triangulate to.
 vision::SearchRegion region_at(const RealSet& set, const StillObject& object, double half_m) {
   const double depth_m = set.rig.left.fx * set.rig.baseline_m() / (object.disparity_px + set.disparity_offset_px);
   const Eigen::Vector3d p_L = depth_m * set.rig.left.ray(Eigen::Vector2d(object.click.x, object.click.y)).homogeneous();
@@ -149,7 +149,7 @@ std::string row_of(const RealSet& set, const std::array<vision::ColourModel, 2>&
 
 void print_still(std::span<const RealSet> pairs, bool refused) {
   std::printf(
-      "\nSearch region: 0.15 m to each side of the place that the two clicks tell.\n\n"
+      "\nSearch region: 0.15 m to each side of the position that the two clicks triangulate to.\n\n"
       "| pair | use | object | visible | true depths, m | answer | outside by, mm | in sigmas "
       "| with a search region: answer | outside by, mm | in sigmas | baseline outside by, mm |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|\n");

@@ -434,7 +434,7 @@ def make_cage(out, clone):
     rotation, translation = cage_pose(clone)
     pose = f"{{rotation: {rotation.ravel().round(9).tolist()}, translation_m: {(translation / 1000).round(6).tolist()}}}"
     cameras = f"{{files: [intrinsics.yml, extrinsics.yml], unit: mm, width_px: 1280, height_px: 1024, left_to_robot: {pose}}}"
-    settings = ["name: balls in a cage", "use: test", "left: left.png", "right: right.png", "learn_left: learn_left.png"]
+    settings = ["name: balls in a cage", "use: tuning", "left: left.png", "right: right.png", "learn_left: learn_left.png"]
     settings += ["learn_right: learn_right.png", f"cameras: {cameras}", "positions: positions.csv"]
     settings.append(f"ball_radius_m: {CAGE_RADIUS_MM / 1000}")
     (folder / "set.yaml").write_text("\n".join(settings) + "\n")

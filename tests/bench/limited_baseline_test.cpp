@@ -35,6 +35,17 @@ TEST(LimitedBaseline, GivesUpRightAnswersWhereTheyCostWrongOnes) {
   }
 }
 
+TEST(LimitedBaseline, FindsLimitsAmongMuchElse) {
+  // Hundreds of other things, one of which is hardly larger than the object.
+  LimitedBaseline limited;
+  for (int k = 0; k < kImages; ++k) {
+    std::vector<Baseline::Contour> contours{{kElsewhere, kObject + 2}, {kAt, kObject + 0.01 * k}};
+    for (int small = 0; small < 200; ++small) contours.push_back({kElsewhere, 50 - 0.1 * small});
+    limited.add(contours, {kAt}, 1);
+  }
+  EXPECT_EQ(limited.best(kFewWrong).right, kImages);
+}
+
 TEST(LimitedBaseline, AnswersNothingWhereNothingIs) {
   LimitedBaseline limited;
   limited.add({}, {kAt}, 1);

@@ -141,12 +141,16 @@ TEST_P(EqualBalls, NewOnesNearOneAnotherAreAllFollowedAtOnce) {
 }
 
 TEST_P(EqualBalls, NewOnesThatComeTogetherAreNoBallBetweenThem) {
-  for (const double apart : {1.6, 1.8, 2.0}) {  // radii
+  for (const double apart : {1.6, 1.8, 2.0}) {  // radii; the second touches the first behind it
     StereoVision vision = vision_for(2);
     for (int k = 0; k < 5; ++k) {
       const double x = kRadius * (k == 0 ? 2 : 0.5 * apart);
-      const std::vector<Eigen::Vector3d> balls{{-x, 0, 1.2}, {x, 0.3 * x, 1.2}};
+      const double behind = k == 0 ? 0 : kRadius * std::sqrt(4 - apart * apart);
+      const std::vector<Eigen::Vector3d> balls{{-x, 0, 1.2}, {x, 0.3 * x, 1.2 + behind}};
       look(k, balls, vision);
+      if (k == 0) {
+        EXPECT_TRUE(target_at(vision, balls[0]) >= 0 && target_at(vision, balls[1]) >= 0) << apart;
+      }
       for (size_t target = 0; target < 2; ++target) {
         const vision::TargetReport& report = vision.targets()[target].report;
         EXPECT_TRUE(report.status != Status::kTracked || is_at(vision, target, balls[0]) ||
@@ -161,7 +165,7 @@ TEST_P(EqualBalls, OneThatTurnsBackIsNotANewOne) {
   // The first ball turns back between two images, and so is outside of its prediction, but near a ball that is new.
   StereoVision vision = vision_for(2);
   constexpr int kTurns = 12;
-  int found = 0;
+  int found = 0, kept = 0;
   for (int k = 0; k < kTurns + 4; ++k) {
     const double away = 0.03 * std::abs(k - kTurns + 0.5);
     const Eigen::Vector3d first(0.05 - away, 0, 1.2), second(0.16, -0.15 + 0.04 * (k - kTurns), 1.2);
@@ -171,8 +175,24 @@ TEST_P(EqualBalls, OneThatTurnsBackIsNotANewOne) {
     if (k < kTurns) continue;
     EXPECT_FALSE(is_at(vision, 0, second) || is_at(vision, 1, first)) << k;
     found += is_at(vision, 1, second);
+    kept += is_at(vision, 0, first);
   }
   EXPECT_EQ(found, 4) << "pairs in which the new ball has its position";
+  EXPECT_GE(kept, 3) << "pairs in which the first has its own: a jump takes two";
+}
+
+TEST_P(EqualBalls, OneIsNotTwoThatHaveJumpedThere) {
+  StereoVision vision = vision_for(2);
+  const Eigen::Vector3d there(0.03, 0.1, 1.2);
+  int found = 0;
+  for (int k = 0; k < 24; ++k) {
+    const Eigen::Vector3d first(-0.25 + 0.01 * k, -0.1, 1.2), second(0.25 - 0.01 * k, -0.06, 1.25);
+    look(k, k < 16 ? std::vector{first, second} : std::vector{there}, vision);
+    if (k < 16) continue;
+    EXPECT_NE(target_at(vision, there), -2) << k << ": two targets are at one ball";
+    found += target_at(vision, there) >= 0;
+  }
+  EXPECT_GE(found, 4) << "pairs of 8";
 }
 
 TEST_P(EqualBalls, OneLeavesAndTheOtherEntersElsewhere) {

@@ -40,25 +40,33 @@ TEST(Assign, AnExchangeThatIsAboutAsLikelyIsAmbiguousForBoth) {
   EXPECT_FALSE(assignments[2].ambiguous);
 }
 
-TEST(Assign, WhichOfTheNamelessHasWhichThingDoesNotMatter) {
+TEST(Assign, WhichOfTheTentativeHasWhichThingDoesNotMatter) {
   const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 19}}, {{1, 1, 0, 20}, {0, 0, 1, 19}}};
-  const auto ambiguous = [&](const std::vector<bool>& nameless) {
-    const std::vector<Assignment> assignments = assign(hypotheses, {}, nameless);
+  const auto ambiguous = [&](const std::vector<bool>& tentative) {
+    const std::vector<Assignment> assignments = assign(hypotheses, {}, tentative);
     EXPECT_EQ(assignments[0].hypothesis, 0U) << "the likelier one";
     EXPECT_EQ(assignments[0].ambiguous, assignments[1].ambiguous);
     return assignments[0].ambiguous;
   };
   EXPECT_FALSE(ambiguous({true, true}));
-  EXPECT_TRUE(ambiguous({true, false})) << "the second has a name, and may be the other thing";
+  EXPECT_TRUE(ambiguous({true, false})) << "the second is established, and may be the other thing";
   EXPECT_TRUE(ambiguous({false, false}));
 }
 
-TEST(Assign, OfMoreThingsThanNamelessTargetsAllOrNoneAreTaken) {
+TEST(Assign, OfMoreThingsThanTentativeTargetsAllOrNoneAreTaken) {
   // One target and two things: which is the target? With another one that takes what is left, both are targets.
   const std::vector<std::vector<Hypothesis>> hypotheses{{{0, 0, 0, 20}, {1, 1, 1, 19}}};
   EXPECT_TRUE(assign(hypotheses, {}, {true}, 0)[0].ambiguous);
   EXPECT_FALSE(assign(hypotheses, {}, {true}, 1)[0].ambiguous);
-  EXPECT_TRUE(assign(hypotheses, {}, {false}, 1)[0].ambiguous) << "a target with a name is one of them only";
+  EXPECT_TRUE(assign(hypotheses, {}, {false}, 1)[0].ambiguous) << "an established target is one of them only";
+}
+
+TEST(Assign, OtherPairsOfBlobsAreOtherThings) {
+  const std::vector<std::vector<Hypothesis>> one{{{0, 0, 0, 20}, {0, 1, 1, 19}}};
+  EXPECT_TRUE(assign(one, {}, {true}, 0)[0].ambiguous);
+  EXPECT_TRUE(assign(one, {}, {true}, 1)[0].ambiguous);
+  const std::vector<std::vector<Hypothesis>> two{{{0, 0, 0, 20}, {0, 1, 1, 19}}, {{1, 1, 0, 20}, {1, 0, 1, 19}}};
+  for (const Assignment& each : assign(two, {}, {true, true})) EXPECT_TRUE(each.ambiguous);
 }
 
 TEST(Assign, PartsOfOneThingAreNoAlternative) {

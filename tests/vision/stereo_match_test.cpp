@@ -276,13 +276,13 @@ Pair moved(Pair pair, double px) {
 }
 
 TEST(StereoMatching, MoreMismatchesThanMatchesContradictTheCalibration) {
-  const auto contradicted = [](const std::vector<Pair>& pairs) {
+  const auto contradicted = [](const std::vector<Pair>& pairs, size_t located = 0) {
     std::vector<SphereContour> left, right;
     for (const Pair& pair : pairs) {
       left.push_back(pair.left);
       right.push_back(pair.right);
     }
-    return contradiction_of(compare_pairs(rig(), left, right, std::nullopt, {}), rig()) != nullptr;
+    return contradiction_of(compare_pairs(rig(), left, right, std::nullopt, {}), rig(), located) != nullptr;
   };
   // By a right camera that is turned by 10 px, the left image of the first fits the right image of the second.
   const std::vector<Pair> balls{pair_of({0.05, -0.02, 0.5}), pair_of({-0.01, -0.03, 0.5}), pair_of({0.1, 0.03, 0.5}),
@@ -292,6 +292,7 @@ TEST(StereoMatching, MoreMismatchesThanMatchesContradictTheCalibration) {
   for (const Pair& ball : balls) turned.push_back(moved(ball, 10));
   EXPECT_EQ(match_candidates({turned[0].left}, {turned[1].right}, std::nullopt, {}).status, Status::kSeen);
   EXPECT_TRUE(contradicted(turned));
+  EXPECT_FALSE(contradicted(turned, 4)) << "other targets are located";
   // One thing that only the left image shows and one that only the right image shows, beside a ball: as many as fit.
   EXPECT_FALSE(contradicted({balls[0], moved(balls[2], 10)}));
   // Off by more than a calibration can be: different things.

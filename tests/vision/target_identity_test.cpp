@@ -49,6 +49,41 @@ TEST(TargetIdentity, IsKnownForSomeTimeAfterItWasLost) {
   EXPECT_FALSE(identity.known());
 }
 
+TEST(TargetIdentity, IsEstablishedUntilItIsLost) {
+  TargetIdentity identity;
+  const auto confirm = [&](int64_t from) {
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_FALSE(identity.established()) << k;
+      identity.update(from + k * kFrame, at(100, 0, true), k == 0);
+    }
+    EXPECT_TRUE(identity.established());
+  };
+  const auto saved = [&](int64_t utime) {
+    TargetIdentity other;
+    EXPECT_TRUE(other.deserialize(utime, identity.serialize(utime)));
+    EXPECT_EQ(other.established(), identity.established());
+    EXPECT_EQ(other.known(), identity.known());
+    return other;
+  };
+  confirm(0);
+  identity.update(3 * kFrame, at(300, 0), true);
+  EXPECT_FALSE(identity.confirmed());
+  EXPECT_TRUE(identity.established()) << "it has jumped";
+  identity.update_unseen(4 * kFrame, true);
+  EXPECT_TRUE(identity.known());
+  EXPECT_FALSE(identity.established());
+  identity = saved(4 * kFrame);
+  confirm(5 * kFrame);
+  identity = saved(7 * kFrame);
+  EXPECT_TRUE(identity.established());
+  identity.update_unseen(20000000, true);
+  EXPECT_FALSE(identity.known() || identity.established());
+  std::vector<double> impossible = identity.serialize(20000000);
+  impossible[1] = 1;  // confirmed
+  impossible[2] = 2;  // but lost since
+  EXPECT_FALSE(identity.deserialize(20000000, impossible));
+}
+
 TEST(TargetIdentity, GoesOnFromItsState) {
   TargetIdentity identity;
   for (int k = 0; k < 8; ++k) identity.update(k * kFrame, at(100 + 4 * k, 0.1), k == 0);

@@ -81,8 +81,9 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
           "Largest epipolar error of a match, in addition to three standard deviations.")
       .number(
           "max_size_ratio", "", 1.0001, 100, [](auto& s) -> auto& { return s.options.match.max_size_ratio; },
-          "Largest ratio of the radii that the two images give, in addition to their errors; its square, of those "
-          "before and after a bounce.")
+          "Largest ratio of the radii that the two images give, in addition to their errors. After a bounce, the "
+          "radius "
+          "may differ from that before by the square of this ratio.")
       .number(
           "max_occlusion", "", 0.01, 1, [](auto& s) -> auto& { return s.options.match.max_occlusion; },
           "Largest share of the target's area that may be occluded or beyond the image's border.")
@@ -103,7 +104,8 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
       .flag(
           "adapt_colour", [](auto& s) -> auto& { return s.options.adapt_colour; },
           "Whether to follow slow changes of white balance.");
-  add_track_keys(keys, " Up to 3, a bounce of the only thing in view is taken at once.");
+  add_track_keys(keys,
+                 " With 3 or fewer, a bounce is accepted at once if nothing else of the target's colour is in view.");
   return keys;
 }
 

@@ -133,8 +133,8 @@ class CandidateScorer {
     return scored;
   }
 
-  /// Whether an arc is not the object's contour, but its blob may be the object: the edges are not on one circle, whose
-  /// size at this depth is not the known one, while the blob's is.
+  /// Whether an arc is not the object's contour, but its blob may be the object: the edges do not lie on one circle,
+  /// the fitted size contradicts the known radius at this depth, and the blob's size does not.
   bool contradicts_radius(const SphereContour& arc, const RadiusPrior& known, double depth_m) const {
     if (!arc.by_centroid || arc.residual_px < kNoCircle) return false;
     const double expected = size_at(known.radius_m, arc, depth_m);
@@ -443,7 +443,7 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
   return all;
 }
 
-const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig) {
+const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig, size_t located) {
   const auto is_located = [](const ComparedPair& pair) {
     return progress(pair.match.status) > progress(Status::kEpipolarMismatch);
   };
@@ -451,13 +451,13 @@ const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const 
     return a.match.left == b.match.left || a.match.right == b.match.right;
   };
   // Pairs that have no contour in common, taken in their order.
-  std::vector<const ComparedPair*> located, mismatched;
+  std::vector<const ComparedPair*> fitting, mismatched;
   const auto add = [&](const ComparedPair& pair, std::vector<const ComparedPair*>& chosen) {
     if (std::ranges::none_of(chosen, [&](const ComparedPair* other) { return share_one(pair, *other); }))
       chosen.push_back(&pair);
   };
   for (const ComparedPair& pair : pairs) {
-    if (is_located(pair)) add(pair, located);
+    if (is_located(pair)) add(pair, fitting);
   }
   for (const ComparedPair& pair : pairs) {
     const bool near = std::abs(pair.match.epipolar_px) < kWrongRig * rig.left.width;
@@ -466,7 +466,7 @@ const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const 
                              [&](const ComparedPair& other) { return is_located(other) && share_one(pair, other); }))
       add(pair, mismatched);
   }
-  return mismatched.size() > located.size() ? mismatched.front() : nullptr;
+  return mismatched.size() > fitting.size() + located ? mismatched.front() : nullptr;
 }
 
 StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,

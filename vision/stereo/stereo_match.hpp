@@ -100,8 +100,9 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
 /// A pair of contours that agree in size and lie up to 2 per cent of the image's width off one epipolar line, where the
 /// images show more such pairs, of contours that no pair locates, than pairs that are located: then the calibration is
 /// more likely wrong than each image shows other objects, and a pair that is located may show two. Null where there are
-/// not so many.
-[[nodiscard]] const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig);
+/// not so many. `located`: how many things the images show that are located, but not among `pairs`.
+[[nodiscard]] const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig,
+                                                   size_t located = 0);
 
 /// Chooses the pair of contours, one of each image, that shows the object, and triangulates it. A pair must satisfy the
 /// epipolar constraint, lie in front of the cameras and agree in size. Of several, the score prefers the one near the

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "vision/stereo/stereo_match.hpp"
 
@@ -23,8 +24,8 @@ struct Value {
 class Search {
  public:
   Search(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded,
-         const std::vector<bool>& nameless, size_t lost)
-      : hypotheses_(hypotheses), nameless_(nameless), lost_(lost), now_(hypotheses.size()) {
+         const std::vector<bool>& tentative, size_t lost)
+      : hypotheses_(hypotheses), tentative_(tentative), lost_(lost), now_(hypotheses.size()) {
     for (const std::vector<Hypothesis>& of_target : hypotheses) {
       first_.push_back(all_);
       all_ += of_target.size();
@@ -83,31 +84,38 @@ class Search {
     visit(target + 1, value);
   }
 
-  /// Whether the association differs from the best one only by which of the nameless targets has which thing; those
+  /// Whether the association differs from the best one only by which of the tentative targets has which thing; those
   /// that are lost take what is left.
-  bool differs_by_names_only() const {
-    std::vector<int> things, given, given_by_best;
+  bool is_equivalent() const {
+    std::vector<const Hypothesis*> given, given_by_best;
+    std::set<int> left, right;  // all blobs that the tentative targets may be
     for (size_t k = 0; k < now_.size(); ++k) {
-      if (!nameless_[k]) {
+      if (!tentative_[k]) {
         if (now_[k] != best_[k]) return false;
         continue;
       }
-      for (const Hypothesis& each : hypotheses_[k]) things.push_back(each.left);
-      if (now_[k]) given.push_back(hypotheses_[k][*now_[k]].left);
-      if (best_[k]) given_by_best.push_back(hypotheses_[k][*best_[k]].left);
+      for (const Hypothesis& each : hypotheses_[k]) {
+        left.insert(each.left);
+        right.insert(each.right);
+      }
+      if (now_[k]) given.push_back(&hypotheses_[k][*now_[k]]);
+      if (best_[k]) given_by_best.push_back(&hypotheses_[k][*best_[k]]);
     }
-    std::ranges::sort(given);
-    std::ranges::sort(given_by_best);
-    if (given == given_by_best) return true;
-    std::ranges::sort(things);
-    const auto repeated = std::ranges::unique(things);
-    return things.size() - repeated.size() <= given.size() + lost_;
+    // A blob that is matched with another one of the other image is another thing.
+    size_t common = 0;
+    for (const Hypothesis* a : given) {
+      for (const Hypothesis* b : given_by_best) {
+        if ((a->left == b->left) != (a->right == b->right)) return false;
+        common += a->left == b->left;
+      }
+    }
+    return common == given.size() || std::max(left.size(), right.size()) <= given.size() + lost_;
   }
 
   /// Marks the targets that an association gives something else, if it is about as good as the best one.
   void compare(const Value& value) {
     if (value.given < best_value_.given || best_value_.evidence - value.evidence >= kLead) return;
-    if (differs_by_names_only()) return;
+    if (is_equivalent()) return;
     for (size_t k = 0; k < now_.size(); ++k) {
       const std::vector<Hypothesis>& own = hypotheses_[k];
       const bool same = now_[k] == best_[k] || (now_[k] && best_[k] && own[*now_[k]].thing == own[*best_[k]].thing);
@@ -116,7 +124,7 @@ class Search {
   }
 
   std::span<const std::vector<Hypothesis>> hypotheses_;
-  std::vector<bool> nameless_;
+  std::vector<bool> tentative_;
   size_t lost_;
   size_t all_ = 0;             // number of hypotheses
   std::vector<size_t> first_;  // number of each target's first one
@@ -130,9 +138,9 @@ class Search {
 }  // namespace
 
 std::vector<Assignment> assign(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded,
-                               std::vector<bool> nameless, size_t lost) {
-  nameless.resize(hypotheses.size());
-  return Search(hypotheses, excluded, nameless, lost).result();
+                               std::vector<bool> tentative, size_t lost) {
+  tentative.resize(hypotheses.size());
+  return Search(hypotheses, excluded, tentative, lost).result();
 }
 
 }  // namespace multireach::vision

@@ -30,10 +30,10 @@ using Exclusion = std::function<bool(std::pair<size_t, size_t> a, std::pair<size
 /// Assigns what is seen to targets that look alike, by the hypotheses of each: a blob belongs to one target only. As
 /// many targets as possible are given a thing; among such associations the one with the largest sum of evidence is
 /// taken. An assignment is ambiguous where this sum exceeds that of an association with another one by less than kLead.
-/// `excluded`: what else cannot be true at once (default: nothing). `nameless`: targets whose names are arbitrary so
-/// far (default: none); associations that differ only by which of these has which thing are equally good, and not
-/// ambiguous. `lost`: number of further targets without a name, which are not seen yet and take what is left.
+/// `excluded`: what else cannot be true at once (default: nothing). `tentative`: targets for which it is arbitrary
+/// which thing they follow (default: none); associations that differ only by which of these has which thing are equally
+/// good, and not ambiguous. `lost`: number of further tentative targets, which are not seen yet and take what is left.
 std::vector<Assignment> assign(std::span<const std::vector<Hypothesis>> hypotheses, const Exclusion& excluded = {},
-                               std::vector<bool> nameless = {}, size_t lost = 0);
+                               std::vector<bool> tentative = {}, size_t lost = 0);
 
 }  // namespace multireach::vision

@@ -51,11 +51,9 @@ void TargetIdentity::restart_motion_evidence() {
 }
 
 std::vector<double> TargetIdentity::serialize(int64_t utime) const {
-  std::vector<double> state{confirmed_ ? 1.0 : 0.0,
-                            lost_since_ ? 2.0
-                            : known_    ? 1.0
-                                        : 0.0,
-                            strayed_ ? 1.0 : 0.0, static_cast<double>(contours_), static_cast<double>(moved_)};
+  const int known = !known_ ? 0 : lost_since_ ? 2 : 1;
+  std::vector<double> state{confirmed_ ? 1.0 : 0.0, static_cast<double>(known), strayed_ ? 1.0 : 0.0,
+                            static_cast<double>(contours_), static_cast<double>(moved_)};
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
   }
@@ -69,10 +67,11 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
   const auto whole = [](double value, double least, double most) {
     return value >= least && value <= most && value == std::floor(value);
   };
-  const bool valid =
-      state.size() == kSerializedSize && std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
-      whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) && whole(state[3], 0, 1) &&
-      whole(state[4], 0, kEnough) && whole(state[5], 0, kEnough) && state.back() >= 0;
+  const bool valid = state.size() == kSerializedSize &&
+                     std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
+                     whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) &&
+                     !(state[1] > 0 && state[2] != 1) && whole(state[3], 0, 1) && whole(state[4], 0, kEnough) &&
+                     whole(state[5], 0, kEnough) && state.back() >= 0;
   if (!valid) return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
   confirmed_ = state[1] > 0;

@@ -34,9 +34,9 @@ class TargetIdentity {
   bool stands_still() const { return !strayed_; }
   /// The target was confirmed at least once, and not too long ago to be sure that nothing else is meant.
   bool known() const { return known_; }
-  /// It was confirmed since it was lost last, and may have jumped since. Of targets that look alike, which of them is
-  /// which is arbitrary until then.
-  bool has_name() const { return known_ && !lost_since_; }
+  /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
+  /// arbitrary which of several targets that look alike follows which object.
+  bool established() const { return known_ && !lost_since_; }
   /// Where the target was seen last, in pixels; radius 0 before the first match or when that was too long ago.
   Eigen::Vector2d last_px(size_t side) const { return last_px_[side]; }
   double last_radius_px() const { return last_radius_px_; }

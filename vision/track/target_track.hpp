@@ -62,8 +62,8 @@ class TargetTrack {
   /// Whether the target was seen at most 0.12 s before.
   bool was_just_seen(int64_t utime) const;
   /// Whether a measured position may be that of the target after it has bounced off something at rest: it was tracked
-  /// in the pair before, at most 0.12 s ago, and can have got there at a speed that it may have had, by its estimate
-  /// and the errors of that, and of at most 3 m/s where the estimate is less. To be asked before update().
+  /// in the pair before, at most 0.12 s ago, and can have got there at 1.5 times its estimated speed plus two standard
+  /// deviations, but at most at the larger of 3 m/s and its estimated speed. To be asked before update().
   bool may_bounce_to(int64_t utime, const PositionEstimate& seen) const;
 
   Status status() const { return status_; }
