@@ -34,9 +34,14 @@ class BlobNumbers {
   std::vector<const Blob*> blobs_;
 };
 
+const Blob& blob_of(const Target& target, const StereoMatch& match, Side side) {
+  const int at = side == Side::kLeft ? match.left : match.right;
+  return target.views[index(side)].blobs[static_cast<size_t>(at)];
+}
+
 Hypothesis hypothesis_of(const StereoMatch& match, const Target& target, std::array<BlobNumbers, 2>& numbers) {
-  return {.left = numbers[0].of(target.views[0].blobs[static_cast<size_t>(match.left)]),
-          .right = numbers[1].of(target.views[1].blobs[static_cast<size_t>(match.right)])};
+  return {.left = numbers[0].of(blob_of(target, match, Side::kLeft)),
+          .right = numbers[1].of(blob_of(target, match, Side::kRight))};
 }
 
 std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbers, 2>& numbers) {
@@ -165,18 +170,31 @@ bool is_tentative(const Target& target) {
 bool jumped_to_same(const Target& a, const Target& b) {
   if (a.match.status != Status::kOutsidePredictionGate || b.match.status != Status::kOutsidePredictionGate)
     return false;
-  const auto blob = [](const Target& target, Side side) -> const Blob& {
-    const int at = side == Side::kLeft ? target.match.left : target.match.right;
-    return target.views[index(side)].blobs[static_cast<size_t>(at)];
-  };
-  return same_blob(blob(a, Side::kLeft), blob(b, Side::kLeft)) ||
-         same_blob(blob(a, Side::kRight), blob(b, Side::kRight));
+  return std::ranges::any_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
+    return same_blob(blob_of(a, a.match, side), blob_of(b, b.match, side));
+  });
 }
 
 /// Distance of a match from where the target was seen last, m.
 double distance_jumped(const Target& target) {
   const TargetTrack& track = target.tracker.track();
   return (target.match.point.p_W - track.position_at(*track.last_seen_utime())).norm();
+}
+
+/// Of the targets `among` that may have jumped to the same thing, it is the one that was nearest.
+void keep_nearest_jumps(const std::vector<size_t>& among, std::vector<Target>& targets) {
+  std::vector<size_t> farther;
+  for (const size_t k : among) {
+    const bool other_is_nearer = std::ranges::any_of(among, [&](size_t other) {
+      return other != k && jumped_to_same(targets[k], targets[other]) &&
+             std::pair(distance_jumped(targets[other]), other) < std::pair(distance_jumped(targets[k]), k);
+    });
+    if (other_is_nearer) farther.push_back(k);
+  }
+  for (const size_t k : farther) {
+    targets[k].match = {};
+    targets[k].match.status = Status::kOtherTarget;
+  }
 }
 
 /// Whether the blob of a match is so long, in both images, that it may be two things: a disc has a compactness of 1,
@@ -195,14 +213,12 @@ bool may_be_both(const Target& owner, const Target& other, const PairTimes& time
   const auto at_both = [&](auto&& test) {
     return test(Side::kLeft, static_cast<size_t>(match.left)) && test(Side::kRight, static_cast<size_t>(match.right));
   };
-  const auto may_be_other = [&](Side side, const Blob& blob) {
+  const auto is_candidate_of_other = [&](Side side, size_t at) {
     return std::ranges::any_of(other.candidates, [&](const Candidate& each) {
-      const int its = side == Side::kLeft ? each.match.left : each.match.right;
-      return same_blob(other.views[index(side)].blobs[static_cast<size_t>(its)], blob);
+      return same_blob(blob_of(other, each.match, side), owner.views[index(side)].blobs[at]);
     });
   };
-  const auto may_be = [&](Side side, size_t at) { return may_be_other(side, owner.views[index(side)].blobs[at]); };
-  if (is_tentative(owner) && is_tentative(other) && may_be_two(owner) && at_both(may_be)) return true;
+  if (is_tentative(owner) && is_tentative(other) && may_be_two(owner) && at_both(is_candidate_of_other)) return true;
   const auto expected = other.tracker.expected_px(times);
   if (match.both_by_contour || !expected) return false;
   return at_both([&](Side side, size_t at) {
@@ -262,7 +278,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
   for (const size_t k : group) targets_[k].begins_anew = false;
   match_bounces(group, times);
   std::array<BlobNumbers, 2> numbers;
-  std::vector<size_t> expected, without, ambiguous, lost, left_to_others;
+  std::vector<size_t> expected, without, ambiguous, lost;
   std::vector<std::vector<Hypothesis>> hypotheses;
   std::vector<Hypothesis> jumps;
   for (const size_t k : group) {
@@ -344,18 +360,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     const auto here = [&](size_t other) { return same_region(targets_[other], targets_[*next]); };
     match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), here)));
   }
-  // Of targets that may have jumped to the same thing, it is the one that was nearest.
-  for (const size_t k : without) {
-    const bool other_is_nearer = std::ranges::any_of(without, [&](size_t other) {
-      return other != k && jumped_to_same(targets_[k], targets_[other]) &&
-             std::pair(distance_jumped(targets_[other]), other) < std::pair(distance_jumped(targets_[k]), k);
-    });
-    if (other_is_nearer) left_to_others.push_back(k);
-  }
-  for (const size_t k : left_to_others) {
-    targets_[k].match = {};
-    targets_[k].match.status = Status::kOtherTarget;
-  }
+  keep_nearest_jumps(without, targets_);
   // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.
   for (const size_t k : without) {
     StereoMatch& match = targets_[k].match;

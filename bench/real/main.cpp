@@ -264,9 +264,8 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
             : "The mean over an object's clicks that are not refused; in brackets the worst click. Of all: a "
               "refused click counts as no answer. The baseline answers to every click.");
     std::printf(
-        "Limited: the baseline, with the limits of a contour's area that give it the most right answers of those with "
-        "at "
-        "most %g %% wrong ones; they are chosen when the labels are known.\n\n",
+        "Limited: the baseline, with the limits of a contour's area that give it the most right answers of those "
+        "with at most %g %% wrong ones; they are chosen when the labels are known.\n\n",
         100 * kFewWrong);
     std::printf(
         "| video | use | object | clicks refused | right | wrong | ambiguous | by contour | median px "

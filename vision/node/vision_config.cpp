@@ -82,8 +82,7 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
       .number(
           "max_size_ratio", "", 1.0001, 100, [](auto& s) -> auto& { return s.options.match.max_size_ratio; },
           "Largest ratio of the radii that the two images give, in addition to their errors. After a bounce, the "
-          "radius "
-          "may differ from that before by the square of this ratio.")
+          "radius may differ from that before by the square of this ratio.")
       .number(
           "max_occlusion", "", 0.01, 1, [](auto& s) -> auto& { return s.options.match.max_occlusion; },
           "Largest share of the target's area that may be occluded or beyond the image's border.")
