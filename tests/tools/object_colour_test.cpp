@@ -96,6 +96,15 @@ TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
   }
 }
 
+TEST(ObjectRegion, OfAFrameIsNotWhatItEncloses) {
+  const cv::Rect frame(120, 80, 72, 72), inside(138, 98, 36, 36);
+  const cv::Mat image = picture({}, {{frame, {55, 105, 105}}, {inside, {75, 95, 165}}}, 3);
+  const ObjectRegion region = region_around(image, cv::Point(129, 116));
+  const double share = cv::countNonZero(region.mask(frame)) / static_cast<double>(frame.area() - inside.area());
+  EXPECT_GT(share, 0.7);
+  EXPECT_LT(cv::countNonZero(region.mask(inside)), 0.2 * inside.area());
+}
+
 TEST(ObjectRegion, IsNotTheBackgroundThatReachesTheBorder) {
   const auto share = [](const cv::Mat& image, const cv::Point& click) {
     return cv::countNonZero(region_around(image, click).mask) / static_cast<double>(image.total());

@@ -195,31 +195,52 @@ TEST(StereoMatching, AContourOfAnotherSizeThanTheKnownOneIsTrustedLess) {
   EXPECT_EQ(match_candidates({half}, {half_right}).status, Status::kWrongRadius);
 }
 
+constexpr double k95 = 7.815;  // 95 % of chi^2 with three degrees of freedom
+
+/// A ball's blob instead of its contour.
+SphereContour blob_of(SphereContour disc) {
+  disc.kind = SphereContour::Kind::kCentroid;
+  disc.visible_fraction = 0;
+  constexpr double kTenth = 0.1, kSize = 0.3;  // of the radius
+  disc.covariance = Eigen::Vector3d(kTenth, kTenth, kSize).cwiseAbs2().asDiagonal();
+  disc.covariance *= disc.value.z() * disc.value.z();
+  return disc;
+}
+
+constexpr double kHalfDisc = 0.42;  // of the radius: from a disc's centre to the centroid of its half
+
+double squared_sigmas_of_ball(const StereoMatch& match) {
+  const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
+  return apart.dot(match.point.covariance.ldlt().solve(apart));
+}
+
 // A stripe divides a ball: the blob is one part of it, and its centroid lies beside the ball's centre, alike in both
 // images.
 TEST(StereoMatching, ACentroidOfASmallerBlobThanTheKnownBallsIsTrustedLess) {
-  const auto part_of = [](SphereContour disc) {
-    disc.kind = SphereContour::Kind::kCentroid;
-    disc.visible_fraction = 0;
-    constexpr double kTenth = 0.1, kSize = 0.3;  // of the radius
-    disc.covariance = Eigen::Vector3d(kTenth, kTenth, kSize).cwiseAbs2().asDiagonal();
-    disc.covariance *= disc.value.z() * disc.value.z();
-    return disc;
-  };
   const auto squared_sigmas = [&](double share) {
     Pair ball = pair_of(kBall);
     for (SphereContour* side : {&ball.left, &ball.right}) {
-      *side = part_of(*side);
-      side->value.x() += 0.42 * side->value.z();  // centroid of half a disc
+      *side = blob_of(*side);
+      side->value.x() += kHalfDisc * side->value.z();
       side->value.z() *= share;
     }
-    const StereoMatch match = match_candidates({ball.left}, {ball.right});
-    const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
-    return apart.dot(match.point.covariance.ldlt().solve(apart));
+    return squared_sigmas_of_ball(match_candidates({ball.left}, {ball.right}));
   };
-  const double half = std::sqrt(0.5);
-  EXPECT_LT(squared_sigmas(half), 7.815) << "95 % of chi^2 with three degrees of freedom";
-  EXPECT_GT(squared_sigmas(1), 2 * 7.815) << "where nothing tells";
+  EXPECT_LT(squared_sigmas(std::sqrt(0.5)), k95);
+  EXPECT_GT(squared_sigmas(1), 2 * k95) << "where nothing tells";
+}
+
+// One camera sees half of an object in a light in which it has not the learned colours.
+TEST(StereoMatching, BlobsOfDifferentSizesAreTrustedLess) {
+  const auto squared_sigmas = [&](double share) {
+    const Pair ball = pair_of(kBall);
+    SphereContour part = blob_of(ball.right);
+    part.value.x() += kHalfDisc * part.value.z();
+    part.value.z() *= share;
+    return squared_sigmas_of_ball(match_candidates({blob_of(ball.left)}, {part}, std::nullopt, {}));
+  };
+  EXPECT_LT(squared_sigmas(std::sqrt(0.5)), k95);
+  EXPECT_GT(squared_sigmas(1), k95) << "where nothing tells";
 }
 
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {

@@ -76,6 +76,16 @@ struct Distribution {
   double distance2(const Feature& f) const { return (f - mean).dot(information * (f - mean)); }
 };
 
+/// Fills the holes of a region, as of highlights and marks. Of larger ones the region is a frame around something else.
+void fill_holes(cv::Mat& region) {
+  constexpr double kLargestHoles = 0.25;  // share of the region: a choice
+  cv::Mat filled = cv::Mat::zeros(region.size(), CV_8UC1);
+  std::vector<std::vector<cv::Point>> contours;
+  cv::findContours(region.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  cv::drawContours(filled, contours, -1, cv::Scalar::all(255), cv::FILLED);
+  if (cv::countNonZero(filled) <= (1 + kLargestHoles) * cv::countNonZero(region)) region = filled;
+}
+
 /// The connected component of `mask` that contains the point nearest to the click, with its holes filled.
 cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
   cv::Mat labels;
@@ -92,9 +102,7 @@ cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
     }
   }
   cv::Mat component = label > 0 ? cv::Mat(labels == label) : cv::Mat::zeros(mask.size(), CV_8UC1);
-  std::vector<std::vector<cv::Point>> contours;
-  cv::findContours(component.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  cv::drawContours(component, contours, -1, cv::Scalar::all(255), cv::FILLED);
+  fill_holes(component);
   return component;
 }
 

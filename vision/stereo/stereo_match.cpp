@@ -178,8 +178,8 @@ class CandidateScorer {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
+    match.point.covariance += covariance_of_contradiction(left, right, *free);
     if (prior) {
-      match.point.covariance += covariance_of_contradiction(left, right, *free);
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
           std::sqrt(free->radius_sigma_m * free->radius_sigma_m + prior->sigma_m * prior->sigma_m) / prior->radius_m;
@@ -214,18 +214,25 @@ class CandidateScorer {
 
   /// A contour whose size is not that of the known radius has its edges at wrong places on one side, which moves its
   /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). A blob that is too small
-  /// shows a part of the object, whose centroid is as far from its centre. Covariance of the position from such errors,
-  /// by the contradiction beyond the expected errors; zero where there is none.
+  /// shows a part of the object, whose centroid is as far from its centre. Where the radius is not known, the other
+  /// image tells the size, and either may be wrong; two contours need no such comparison, for their covariances tell.
+  /// Covariance of the position from such errors, by the contradiction beyond the expected errors; zero where there is
+  /// none.
   Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
                                               const SphereTriangulation& free) const {
+    const bool known = options_.radius_m > 0;
+    if (!known && left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges)
+      return Eigen::Matrix3d::Zero();
     SphereMeasurement wider_left = sphere_of(left, right), wider_right = sphere_of(right, left);
     bool any = false;
     const double by_rig2 = size_variance_by_rig_errors(rig_, free.p_W);
-    const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m) {
+    const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m,
+                           const SphereContour& other, double other_depth_m) {
       const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
-      const double expected = size_at(options_.radius_m, contour, depth_m);
+      const double other_m = other_depth_m * other.ray().homogeneous().norm();
+      const double expected = size_at(known ? options_.radius_m : other.value.z() * other_m, contour, depth_m);
       double apart = contour.value.z() - expected;
-      if (!by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
+      if (known && !by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
       const double tolerance = size_at(options_.radius_tolerance_m, contour, depth_m);
       const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance -
                              expected * expected * by_rig2;
@@ -233,8 +240,8 @@ class CandidateScorer {
       sphere.covariance.topLeftCorner<2, 2>() += kOneSided * excess2 * Eigen::Matrix2d::Identity();
       any = true;
     };
-    widen(wider_left, left, free.depth_left_m);
-    widen(wider_right, right, free.depth_right_m);
+    widen(wider_left, left, free.depth_left_m, right, free.depth_right_m);
+    widen(wider_right, right, free.depth_right_m, left, free.depth_left_m);
     if (!any) return Eigen::Matrix3d::Zero();
     const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
     return wider ? Eigen::Matrix3d(wider->covariance - free.covariance) : Eigen::Matrix3d::Zero();
