@@ -280,7 +280,7 @@ class Room {
     sums.occlusion += match.occlusion;
     // In the left camera's frame, whose third axis is depth.
     const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
-    sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.point.covariance * R_LW.transpose(), p_LB);
+    sums.add(rig.X_WL.inverse() * match.point.p_W - p_LB, R_LW * match.covariance() * R_LW.transpose(), p_LB);
   }
 
   /// A line for one position: errors and standard deviations along x, y and z of the left camera, and what was fitted.
@@ -294,7 +294,7 @@ class Room {
     }
     const Eigen::Matrix3d R_LW = rig.X_WL.linear().transpose();
     const Eigen::Vector3d error = rig.X_WL.inverse() * match.point.p_W - p_LB;
-    const Eigen::Matrix3d covariance = R_LW * match.point.covariance * R_LW.transpose();
+    const Eigen::Matrix3d covariance = R_LW * match.covariance() * R_LW.transpose();
     std::printf(", mm");
     for (int axis = 0; axis < 3; ++axis)
       std::printf(" %.3f (%.3f)", 1000 * error[axis], 1000 * std::sqrt(covariance(axis, axis)));

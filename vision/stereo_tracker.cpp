@@ -324,7 +324,7 @@ TargetHistory StereoTracker::history_at(const PairTimes& times) const {
 std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
   const TargetHistory history = history_at(times);
   if (!history.steady) return std::nullopt;
-  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = options_.rig.X_RL * p_L;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = rig_at(times).X_RL * p_L;
   if (!(p_L.z() > 0 && p_R.z() > 0)) return std::nullopt;
   return std::array{options_.rig.left.project(p_L), options_.rig.right.project(p_R)};
 }
@@ -350,7 +350,7 @@ TargetTrack::Status StereoTracker::unseen_status() const {
 
 /// The matched position, moved to the time of the pair; its covariance includes the unknown motion between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
-  PositionEstimate estimate{match.point.p_W, match.point.covariance};
+  PositionEstimate estimate{match.point.p_W, match.covariance()};
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!lost) estimate.position -= track_.velocity() * left;

@@ -113,6 +113,13 @@ class StereoTracker {
   bool is_expected(const PairTimes& times) const { return history_at(times).agile.has_value(); }
   /// Where the target's centre is expected in both images, pixels, if it moves steadily.
   std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const PairTimes& times) const;
+  /// Where a match is not about where the target is expected, but exactly one image shows a blob there that is like it:
+  /// the target is where it was expected, and the match is another thing. (Where both images show one, the pair was
+  /// compared as well, and the choice among candidates stands.) The status names the image in which the target is
+  /// missing. `others`: boxes of the targets that look like it, in both images.
+  std::optional<StereoMatch::Status> seen_in_one_image(const PairTimes& times, const StereoMatch& match,
+                                                       const View& left, const View& right,
+                                                       const std::array<std::vector<cv::Rect>, 2>& others) const;
   /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched where the
   /// track expects it, and lies completely inside both windows.
   bool is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left, const View& right) const;

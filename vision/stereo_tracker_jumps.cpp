@@ -70,6 +70,44 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
          agrees(right, other.right, tracked.right);
 }
 
+std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
+    const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
+    const std::array<std::vector<cv::Rect>, 2>& others) const {
+  using Status = StereoMatch::Status;
+  if (match.status != Status::kSeen && match.status != Status::kOutsidePredictionGate) return std::nullopt;
+  const auto steady = history_at(times).steady;
+  if (!steady || !(radius_m_ > 0)) return std::nullopt;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * steady->position, p_R = rig_at(times).X_RL * p_L;
+  if (!(p_L.z() > 0 && p_R.z() > 0)) return std::nullopt;
+  struct Expected {
+    bool shown = false;  // by a blob
+    bool far = false;    // from the match
+  };
+  const auto expected_in = [&](Side side, const View& view, const CameraModel& camera, const Eigen::Vector3d& p_C,
+                               const Eigen::Vector2d& matched_px) {
+    constexpr double kAbout = 2;  // radii of the target
+    const Eigen::Vector2d centre = camera.project(p_C);
+    const double radius_px = camera.fx * radius_m_ / p_C.norm(), most = options_.match.max_size_ratio;
+    Expected expected{.shown = false, .far = (matched_px - centre).norm() > kAbout * radius_px};
+    for (size_t k = 0; k < view.blobs.size() && !view.wider; ++k) {
+      const cv::Rect& box = view.blobs[k].box;
+      const auto is_other = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
+      if (std::ranges::any_of(others[index(side)], is_other)) continue;
+      if (identity_.known() && is_background(view, k)) continue;
+      const double size = view.contours[k].radius_px / radius_px;
+      const bool alike = size * most > 1 && size < most && is_compact(view, static_cast<int>(k));
+      if (alike && (view.contours[k].centre_px - centre).norm() < radius_px) expected.shown = true;
+    }
+    return expected;
+  };
+  const Expected in_left = expected_in(Side::kLeft, left, options_.rig.left, p_L, match.left_px);
+  const Expected in_right = expected_in(Side::kRight, right, options_.rig.right, p_R, match.right_px);
+  if (in_left.shown == in_right.shown) return std::nullopt;
+  if (in_left.shown && in_left.far) return Status::kNotInRight;
+  if (in_right.shown && in_right.far) return Status::kNotInLeft;
+  return std::nullopt;
+}
+
 /// Whether a match outside the prediction is the target, which has bounced: it was seen just before, can have got
 /// there, has its size, is compact and no background, and nothing else is in view. What is remembered as background may
 /// be the target itself until that is known.

@@ -96,6 +96,7 @@ const char* StereoVision::measure(StereoImages& images) {
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, &Target::found_inside_windows) && !search(images, true))
     return "an image cannot be decoded";
+  refuse_other_things(images.times());
   if (!look_again(images)) return "an image cannot be decoded";
   // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto black = [&](Side side) {
@@ -122,6 +123,22 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
   }
   for (const std::vector<size_t>& group : equal_) assign_things(group, images.times());
   return true;
+}
+
+/// Refuses the matches of targets that one image shows where they are expected: they are other things.
+void StereoVision::refuse_other_things(const PairTimes& times) {
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
+    const auto missing =
+        target.tracker.seen_in_one_image(times, target.match, target.views[0], target.views[1], boxes_of_others(k));
+    if (!missing) continue;
+    target.match.status = *missing;
+    for (Candidate& candidate : target.candidates) {
+      if (!candidate.chosen) continue;
+      candidate.chosen = false;
+      candidate.reason = "one image shows the target where it is expected";
+    }
+  }
 }
 
 /// Looks for targets that were not found once more with the wider colour model, where they are expected. Returns false

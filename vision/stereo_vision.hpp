@@ -94,6 +94,7 @@ class StereoVision {
  private:
   const char* measure(StereoImages& images);
   bool search(StereoImages& images, bool everywhere);
+  void refuse_other_things(const PairTimes& times);
   bool look_again(StereoImages& images);
   bool search_side(StereoImages& images, Side side, bool everywhere);
   void match_bounces(const std::vector<size_t>& group, const PairTimes& times);

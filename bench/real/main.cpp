@@ -17,6 +17,7 @@
 #include "bench/real/pairs.hpp"
 #include "bench/real/real_set.hpp"
 #include "bench/real/score.hpp"
+#include "bench/real/stereo_video.hpp"
 #include "imaging/jpeg_decoder.hpp"
 #include "runtime/files.hpp"
 #include "runtime/image_file.hpp"
@@ -249,10 +250,14 @@ std::vector<Run> run_video(const RealSet& set, const Choices& choices) {
 }
 
 int measure(const std::vector<std::string>& folders, const Choices& choices) {
-  std::vector<RealSet> videos, still, measured;
+  std::vector<RealSet> videos, stereo, still, measured;
   for (const std::string& folder : folders) {
     RealSet set = RealSet::load(folder);
-    (!set.images.empty() ? videos : set.measured.empty() ? still : measured).push_back(std::move(set));
+    auto& of_kind = !set.stereo.empty()     ? stereo
+                    : !set.images.empty()   ? videos
+                    : !set.measured.empty() ? measured
+                                            : still;
+    of_kind.push_back(std::move(set));
   }
   if (!videos.empty()) {
     std::printf(
@@ -280,6 +285,7 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
         "| video | object | cause | labels |\n|---|---|---|---|\n");
     for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
   }
+  if (!stereo.empty()) print_stereo_videos(stereo, choices.clicks, choices.together, choices.refused, choices.verbose);
   if (!still.empty()) print_still(still, choices.refused);
   if (!measured.empty()) print_measured(measured, choices.refused, choices.verbose);
   return 0;
@@ -294,8 +300,9 @@ int main(int argc, char** argv) {
   std::vector<std::string> folders;
   multireach::bench::Choices choices;
   app.add_option("FOLDER", folders, "folders with a set.yaml")->required();
-  app.add_option("--clicks", choices.clicks,
-                 "images of each object that its colours are learned from, unless the set names them")
+  app.add_option(
+         "--clicks", choices.clicks,
+         "images of each object that its colours are learned from; in videos of one camera, unless the set names them")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");

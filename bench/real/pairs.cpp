@@ -56,7 +56,7 @@ StillAnswer answer_to(const RealSet& set, const StillObject& object, const std::
   if (match.status != vision::StereoMatch::Status::kSeen) return answer;
   const double off = outside_range(object, match.point.depth_left_m);
   answer.error_mm = 1000 * off;
-  answer.sigmas = off / std::sqrt(match.point.covariance(2, 2));
+  answer.sigmas = off / std::sqrt(match.covariance()(2, 2));
   const cv::Point at(cvRound(match.left_px.x()), cvRound(match.left_px.y()));
   if (!object.region.contains(at)) answer.text = "seen elsewhere";
   return answer;
@@ -132,7 +132,7 @@ std::string row_of(const RealSet& set, const std::array<vision::ColourModel, 2>&
     const auto clicked = clicked_position(set.rig, object);
     if (seen) {
       ours_mm.push_back(1000 * (*seen - object.p_W).norm());
-      sigmas_mm.push_back(1000 * std::sqrt(match.point.covariance.trace()));
+      sigmas_mm.push_back(1000 * std::sqrt(match.covariance().trace()));
     }
     if (clicked) clicks_mm.push_back(1000 * (*clicked - object.p_W).norm());
     lines += fmt::format("    radius {:g} mm, object {}: {}; off by (x y z) {}, sigma {}; by click {}\n",

@@ -3,6 +3,7 @@
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
+                   --tutorial_calibrate_stereo_vision CLONE
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
@@ -17,86 +18,22 @@ Debian packages git, python3-numpy, python3-opencv and python3-scipy.
     PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
     apennisi/kfct                           0dca73c   can
     maheriya/depthFinderPy                  c1c5ea4   cage (later commits no longer have the image; the positions: 1c8aee5)
+    sebastiengilbert73/tutorial_calibrate_stereo_vision   8708a5a   plate
 """
 import argparse
-import io
 import pathlib
 import re
-import shutil
-import subprocess
 import sys
 from collections import Counter
 
 import cv2
 import numpy as np
-import scipy.io
 
-
-class PrepareError(Exception):
-    """A fault that the user can act on."""
-
-
-class Clone:
-    """A local git repository; files are read from one commit."""
-
-    def __init__(self, path, revision="HEAD"):
-        self.path = path
-        if not pathlib.Path(path).is_dir():
-            raise PrepareError(f"{path} is not a folder. Give the folder of a git clone.")
-        self.commit = self._git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()
-
-    def _git(self, *arguments):
-        done = subprocess.run(["git", "-C", str(self.path), *arguments], capture_output=True, check=False)
-        if done.returncode != 0:
-            why = done.stderr.decode(errors="replace").strip()
-            advice = "Give a complete clone of the repository that the option names, not a shallow one."
-            raise PrepareError(f"{self.path}: git {arguments[0]} failed: {why}\n{advice}")
-        return done.stdout
-
-    def files(self, folder, ending):
-        """Paths in `folder` that end with `ending`, sorted."""
-        names = self._git("ls-tree", "-r", "-z", "--full-tree", "--name-only", self.commit, f"{folder}/")
-        found = sorted(name for name in names.decode().split("\0") if name.endswith(ending))
-        if not found:
-            raise PrepareError(f"{self.path}: commit {self.commit[:7]} has no {ending} file in {folder}/.")
-        return found
-
-    def read(self, path):
-        return self._git("cat-file", "blob", f"{self.commit}:{path}")
-
-    def text(self, path):
-        return self.read(path).decode("utf-8-sig")
-
-    def mat(self, path):
-        return scipy.io.loadmat(io.BytesIO(self.read(path)))
-
-
-def file_name(path):
-    return path.rsplit("/", 1)[-1]
-
-
-def decode(data):
-    """The pixels of an image file's bytes."""
-    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    if pixels is None:
-        raise PrepareError("An image of the clone cannot be decoded (a Git LFS pointer?). Give a complete clone.")
-    return pixels
+from clone import Clone, PrepareError, decode, file_name, new_folder
+from plate import make_plate
 
 
 # Writing folders
-
-MADE_HERE = "made-by-prepare.py"
-
-
-def new_folder(folder):
-    """An empty folder. One of an earlier run is replaced, anything else is left untouched."""
-    if folder.exists():
-        if not (folder / MADE_HERE).is_file():
-            raise PrepareError(f"{folder} exists and has no {MADE_HERE}, so this script did not make it. Remove it first.")
-        shutil.rmtree(folder)
-    folder.mkdir(parents=True)
-    (folder / MADE_HERE).touch()
-    return folder
 
 
 def write_video(folder, settings, images, labels, clicks=None):
@@ -453,6 +390,7 @@ SOURCES = [
     ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
     ("apennisi/kfct", "0dca73c621f86c70be2415339051d36b2850440f", make_can, "can"),
     ("maheriya/depthFinderPy", "c1c5ea4d264c2c40121525079ab5c7e6deb19979", make_cage, "cage"),
+    ("sebastiengilbert73/tutorial_calibrate_stereo_vision", "8708a5ad46c440ed433e9dd53ed2e10c84209cae", make_plate, "plate"),
 ]
 
 

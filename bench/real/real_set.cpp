@@ -18,9 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<std::string> images_in(const Config& config, const fs::path& folder) {
+std::vector<std::string> images_in(const Config& config, const std::string& key, const fs::path& set_folder) {
   std::vector<std::string> images;
-  if (!fs::is_directory(folder)) config.fail("images", "a folder of images");
+  const fs::path folder = set_folder / config.text(key);
+  if (!fs::is_directory(folder)) config.fail(key, "a folder of images");
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string ending = entry.path().extension().string();
     if (ending == ".jpg" || ending == ".png") images.push_back(entry.path().string());
@@ -34,10 +35,16 @@ std::vector<std::string> images_in(const Config& config, const fs::path& folder)
   return {images.begin() + first, images.begin() + end};
 }
 
-/// Reads lines `image,object,x,y`; the first line names the columns.
-std::vector<LabelledObject> labels_from(const std::string& path, const std::vector<std::string>& images) {
+/// The numbers of images by their file names.
+std::map<std::string, size_t> numbers_of(const std::vector<std::string>& images) {
   std::map<std::string, size_t> number;
   for (size_t k = 0; k < images.size(); ++k) number[fs::path(images[k]).filename().string()] = k;
+  return number;
+}
+
+/// Reads lines `image,object,x,y`; the first line names the columns.
+std::vector<LabelledObject> labels_from(const std::string& path, const std::vector<std::string>& images) {
+  const std::map<std::string, size_t> number = numbers_of(images);
   std::map<std::string, LabelledObject> objects;
   std::ifstream file(path);
   if (!file) throw InputError(path + ": cannot be read");
@@ -97,7 +104,7 @@ StereoRig rig_of(const Config& config, const cv::Size& size, double fx, double b
 }
 
 void load_video(const Config& config, const fs::path& folder, RealSet& set) {
-  set.images = images_in(config, folder / config.text("images"));
+  set.images = images_in(config, "images", folder);
   set.labelled = labels_from((folder / config.text("labels")).string(), set.images);
   read_clicks(config, set);
   read_targets(config, set);
@@ -105,6 +112,72 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
   const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);
   set.rig = rig_of(config, read_image(set.images.front()).size(), fx, baseline);
+}
+
+/// Reads lines `image,object,left_x,left_y,right_x,right_y` of images that are there; the first line names the columns.
+std::map<std::string, std::map<size_t, StereoPoint>> stereo_points_from(const std::string& path,
+                                                                        const std::vector<std::string>& images) {
+  const std::map<std::string, size_t> number = numbers_of(images);
+  constexpr char kNames[] = "image,object,left_x_px,left_y_px,right_x_px,right_y_px";
+  std::map<std::string, std::map<size_t, StereoPoint>> points;
+  std::ifstream file(path);
+  if (!file) throw InputError(path + ": cannot be read");
+  std::string line;
+  for (int row = 1; std::getline(file, line); ++row) {
+    if (row == 1 && line.find(kNames) != 0) throw InputError(fmt::format("{}, line 1: expected {}", path, kNames));
+    if (row == 1 || line.empty()) continue;
+    std::istringstream cells(line);
+    std::string image, object;
+    std::getline(cells, image, ',');
+    std::getline(cells, object, ',');
+    std::array<double, 4> v{};
+    bool valid = true;
+    for (size_t k = 0; k < v.size(); ++k) {
+      char comma = ',';
+      valid = valid && cells >> v[k] && (k + 1 == v.size() || (cells >> comma && comma == ','));
+    }
+    if (!valid || !(cells >> std::ws).eof())
+      throw InputError(fmt::format("{}, line {}: '{}' is not {}", path, row, line, kNames));
+    const auto found = number.find(image);
+    if (found == number.end()) continue;
+    if (!points[object].emplace(found->second, StereoPoint{{v[0], v[1]}, {v[2], v[3]}}).second)
+      throw InputError(fmt::format("{}, line {}: a second point of '{}' in {}", path, row, object, image));
+  }
+  if (points.empty()) throw InputError(path + ": has no line of an image that is there");
+  return points;
+}
+
+void load_stereo_video(const Config& config, const fs::path& folder, RealSet& set) {
+  set.images = images_in(config, "left_images", folder);
+  set.right_images = images_in(config, "right_images", folder);
+  const auto name = [](const std::string& path) { return fs::path(path).filename(); };
+  if (!std::ranges::equal(set.images, set.right_images, {}, name, name))
+    config.fail("right_images", "a folder with images of the same names as left_images");
+  set.rig = load_rig(config.section("cameras")).rig;
+  const auto check = [&](const std::string& key, const std::string& path, const CameraModel& camera) {
+    if (read_image(path).size() != cv::Size(camera.width, camera.height))
+      config.fail(key, fmt::format("images of the calibration's size, {} x {} pixels", camera.width, camera.height));
+  };
+  check("left_images", set.images.front(), set.rig.left);
+  check("right_images", set.right_images.front(), set.rig.right);
+  set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
+  const auto labels = stereo_points_from((folder / config.text("labels")).string(), set.images);
+  const std::string key = config.has("clicks") ? "clicks" : "labels";
+  const auto clicks = stereo_points_from((folder / config.text(key)).string(), set.images);
+  for (const auto& [object, points] : clicks) {
+    if (!labels.contains(object)) config.fail(key, "only objects that have labels, not '" + object + "'");
+  }
+  for (const auto& [object, centres] : labels) {
+    const auto clicked = clicks.find(object);
+    if (clicked == clicks.end()) config.fail(key, "a file with clicks on '" + object + "'");
+    const cv::Rect in_left(0, 0, set.rig.left.width, set.rig.left.height);
+    const cv::Rect in_right(0, 0, set.rig.right.width, set.rig.right.height);
+    for (const auto& [image, at] : clicked->second) {
+      if (!in_left.contains(cv::Point(at.left)) || !in_right.contains(cv::Point(at.right)))
+        config.fail(key, fmt::format("points of '{}' that are inside {}", object, name(set.images[image]).string()));
+    }
+    set.stereo.push_back({object, centres, clicked->second});
+  }
 }
 
 /// Depths of the region's pixels whose disparity is within a few pixels of that at the click.
@@ -234,12 +307,16 @@ RealSet RealSet::load(const std::string& folder) {
   set.for_test = config.choice("use", {"tuning", "test"}) == "test";
   if (config.has("images")) {
     load_video(config, folder, set);
+  } else if (config.has("left_images")) {
+    load_stereo_video(config, folder, set);
   } else if (config.has("positions")) {
     load_measured(config, folder, set);
   } else if (config.has("disparity")) {
     load_still(config, folder, set);
   } else {
-    throw InputError(folder + "/set.yaml: expected one of the keys images (a video), disparity and positions (a pair)");
+    throw InputError(folder +
+                     "/set.yaml: expected one of the keys images (a video), left_images (a video of two cameras), "
+                     "disparity and positions (a pair)");
   }
   config.finish();
   return set;

@@ -19,6 +19,18 @@ struct LabelledObject {
   size_t targets = 1;  ///< how many of those that look alike are tracked: as many targets of the same colours
 };
 
+/// A point in both images of a pair, pixels.
+struct StereoPoint {
+  cv::Point2d left, right;
+};
+
+/// A labelled object in a real video of two cameras.
+struct StereoObject {
+  std::string name;
+  std::map<size_t, StereoPoint> centres;  ///< by the image's number
+  std::map<size_t, StereoPoint> clicks;   ///< points on it, to learn its colours from
+};
+
 /// An object in a real stereo pair with true disparities.
 struct StillObject {
   std::string name;
@@ -40,8 +52,10 @@ struct RealSet {
   std::string name;
   bool for_test = false;  ///< no constant was chosen on it
   StereoRig rig;
-  // A video with labelled centres. The second camera's image is the first's, shifted by `disparity_px`.
-  std::vector<std::string> images;
+  // A video with labelled centres. The second camera's image is the first's, shifted by `disparity_px`, or, where there
+  // are `stereo` objects, in `right_images`.
+  std::vector<std::string> images, right_images;
+  std::vector<StereoObject> stereo;
   std::vector<LabelledObject> labelled;
   double frames_per_s = 30;
   int disparity_px = 0;

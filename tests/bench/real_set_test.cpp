@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
 
 #include "runtime/config.hpp"
 #include "tests/temporary_folder.hpp"
@@ -90,6 +93,72 @@ TEST(RealSet, SaysWhatIsWrongWithTheRest) {
   EXPECT_NE(small.find("an image of the calibration's size, 640 x 480 pixels"), std::string::npos) << small;
   const std::string half = refusal([](Files& files) { files["set.yaml"] += "learn_left: l.png\n"; });
   EXPECT_NE(half.find("both learn_left and learn_right"), std::string::npos) << half;
+}
+
+Files two_cameras() {
+  return {{"set.yaml", std::string("name: square\nuse: tuning\nleft_images: left\nright_images: right\n") +
+                           "labels: labels.csv\nclicks: clicks.csv\nframes_per_s: 15\n" + kCameras},
+          {"labels.csv",
+           "image,object,left_x_px,left_y_px,right_x_px,right_y_px\n1.png,red,320,240,270,240.5\n"
+           "2.png,red,325,240,275,240\n9.png,red,1,1,1,1\n"},
+          {"clicks.csv", "image,object,left_x_px,left_y_px,right_x_px,right_y_px\n2.png,red,326,250,276,250\n"}};
+}
+
+/// Loads a video of two cameras, or returns what is said against it.
+std::optional<RealSet> load_two(const Files& files, std::string* fault = nullptr, const std::string& last = "2.png",
+                                const cv::Size& size = {640, 480}) {
+  const testing::TemporaryFolder folder;
+  for (const auto& [name, text] : files) std::ofstream(folder.path() + "/" + name) << text;
+  for (const std::string side : {"/left", "/right"}) {
+    std::filesystem::create_directory(folder.path() + side);
+    for (const std::string& name : {std::string("1.png"), side == "/left" ? "2.png" : last})
+      cv::imwrite(folder.path() + side + "/" + name, cv::Mat(size, CV_8UC3, {9, 9, 9}));
+  }
+  try {
+    return RealSet::load(folder.path());
+  } catch (const InputError& error) {
+    if (fault != nullptr) *fault = error.what();
+    return std::nullopt;
+  }
+}
+
+TEST(RealSet, HasTheLabelsOfAVideoOfTwoCameras) {
+  const auto set = load_two(two_cameras());
+  ASSERT_TRUE(set && set->stereo.size() == 1 && set->images.size() == 2 && set->right_images.size() == 2);
+  const StereoObject& object = set->stereo[0];
+  ASSERT_EQ(object.centres.size(), 2U) << "a label of an image that is not there does not count";
+  EXPECT_EQ(object.centres.at(0).right, cv::Point2d(270, 240.5));
+  ASSERT_EQ(object.clicks.size(), 1U);
+  EXPECT_EQ(object.clicks.at(1).left, cv::Point2d(326, 250));
+  Files on_labels = two_cameras();
+  replace(on_labels["set.yaml"], "clicks: clicks.csv\n", "");
+  const auto clicked_at_labels = load_two(on_labels);
+  ASSERT_TRUE(clicked_at_labels);
+  EXPECT_EQ(clicked_at_labels->stereo[0].clicks.size(), 2U);
+}
+
+TEST(RealSet, SaysWhatIsWrongWithAVideoOfTwoCameras) {
+  const auto says = [](const std::string& file, const std::string& part, const std::string& by,
+                       const std::string& expected) {
+    Files files = two_cameras();
+    replace(files[file], part, by);
+    std::string fault;
+    load_two(files, &fault);
+    EXPECT_NE(fault.find(expected), std::string::npos) << fault;
+  };
+  says("labels.csv", "270,240.5", "270", "labels.csv, line 2: '1.png,red,320,240,270' is not image,object,left_x_px");
+  says("labels.csv", "240.5", "240.5,7", "labels.csv, line 2");
+  says("labels.csv", "image,object", "picture,object", "labels.csv, line 1: expected image,object,left_x_px");
+  says("labels.csv", "2.png,red", "1.png,red", "labels.csv, line 3: a second point of 'red' in 1.png");
+  says("clicks.csv", "2.png,red", "2.png,blue", "only objects that have labels, not 'blue'");
+  says("labels.csv", "1.png,red", "1.png,blue", "a file with clicks on 'blue'");
+  says("clicks.csv", "326,250", "726,250", "inside 2.png");
+  says("set.yaml", "right_images: right", "right_images: rihgt", "right_images");
+  std::string fault;
+  load_two(two_cameras(), &fault, "3.png");
+  EXPECT_NE(fault.find("images of the same names as left_images"), std::string::npos) << fault;
+  load_two(two_cameras(), &fault, "2.png", {320, 240});
+  EXPECT_NE(fault.find("images of the calibration's size, 640 x 480 pixels"), std::string::npos) << fault;
 }
 
 }  // namespace

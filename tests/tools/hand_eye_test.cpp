@@ -249,7 +249,7 @@ TEST_F(HandEyeFiles, ARenderedSessionGivesTheCamerasPlaceBack) {
       const vision::StereoMatch match = tracker.find(left.render(ball, stream), right.render(ball, stream + 1)).match;
       stream += 2;
       const bool seen = match.status == vision::StereoMatch::Status::kSeen;
-      log.target(match.point.p_W, match.point.covariance, seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,
+      log.target(match.point.p_W, match.covariance(), seen ? target_t::STATUS_TRACKED : target_t::STATUS_LOST,
                  utime + 50000);
     }
   }

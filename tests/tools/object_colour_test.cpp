@@ -98,7 +98,7 @@ TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
 
 TEST(ObjectRegion, OfAFrameIsNotWhatItEncloses) {
   const cv::Rect frame(120, 80, 72, 72), inside(138, 98, 36, 36);
-  const cv::Mat image = picture({}, {{frame, {55, 105, 105}}, {inside, {75, 95, 165}}}, 3);
+  const cv::Mat image = picture({}, {{frame, {75, 95, 165}}, {inside, kRed}}, 3);
   const ObjectRegion region = region_around(image, cv::Point(129, 116));
   const double share = cv::countNonZero(region.mask(frame)) / static_cast<double>(frame.area() - inside.area());
   EXPECT_GT(share, 0.7);

@@ -143,7 +143,7 @@ TEST(SphereContourFit, TheCovarianceOfAStripedBallCoversTheErrors) {
     const StereoMatch match = match_candidates(rig, contours[0], contours[1], std::nullopt, {.radius_m = kRadius});
     if (match.status != StereoMatch::Status::kSeen) continue;
     const Eigen::Vector3d error = match.point.p_W - p;
-    const double squared = error.dot(match.point.covariance.ldlt().solve(error));
+    const double squared = error.dot(match.covariance().ldlt().solve(error));
     ++seen;
     nees += squared / 3;
     inside += squared < 7.815;  // 95 % of chi^2 with three degrees of freedom
@@ -203,7 +203,7 @@ StereoMatch matched(const Eigen::Vector3d& p, double radius_m, const PictureAt& 
 
 double squared_sigmas(const StereoMatch& match, const Eigen::Vector3d& p) {
   const Eigen::Vector3d apart = match.point.p_W - p;
-  return apart.dot(match.point.covariance.inverse() * apart);
+  return apart.dot(match.covariance().inverse() * apart);
 }
 
 constexpr double kOneInAThousand = 16.3;  // of chi^2 with three degrees of freedom

@@ -211,7 +211,7 @@ constexpr double kHalfDisc = 0.42;  // of the radius: from a disc's centre to th
 
 double squared_sigmas_of_ball(const StereoMatch& match) {
   const Eigen::Vector3d apart = match.point.p_W - rig().X_WL * kBall;
-  return apart.dot(match.point.covariance.ldlt().solve(apart));
+  return apart.dot(match.covariance().ldlt().solve(apart));
 }
 
 // A stripe divides a ball: the blob is one part of it, and its centroid lies beside the ball's centre, alike in both

@@ -76,17 +76,16 @@ struct Distribution {
   double distance2(const Feature& f) const { return (f - mean).dot(information * (f - mean)); }
 };
 
-/// Fills the holes of a region, as of highlights and marks. Of larger ones the region is a frame around something else.
-void fill_holes(cv::Mat& region) {
-  constexpr double kLargestHoles = 0.25;  // share of the region: a choice
-  cv::Mat filled = cv::Mat::zeros(region.size(), CV_8UC1);
+/// The region with its holes filled: highlights and marks leave holes.
+cv::Mat filled(const cv::Mat& region) {
+  cv::Mat without_holes = cv::Mat::zeros(region.size(), CV_8UC1);
   std::vector<std::vector<cv::Point>> contours;
   cv::findContours(region.clone(), contours, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  cv::drawContours(filled, contours, -1, cv::Scalar::all(255), cv::FILLED);
-  if (cv::countNonZero(filled) <= (1 + kLargestHoles) * cv::countNonZero(region)) region = filled;
+  cv::drawContours(without_holes, contours, -1, cv::Scalar::all(255), cv::FILLED);
+  return without_holes;
 }
 
-/// The connected component of `mask` that contains the point nearest to the click, with its holes filled.
+/// The connected component of `mask` that contains the point nearest to the click.
 cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
   cv::Mat labels;
   cv::connectedComponents(mask, labels, 4, CV_32S);
@@ -101,9 +100,7 @@ cv::Mat component_at(const cv::Mat& mask, const cv::Point& click) {
       label = labels.at<int>(row, column);
     }
   }
-  cv::Mat component = label > 0 ? cv::Mat(labels == label) : cv::Mat::zeros(mask.size(), CV_8UC1);
-  fill_holes(component);
-  return component;
+  return label > 0 ? cv::Mat(labels == label) : cv::Mat::zeros(mask.size(), CV_8UC1);
 }
 
 /// The largest share of the image that a region like this may have.
@@ -182,12 +179,21 @@ cv::Mat grown(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Point& clic
         }
       }
       cv::morphologyEx(near, near, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
-      region = component_at(near, click);
+      const cv::Mat component = component_at(near, click);
+      const auto has_drifted = [&](const cv::Mat& to) {
+        return (Distribution(features, to).mean - clicked.mean).head<2>().norm() > kDrift;
+      };
+      region = filled(component);
+      bool drifted = cv::countNonZero(component) > 0 && has_drifted(region);
+      if (drifted) {  // perhaps a frame around another colour
+        region = component;
+        drifted = has_drifted(region);
+      }
       const int pixels = cv::countNonZero(region);
       if (pixels == 0 || pixels > largest_share(region) * whole.area()) break;
       // A region that has left the click has drifted to the colours of its surroundings.
       if (cv::countNonZero(region(start)) < kOfStart * start.area()) break;
-      if ((Distribution(features, region).mean - clicked.mean).head<2>().norm() > kDrift) break;
+      if (drifted) break;
       const double score = score_of(gradient, region);
       if (score <= best_score) continue;
       best_score = score;
@@ -220,7 +226,9 @@ cv::Mat cut(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Mat& region, 
   cv::Mat found = cv::Mat::zeros(bgr.size(), CV_8UC1);
   found(window).setTo(255, (cut_labels == cv::GC_FGD) | (cut_labels == cv::GC_PR_FGD));
   cv::morphologyEx(found, found, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_ELLIPSE, {5, 5}));
+  const bool is_frame = cv::countNonZero(filled(region)) > cv::countNonZero(region);
   found = component_at(found, click);
+  if (!is_frame) found = filled(found);
   const double ratio = static_cast<double>(cv::countNonZero(found)) / cv::countNonZero(region);
   constexpr double kLeast = 0.6, kMost = 2.5, kSet = 0.9;
   if (!(ratio > kLeast && ratio < kMost)) return region;

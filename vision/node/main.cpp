@@ -68,7 +68,7 @@ nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat
   if (seen) {
     answer["position_m"] = vector(match.point.p_W);
     answer["covariance_m2"] =
-        rows_of(vision::reported_covariance(target.options.rig, {match.point.p_W, match.point.covariance}));
+        rows_of(vision::reported_covariance(target.options.rig, {match.point.p_W, match.covariance()}));
     answer["depth_m"] = match.point.depth_left_m;
     answer["epipolar_error_px"] = match.point.epipolar_error_px;
   }

@@ -183,9 +183,9 @@ std::optional<target_candidates_t> VisionNode::candidates_message(size_t k) cons
   for (const vision::Candidate& candidate : candidates) {
     using Evidence = vision::Evidence;
     target_candidate_t& sent = message.candidates.emplace_back();
-    put(sent.position_m, candidate.match.point.p_W);
-    const vision::Triangulation& point = candidate.match.point;
-    put(sent.covariance_m2, vision::reported_covariance(config_.rig, {point.p_W, point.covariance}));
+    const vision::PositionEstimate estimate{candidate.match.point.p_W, candidate.match.covariance()};
+    put(sent.position_m, estimate.position);
+    put(sent.covariance_m2, vision::reported_covariance(config_.rig, estimate));
     Eigen::Map<Eigen::Vector2d>(sent.left_px) = candidate.match.left_px;
     Eigen::Map<Eigen::Vector2d>(sent.right_px) = candidate.match.right_px;
     sent.score = candidate.evidence.sum();

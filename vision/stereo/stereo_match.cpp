@@ -178,7 +178,7 @@ class CandidateScorer {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
-    match.point.covariance += covariance_of_contradiction(left, right, *free);
+    (prior ? match.point.covariance : match.size_covariance) += covariance_of_contradiction(left, right, *free);
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
@@ -216,8 +216,8 @@ class CandidateScorer {
   /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). A blob that is too small
   /// shows a part of the object, whose centroid is as far from its centre. Where the radius is not known, the other
   /// image tells the size, and either may be wrong; two contours need no such comparison, for their covariances tell.
-  /// Covariance of the position from such errors, by the contradiction beyond the expected errors; zero where there is
-  /// none.
+  /// Covariance of the position from such errors, by the contradiction beyond the errors of the rig, of a contour's
+  /// size and of a known radius; the errors of a blob's size are not known. Zero where nothing contradicts.
   Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
                                               const SphereTriangulation& free) const {
     const bool known = options_.radius_m > 0;
