@@ -243,6 +243,19 @@ TEST(StereoMatching, BlobsOfDifferentSizesAreTrustedLess) {
   EXPECT_GT(squared_sigmas(1), k95) << "where nothing tells";
 }
 
+// Cameras that are not synchronised, and an object that moves 4 px across the rows and as far along them in between.
+TEST(StereoMatching, RaysThatMissEachOtherAreTrustedLess) {
+  constexpr double kMovedPx = 4;
+  const auto squared_sigmas = [&](double across_px) {
+    const Pair ball = pair_of(kBall);
+    SphereContour later = ball.right;
+    later.value.head<2>() += Eigen::Vector2d(kMovedPx, across_px) / 500;
+    return squared_sigmas_of_ball(match_candidates({ball.left}, {later}, std::nullopt, {.max_epipolar_px = 8}));
+  };
+  EXPECT_LT(squared_sigmas(kMovedPx), k95);
+  EXPECT_GT(squared_sigmas(0), 100 * k95) << "where nothing tells";
+}
+
 TEST(StereoMatching, APositionIsSeenWhereItsContoursAre) {
   // Far away, rays that are hundreds of rows apart in the images still pass within centimetres of each other.
   for (const double radius : {kRadius, 0.0}) {

@@ -12,7 +12,7 @@ namespace multireach::vision {
 namespace {
 
 using Status = StereoMatch::Status;
-
+using enum SphereContour::Kind;
 constexpr double kSigmas = 3;  // every gate is widened by this many sigmas of the measurements' errors
 // Systematic error of the measured radius, from blur and bloom, pixels.
 constexpr double kRadiusBlur = 0.1;
@@ -30,9 +30,8 @@ constexpr double kOneSided = 2;
 // of partly hidden balls have up to 0.3, boxes around real balls 0.5 to 0.7.
 constexpr double kNoCircle = 0.4;
 
-constexpr double kBlobBlur = 0.1;   // share of its radius by which blur may make a ball's blob larger: a choice
-constexpr double kWrongRig = 0.02;  // share of the image's width that a wrong calibration is off at most: a choice
-
+constexpr double kBlobBlur = 0.1;    // share of its radius by which blur may make a ball's blob larger: a choice
+constexpr double kWrongRig = 0.02;   // share of the image's width that a wrong calibration is off at most: a choice
 constexpr double kOtherLens = 0.02;  // largest difference between two cameras of one make, share of the image width
 
 /// Signed distance between two viewing rays and its standard deviation, in pixels of the left camera.
@@ -64,7 +63,7 @@ bool agree(double first, double first_sigma, double second, double second_sigma,
 /// so here: then this is either a contour or, as likely, the centroid of a blob.
 SphereMeasurement sphere_of(const SphereContour& contour, const SphereContour& other) {
   SphereMeasurement sphere{contour.value, contour.covariance, contour.shared};
-  if (contour.kind == SphereContour::Kind::kEdges && other.kind == SphereContour::Kind::kCentroid)
+  if (contour.kind == kEdges && other.kind == kCentroid)
     sphere.covariance += contour.from_centroid * contour.from_centroid.transpose();
   return sphere;
 }
@@ -105,7 +104,7 @@ class CandidateScorer {
     const bool known = left.occlusion >= 0 && right.occlusion >= 0;
     const double most = std::max(left.occlusion, right.occlusion);
     match.occlusion = known || most >= BlobCentre::kNotLocated ? most : SphereContour::kUnknown;
-    match.both_by_contour = left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges;
+    match.both_by_contour = left.kind == kEdges && right.kind == kEdges;
     scored.radius_px = std::min(left.radius_px, right.radius_px);
     scored.score = scored.radius_px * (1 + left.visible_fraction + right.visible_fraction);
 
@@ -148,8 +147,7 @@ class CandidateScorer {
   /// visible (kOfAnything, which is asked of a contour without a known radius) they locate it, whatever the blob lacks:
   /// an edge that hides the other quarter leaves nine tenths of the area, so colours that were not learned are missing.
   bool too_little(const SphereContour& contour) const {
-    const bool well_seen =
-        contour.kind == SphereContour::Kind::kEdges && contour.visible_fraction >= SphereContourFitter::kOfAnything;
+    const bool well_seen = contour.kind == kEdges && contour.visible_fraction >= SphereContourFitter::kOfAnything;
     const bool located = contour.occlusion < BlobCentre::kNotLocated;
     return !located || (contour.occlusion > options_.max_occlusion && !well_seen);
   }
@@ -178,7 +176,8 @@ class CandidateScorer {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
-    (prior ? match.point.covariance : match.size_covariance) += covariance_of_contradiction(left, right, *free);
+    (prior ? match.point.covariance : match.size_covariance) +=
+        covariance_of_contradiction(left, right, *free, {match.epipolar_px, match.epipolar_sigma_px});
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
@@ -194,9 +193,7 @@ class CandidateScorer {
         match.status = Status::kOutsidePredictionGate;
     }
     // A blob that the border cuts off may belong to anything: good enough to continue a track, not to start one.
-    const auto cut_off_blob = [](const SphereContour& contour) {
-      return contour.cut_off && contour.kind == SphereContour::Kind::kCentroid;
-    };
+    const auto cut_off_blob = [](const SphereContour& contour) { return contour.cut_off && contour.kind == kCentroid; };
     const bool may_start = !cut_off_blob(left) && !cut_off_blob(right);
     if (prior && (is_too_large(left, free->depth_left_m) || is_too_large(right, free->depth_right_m))) {
       match.status = Status::kWrongRadius;
@@ -216,19 +213,22 @@ class CandidateScorer {
   /// centre by about as much as its radius (stripes, an occluder of like colour, a shadow). A blob that is too small
   /// shows a part of the object, whose centroid is as far from its centre. Where the radius is not known, the other
   /// image tells the size, and either may be wrong; two contours need no such comparison, for their covariances tell.
-  /// Covariance of the position from such errors, by the contradiction beyond the errors of the rig, of a contour's
-  /// size and of a known radius; the errors of a blob's size are not known. Zero where nothing contradicts.
+  /// Rays that miss each other by more than their errors (a moving object, unsynchronised cameras) are off by as much
+  /// along the epipolar line. Covariance of the position from such errors, by the contradiction beyond the errors of
+  /// the rig, of a contour's size and of a known radius; the errors of a blob's size are not known.
   Eigen::Matrix3d covariance_of_contradiction(const SphereContour& left, const SphereContour& right,
-                                              const SphereTriangulation& free) const {
-    const bool known = options_.radius_m > 0;
-    if (!known && left.kind == SphereContour::Kind::kEdges && right.kind == SphereContour::Kind::kEdges)
-      return Eigen::Matrix3d::Zero();
+                                              const SphereTriangulation& free, const Gap& gap) const {
+    const bool known = options_.radius_m > 0, both_edges = left.kind == kEdges && right.kind == kEdges;
+    const double excess = std::max(0.0, std::abs(gap.px) - kSigmas * gap.sigma_px) / rig_.left.fx;
     SphereMeasurement wider_left = sphere_of(left, right), wider_right = sphere_of(right, left);
-    bool any = false;
+    for (SphereMeasurement* sphere : {&wider_left, &wider_right})
+      sphere->covariance.topLeftCorner<2, 2>() += 0.5 * excess * excess * Eigen::Matrix2d::Identity();
+    bool any = excess > 0;
     const double by_rig2 = size_variance_by_rig_errors(rig_, free.p_W);
     const auto widen = [&](SphereMeasurement& sphere, const SphereContour& contour, double depth_m,
                            const SphereContour& other, double other_depth_m) {
-      const bool by_edges = contour.kind == SphereContour::Kind::kEdges;
+      if (!known && both_edges) return;
+      const bool by_edges = contour.kind == kEdges;
       const double other_m = other_depth_m * other.ray().homogeneous().norm();
       const double expected = size_at(known ? options_.radius_m : other.value.z() * other_m, contour, depth_m);
       double apart = contour.value.z() - expected;
@@ -256,7 +256,7 @@ class CandidateScorer {
   /// Whether a contour has by far another size than the known radius at this depth, whatever its errors: it is not the
   /// object's.
   bool other_size(const SphereContour& contour, double depth_m) const {
-    if (contour.kind != SphereContour::Kind::kEdges) return false;
+    if (contour.kind != kEdges) return false;
     const double expected = size_at(options_.radius_m, contour, depth_m);
     return std::max(expected, contour.value.z()) > options_.max_size_ratio * std::min(expected, contour.value.z());
   }
@@ -265,7 +265,7 @@ class CandidateScorer {
   /// exposure.
   bool is_too_large(const SphereContour& contour, double depth_m) const {
     constexpr double kMost = 1.6, kPixel = 0.5;  // by that motion the area is 1 + 2.4 * 2 / pi = 1.6^2 times as large
-    if (contour.kind != SphereContour::Kind::kCentroid) return false;
+    if (contour.kind != kCentroid) return false;
     const double expected = size_at(options_.radius_m + kSigmas * options_.radius_tolerance_m, contour, depth_m);
     return contour.value.z() > kMost * expected + kPixel / rig_.left.fx;
   }

@@ -39,10 +39,10 @@ struct StereoMatch {
   /// kOutsidePredictionGate, kOutsideRegion or kCutOff (for a filter that gates by covariance); `epipolar_error_px`
   /// also when kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
-  /// Covariance of `p_W` besides that of `point`, where the radius is not known and blobs differ in size: one shows a
-  /// part, or something else as well. Not in `point`, by which candidates are compared with the prediction, the search
-  /// region and each other: blobs of two things differ in size, too, and must not be taken for one thing for that. The
-  /// track's gates and filter use covariance(), and so does what is reported.
+  /// Covariance of `p_W` besides that of `point`, where the radius is not known and the images contradict each other:
+  /// by sizes (a blob shows a part, or something else as well) or rows (a motion between the exposures). Not in
+  /// `point`, by which candidates are compared with the prediction, the search region and each other: the images of two
+  /// things differ, too. The track's gates and filter use covariance(), and so does what is reported.
   Eigen::Matrix3d size_covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
