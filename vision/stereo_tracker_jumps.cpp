@@ -21,13 +21,17 @@ bool is_compact(const View& view, int chosen) {
   return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
 }
 
+/// Whether most of a blob's box is in the box of another target.
+bool is_of_others(const Blob& blob, const std::vector<cv::Rect>& others) {
+  const auto contains_most = [&](const cv::Rect& other) { return 2 * (other & blob.box).area() > blob.box.area(); };
+  return std::ranges::any_of(others, contains_most);
+}
+
 /// Whether an image shows nothing but the chosen blob, other targets, specks and, if `background_known`, background.
 bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others, bool background_known) {
   const auto object = static_cast<size_t>(chosen);
   for (size_t k = 0; k < view.blobs.size(); ++k) {
-    const cv::Rect& box = view.blobs[k].box;
-    const auto shows_it = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
-    if (k == object || std::ranges::any_of(others, shows_it)) continue;
+    if (k == object || is_of_others(view.blobs[k], others)) continue;
     if (background_known && is_background(view, k)) continue;
     if (view.contours[k].radius_px > kSpeck * view.contours[object].radius_px) return false;
   }
@@ -90,9 +94,7 @@ std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     const double radius_px = camera.fx * radius_m_ / p_C.norm(), most = options_.match.max_size_ratio;
     Expected expected{.shown = false, .far = (matched_px - centre).norm() > kAbout * radius_px};
     for (size_t k = 0; k < view.blobs.size() && !view.wider; ++k) {
-      const cv::Rect& box = view.blobs[k].box;
-      const auto is_other = [&](const cv::Rect& other) { return 2 * (other & box).area() > box.area(); };
-      if (std::ranges::any_of(others[index(side)], is_other)) continue;
+      if (is_of_others(view.blobs[k], others[index(side)])) continue;
       if (identity_.known() && is_background(view, k)) continue;
       const double size = view.contours[k].radius_px / radius_px;
       const bool alike = size * most > 1 && size < most && is_compact(view, static_cast<int>(k));

@@ -52,9 +52,9 @@ def lattices_from(points, start):
     along = [np.nonzero(near & (apart[:, k] > 0) & (abs(apart[:, 1 - k]) < 0.15 * apart[:, k]))[0] for k in (0, 1)]
     for first in sorted(along[0], key=lambda k: length[k])[:3]:
         for second in sorted(along[1], key=lambda k: length[k])[:3]:
-            lattice, todo = {(0, 0): start}, [(0, 0)]
-            while todo:
-                cell = todo.pop()
+            lattice, frontier = {(0, 0): start}, [(0, 0)]
+            while frontier:
+                cell = frontier.pop()
                 for step, usual in (((1, 0), first), ((0, 1), second), ((-1, 0), first), ((0, -1), second)):
                     to = cell[0] + step[0], cell[1] + step[1]
                     back = cell[0] - step[0], cell[1] - step[1]
@@ -65,7 +65,7 @@ def lattices_from(points, start):
                     found = int(off.argmin())
                     if off[found] < 0.15 * length[usual] and found not in lattice.values():
                         lattice[to] = found
-                        todo.append(to)
+                        frontier.append(to)
             yield lattice
 
 

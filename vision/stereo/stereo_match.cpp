@@ -176,7 +176,7 @@ class CandidateScorer {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
-    (prior ? match.point.covariance : match.size_covariance) +=
+    (prior ? match.point.covariance : match.contradiction) +=
         covariance_of_contradiction(left, right, *free, {match.epipolar_px, match.epipolar_sigma_px});
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;

@@ -43,7 +43,7 @@ struct StereoMatch {
   /// by sizes (a blob shows a part, or something else as well) or rows (a motion between the exposures). Not in
   /// `point`, by which candidates are compared with the prediction, the search region and each other: the images of two
   /// things differ, too. The track's gates and filter use covariance(), and so does what is reported.
-  Eigen::Matrix3d size_covariance = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d contradiction = Eigen::Matrix3d::Zero();
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
   double occlusion = 0;          ///< share occluded or cut off, the larger of both contours; -1: not known
@@ -57,7 +57,7 @@ struct StereoMatch {
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 
-  Eigen::Matrix3d covariance() const { return point.covariance + size_covariance; }  ///< of `p_W`
+  Eigen::Matrix3d covariance() const { return point.covariance + contradiction; }  ///< of `p_W`
 };
 
 /// The status as a sentence.
