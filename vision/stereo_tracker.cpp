@@ -5,6 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "vision/colour/join_parts.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -190,7 +192,7 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
                                                     {.min_area = options_.min_area_px, .most = kMaxBlobs});
   view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
-  view.blobs.assign(found.blobs.begin(), found.blobs.end());
+  view.blobs = join_parts(found.blobs);
   const Eigen::Matrix2d additional =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);
   for (const Blob& blob : view.blobs) {
@@ -290,18 +292,8 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   const auto chosen = choose(found.candidates, others.sought);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
-  const bool by_looks = !history.agile && !(options_.match.radius_m > 0);
   const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
-  if (chosen && by_looks && !is_likely(found.candidates[*chosen])) {
-    found.match.status = StereoMatch::Status::kUnlikely;
-    found.candidates[*chosen].chosen = false;
-    found.candidates[*chosen].reason = "it is too small or too ragged for a first match";
-  } else if (const ComparedPair* other =
-                 chosen && by_looks ? contradiction_of(pairs, options_.rig, located) : nullptr) {
-    found.match = other->match;
-    found.candidates[*chosen].chosen = false;
-    found.candidates[*chosen].reason = "more contours violate the epipolar constraint than fit: it may fit by chance";
-  }
+  if (chosen && !history.agile) check_first_match(*chosen, pairs, located, left, right, found);
   return found;
 }
 
@@ -321,12 +313,17 @@ TargetHistory StereoTracker::history_at(const PairTimes& times) const {
   return history;
 }
 
-std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
+std::optional<std::array<Eigen::Vector3d, 2>> StereoTracker::expected_in_cameras(const PairTimes& times) const {
   const TargetHistory history = history_at(times);
   if (!history.steady) return std::nullopt;
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = rig_at(times).X_RL * p_L;
-  if (!(p_L.z() > 0 && p_R.z() > 0)) return std::nullopt;
-  return std::array{options_.rig.left.project(p_L), options_.rig.right.project(p_R)};
+  return p_L.z() > 0 && p_R.z() > 0 ? std::optional(std::array{p_L, p_R}) : std::nullopt;
+}
+
+std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
+  const auto p_C = expected_in_cameras(times);
+  if (!p_C) return std::nullopt;
+  return std::array{options_.rig.left.project((*p_C)[0]), options_.rig.right.project((*p_C)[1])};
 }
 
 bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,

@@ -187,7 +187,13 @@ class StereoTracker {
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
                     bool background, bool predicted) const;
+  /// Refuses the chosen candidate for a target that is not tracked, where it is unlikely to be the target. `located`:
+  /// how many other targets the images show.
+  void check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located, const View& left,
+                         const View& right, Found& found) const;
   TargetHistory history_at(const PairTimes& times) const;
+  /// Where the target is expected, in the frames of the left and of the right camera, if it is before both.
+  std::optional<std::array<Eigen::Vector3d, 2>> expected_in_cameras(const PairTimes& times) const;
 
   TrackerOptions options_;
   std::array<CameraState, 2> cameras_;

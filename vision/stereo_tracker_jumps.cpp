@@ -79,19 +79,18 @@ std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     const std::array<std::vector<cv::Rect>, 2>& others) const {
   using Status = StereoMatch::Status;
   if (match.status != Status::kSeen && match.status != Status::kOutsidePredictionGate) return std::nullopt;
-  const auto steady = history_at(times).steady;
-  if (!steady || !(radius_m_ > 0)) return std::nullopt;
-  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * steady->position, p_R = rig_at(times).X_RL * p_L;
-  if (!(p_L.z() > 0 && p_R.z() > 0)) return std::nullopt;
+  const auto p_C = expected_in_cameras(times);
+  if (!p_C || !(radius_m_ > 0)) return std::nullopt;
   struct Expected {
     bool shown = false;  // by a blob
     bool far = false;    // from the match
   };
-  const auto expected_in = [&](Side side, const View& view, const CameraModel& camera, const Eigen::Vector3d& p_C,
+  const auto expected_in = [&](Side side, const View& view, const CameraModel& camera,
                                const Eigen::Vector2d& matched_px) {
     constexpr double kAbout = 2;  // radii of the target
-    const Eigen::Vector2d centre = camera.project(p_C);
-    const double radius_px = camera.fx * radius_m_ / p_C.norm(), most = options_.match.max_size_ratio;
+    const Eigen::Vector3d& expected_C = (*p_C)[index(side)];
+    const Eigen::Vector2d centre = camera.project(expected_C);
+    const double radius_px = camera.fx * radius_m_ / expected_C.norm(), most = options_.match.max_size_ratio;
     Expected expected{.shown = false, .far = (matched_px - centre).norm() > kAbout * radius_px};
     for (size_t k = 0; k < view.blobs.size() && !view.wider; ++k) {
       if (is_of_others(view.blobs[k], others[index(side)])) continue;
@@ -102,8 +101,8 @@ std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     }
     return expected;
   };
-  const Expected in_left = expected_in(Side::kLeft, left, options_.rig.left, p_L, match.left_px);
-  const Expected in_right = expected_in(Side::kRight, right, options_.rig.right, p_R, match.right_px);
+  const Expected in_left = expected_in(Side::kLeft, left, options_.rig.left, match.left_px);
+  const Expected in_right = expected_in(Side::kRight, right, options_.rig.right, match.right_px);
   if (in_left.shown == in_right.shown) return std::nullopt;
   if (in_left.shown && in_left.far) return Status::kNotInRight;
   if (in_right.shown && in_right.far) return Status::kNotInLeft;

@@ -60,6 +60,18 @@ def decode(data):
     return pixels
 
 
+def rig_lines(size, cameras, rotation, translation):
+    """The section `cameras` of a set.yaml. `cameras`: matrix and distortion of the left and of the right camera."""
+    lines = ["cameras:"]
+    for side, (matrix, distortion) in zip(("left", "right"), cameras):
+        values = dict(width_px=size[0], height_px=size[1], fx_px=matrix[0, 0], fy_px=matrix[1, 1], cx_px=matrix[0, 2], cy_px=matrix[1, 2])
+        listed = ", ".join(f"{key}: {value:.7g}" for key, value in values.items())
+        lines.append(f"  {side}: {{{listed}, distortion: [{', '.join(f'{value:.7g}' for value in distortion)}]}}")
+    listed = ", ".join(f"{value:.9f}" for value in rotation.ravel())
+    moved = ", ".join(f"{value:.7f}" for value in translation)
+    return [*lines, f"  left_to_right: {{rotation: [{listed}], translation_m: [{moved}]}}"]
+
+
 MADE_HERE = "made-by-prepare.py"
 
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from scipy.optimize import least_squares
 
-from clone import PrepareError, decode, file_name, new_folder
+from clone import PrepareError, decode, file_name, new_folder, rig_lines
 
 WIDTH, HEIGHT = 640, 480
 DISTANCES_CM = range(60, 130, 10)
@@ -162,14 +162,9 @@ def make_plate(out, clone):
             clicks.append(f"{image},{thing}," + ",".join(f"{value:.0f}" for value in (*at[0], *at[1])))
     (folder / "labels.csv").write_text("\n".join(labels) + "\n")
     (folder / "clicks.csv").write_text("\n".join(clicks) + "\n")
-    rig = []
-    for side, (matrix, distortion) in zip(("left", "right"), cameras):
-        values = dict(width_px=WIDTH, height_px=HEIGHT, fx_px=matrix[0, 0], fy_px=matrix[1, 1], cx_px=matrix[0, 2], cy_px=matrix[1, 2])
-        listed = ", ".join(f"{key}: {value:.7g}" for key, value in values.items())
-        rig.append(f"  {side}: {{{listed}, distortion: [{distortion[0]:.7g}]}}")
-    listed = ", ".join(f"{value:.9f}" for value in rotation.ravel())
-    rig.append(f"  left_to_right: {{rotation: [{listed}], translation_m: [{', '.join(f'{value:.7f}' for value in translation)}]}}")
+    one_coefficient = [(matrix, distortion[:1]) for matrix, distortion in cameras]
     settings = ["name: squares on a plate", "use: tuning", "left_images: left", "right_images: right", "labels: labels.csv"]
-    settings += ["clicks: clicks.csv", "frames_per_s: 15", "cameras:", *rig]
+    settings += ["clicks: clicks.csv", "frames_per_s: 15"]
+    settings += rig_lines((WIDTH, HEIGHT), one_coefficient, rotation, translation)
     (folder / "set.yaml").write_text("\n".join(settings) + "\n")
     print(f"{folder}: {len(sides['left'])} pairs of images, {(len(labels) - 1) // len(click_offsets)} with labels")

@@ -3,7 +3,7 @@
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
-                   --tutorial_calibrate_stereo_vision CLONE
+                   --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
@@ -19,6 +19,7 @@ Debian packages git, python3-numpy, python3-opencv and python3-scipy.
     apennisi/kfct                           0dca73c   can
     maheriya/depthFinderPy                  c1c5ea4   cage (later commits no longer have the image; the positions: 1c8aee5)
     sebastiengilbert73/tutorial_calibrate_stereo_vision   8708a5a   plate
+    saibhakta/Disparity                     3d48942   basketball-indoors, basketball-dark, basketball-outdoors (some minutes)
 """
 import argparse
 import pathlib
@@ -29,6 +30,7 @@ from collections import Counter
 import cv2
 import numpy as np
 
+from basketball import make_basketball
 from clone import Clone, PrepareError, decode, file_name, new_folder
 from plate import make_plate
 
@@ -391,6 +393,7 @@ SOURCES = [
     ("apennisi/kfct", "0dca73c621f86c70be2415339051d36b2850440f", make_can, "can"),
     ("maheriya/depthFinderPy", "c1c5ea4d264c2c40121525079ab5c7e6deb19979", make_cage, "cage"),
     ("sebastiengilbert73/tutorial_calibrate_stereo_vision", "8708a5ad46c440ed433e9dd53ed2e10c84209cae", make_plate, "plate"),
+    ("saibhakta/Disparity", "3d48942a7c1b7f86d4dbb48c7c513a5b2912361b", make_basketball, "basketball-*"),
 ]
 
 

@@ -161,6 +161,7 @@ void load_stereo_video(const Config& config, const fs::path& folder, RealSet& se
   check("left_images", set.images.front(), set.rig.left);
   check("right_images", set.right_images.front(), set.rig.right);
   set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
+  set.radius_m = config.number("ball_radius_m", 0, 10, 0);
   const auto labels = stereo_points_from((folder / config.text("labels")).string(), set.images);
   const std::string key = config.has("clicks") ? "clicks" : "labels";
   const auto clicks = stereo_points_from((folder / config.text(key)).string(), set.images);

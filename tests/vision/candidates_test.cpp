@@ -133,9 +133,53 @@ TEST(Candidates, ARaggedSpeckIsNoTargetButASmallBallIs) {
   const Thing ragged{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
   const Thing ball{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.9, .colour_share = 0.8}};
   const Thing pen{.p_L = kHere, .radius_m = 6 * kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
-  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0)));
-  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0)));
-  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0))) << "a long thing may be the target, if it is large";
+  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0), {}));
+  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0), {}));
+  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0), {})) << "a long thing may be the target, if it is large";
+}
+
+// What passes every gate, but just so, is no first match.
+TEST(Candidates, WhatHardlyFitsAKnownRadiusIsNoFirstMatch) {
+  const MatchOptions options{.radius_m = kRadius};
+  Candidate candidate = judge({{kHere}}, {}, options).candidates.at(0);
+  EXPECT_TRUE(is_likely(candidate, options));
+  // The logarithms of the likelihoods of rows, sizes and radius are half of chi^2, whose 99.9 per cent with three
+  // degrees of freedom is 16.27.
+  candidate.evidence.term[Evidence::kStereo] = -3;
+  candidate.evidence.term[Evidence::kSize] = 3 - 0.5 * 16.2;
+  EXPECT_TRUE(is_likely(candidate, options));
+  candidate.evidence.term[Evidence::kSize] = 3 - 0.5 * 16.3;
+  EXPECT_FALSE(is_likely(candidate, options));
+}
+
+// A ball that moves before cameras that are not synchronised fits no pair: a speck that fits is not the target.
+TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
+  const auto outdone = [](bool in_left, bool in_right, double known, double later_m = 0.03, bool cut_off = false) {
+    const Thing speck{
+        .p_L = kThere, .radius_m = 0.2 * kRadius, .appearance = {.compactness = 0.4, .colour_share = 0.1}};
+    const Eigen::Vector3d later = kHere + Eigen::Vector3d(0, later_m, 0);  // 30 px in between
+    std::array<std::vector<SphereContour>, 2> contours{
+        std::vector{contour_of(rig().left, speck.p_L, speck.radius_m, 0)},
+        std::vector{contour_of(rig().right, rig().X_RL * speck.p_L, speck.radius_m, 0)}};
+    if (in_left) contours[0].push_back(contour_of(rig().left, kHere, kRadius, 0));
+    if (in_right) contours[1].push_back(contour_of(rig().right, rig().X_RL * later, kRadius, 0));
+    if (in_left) contours[0].back().cut_off = cut_off;
+    const std::vector<Appearance> appearance{speck.appearance, Thing{kHere}.appearance};
+    const MatchOptions options{.radius_m = known};
+    const auto pairs = compare_pairs(rig(), contours[0], contours[1], std::nullopt, options);
+    const std::vector<Candidate> candidates = candidates_of(pairs, appearance, appearance, {}, options);
+    EXPECT_EQ(candidates.size(), 1U);
+    return is_outdone(candidates.at(0), candidates, pairs, {contours[0], contours[1]}, {appearance, appearance},
+                      options);
+  };
+  for (const double known : {0.0, 0.2 * kRadius}) {
+    EXPECT_TRUE(outdone(true, true, known));
+    EXPECT_FALSE(outdone(true, false, known)) << "what one camera sees may be outside of the other's view";
+    EXPECT_FALSE(outdone(false, true, known));
+    EXPECT_FALSE(outdone(false, false, known));
+    EXPECT_FALSE(outdone(true, true, known, 0.08)) << "two things, more than a diameter apart";
+    EXPECT_FALSE(outdone(true, true, known, 0.03, true)) << "what the border cuts off fits nothing";
+  }
 }
 
 TEST(Candidates, SizeAloneDecidesOnlyAgainstSpecks) {

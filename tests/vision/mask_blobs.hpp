@@ -30,6 +30,9 @@ inline std::vector<vision::Blob> blobs_of(const cv::Mat& mask, double min_area) 
     blob.box = {statistics.at<int>(k, cv::CC_STAT_LEFT), statistics.at<int>(k, cv::CC_STAT_TOP),
                 statistics.at<int>(k, cv::CC_STAT_WIDTH), statistics.at<int>(k, cv::CC_STAT_HEIGHT)};
     blob.centroid = {centroids.at<double>(k, 0), centroids.at<double>(k, 1)};
+    const cv::Moments moments = cv::moments(labels == k, true);
+    blob.spread << moments.mu20, moments.mu11, moments.mu11, moments.mu02;
+    blob.spread /= blob.area;
     if (blob.area >= min_area) blobs.push_back(std::move(blob));
   }
   std::ranges::stable_sort(blobs, std::greater<>(), &vision::Blob::area);

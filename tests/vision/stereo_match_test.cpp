@@ -243,6 +243,22 @@ TEST(StereoMatching, BlobsOfDifferentSizesAreTrustedLess) {
   EXPECT_GT(squared_sigmas(1), k95) << "where nothing tells";
 }
 
+// Both images show the same panel of a ball, which may be a part of a larger object: its surface is nearer than the
+// ball's centre, and to one side of it.
+TEST(StereoMatching, APartOfAnObjectIsTrustedLess) {
+  const auto squared_sigmas = [&](bool told) {
+    const Eigen::Vector3d panel = kBall + kRadius * Eigen::Vector3d(0.5, 0, -std::sqrt(0.75));
+    const StereoRig r = rig();
+    std::array<SphereContour, 2> sides{blob_of(disc_of(r.left, panel, 0.5 * kRadius)),
+                                       blob_of(disc_of(r.right, r.X_RL * panel, 0.5 * kRadius))};
+    const std::array<SphereContour, 2> whole{disc_of(r.left, kBall), disc_of(r.right, r.X_RL * kBall)};
+    for (size_t k = 0; k < 2 && told; ++k) sides[k].to_whole = whole[k].value - sides[k].value;
+    return squared_sigmas_of_ball(match_candidates({sides[0]}, {sides[1]}, std::nullopt, {}));
+  };
+  EXPECT_LT(squared_sigmas(true), k95);
+  EXPECT_GT(squared_sigmas(false), k95) << "where nothing tells";
+}
+
 // Cameras that are not synchronised, and an object that moves 4 px across the rows and as far along them in between.
 TEST(StereoMatching, RaysThatMissEachOtherAreTrustedLess) {
   constexpr double kMovedPx = 4;

@@ -8,6 +8,7 @@
 
 #include "vision/colour/colour_table.hpp"
 #include "vision/colour/find.hpp"
+#include "vision/colour/join_parts.hpp"
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach {
@@ -131,12 +132,12 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
   if (found.too_many_runs) return "the learned colours are all over the picture";
   if (static_cast<double>(found.members) > kFilled * static_cast<double>(bgr.total()))
     return "the learned colours fill most of the picture: show more of what is around the object";
-  if (found.blobs.empty())
-    return "with the learned colours nothing is found, not even the object" + others_like_it(part);
+  const std::vector<vision::Blob> blobs = vision::join_parts(found.blobs);
+  if (blobs.empty()) return "with the learned colours nothing is found, not even the object" + others_like_it(part);
   const vision::Blob* object = nullptr;
   double inside = 0;
   double all_inside = 0;  // also of the object's other parts, as beside a stripe
-  for (const vision::Blob& blob : found.blobs) {
+  for (const vision::Blob& blob : blobs) {
     const double area = area_inside(blob, region);
     all_inside += area;
     if (area <= inside) continue;
@@ -145,12 +146,12 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
   }
   if (!object) {
     return fmt::format("with the learned colours another object is found, at {}, and not this one",
-                       position_of(found.blobs[0], part.corner));
+                       position_of(blobs[0], part.corner));
   }
   if (inside < 0.5 * object->area) {
     return "with the learned colours the object is found together with much of what is around it";
   }
-  for (const vision::Blob& blob : found.blobs) {
+  for (const vision::Blob& blob : blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one: {}",
                        position_of(blob, part.corner), 100 * blob.area / object->area,

@@ -96,9 +96,6 @@ struct ComparedPair {
 /// evidence counts as strong (Kass and Raftery, Bayes Factors, J. Am. Stat. Assoc. 90, 1995, Sect. 3.2).
 inline constexpr double kLead = 2.995732273553991;  // ln 20
 
-/// How well the two images of a pair fit each other, by rows and sizes: a log likelihood, up to a constant.
-double fit_of(const ComparedPair& pair, const MatchOptions& options);
-
 /// Compares all pairs of contours, left by left. Empty where an image has none.
 std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const SphereContour> left,
                                         std::span<const SphereContour> right,

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "numeric/natural_log.hpp"
+#include "vision/stereo/compare_contours.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -24,7 +25,8 @@ constexpr double kLargeArea = 300;            // pixels
 // Evidence by shape, colour and area of a first match: on the same videos, 4 of 105 targets have less, and 7 of 14
 // other things.
 constexpr double kLikely = 6.5;
-constexpr double kGates = 3;           // standard deviations that the gates of MatchOptions stand for
+constexpr double kUnfit = -8.13;  // by rows, sizes and a known radius: 99.9 % of chi^2 with three degrees of freedom
+constexpr double kGates = 3;      // standard deviations that the gates of MatchOptions stand for
 constexpr double kContourSize = 0.04;  // share of a known radius, as in the check of stereo_match
 
 double squared(double value) {
@@ -37,15 +39,28 @@ double interpolated(double value, double knee, const double (&at)[3]) {
   return x < knee ? at[0] + (at[1] - at[0]) * x / knee : at[1] + (at[2] - at[1]) * (x - knee) / (1 - knee);
 }
 
+/// Among large things less is known; if their areas are distributed like 1 / a^2 (an assumption), and those of targets
+/// like 1 / a, as of a thing at any distance, the likelihood ratio is proportional to the area a.
+double by_area(double radius_px) {
+  const double area = std::numbers::pi * radius_px * radius_px, small = std::clamp(area, 1.0, kLargeArea);
+  return kArea * natural_log(small) + natural_log(std::max(1.0, area / kLargeArea));
+}
+
+/// What one image alone says for a thing as the target.
+double looks_of(const SphereContour& contour, const Appearance& appearance, const MatchOptions& options) {
+  const bool edges = contour.kind == SphereContour::Kind::kEdges;
+  return interpolated(appearance.background, 0.3, kStill) +
+         (edges ? kContour : interpolated(appearance.compactness, 0.6, kShape)) +
+         interpolated(appearance.colour_share, 0.2, kColour) + (options.radius_m > 0 ? 0 : by_area(contour.radius_px));
+}
+
 double roundness(const StereoMatch& match, const Appearance& left, const Appearance& right) {
   if (match.both_by_contour) return kContour;
   return interpolated(std::min(left.compactness, right.compactness), 0.6, kShape);
 }
 
 /// By the known radius, or else by that of the last match. Where neither is known, by the area: other things of the
-/// colour come in all sizes, the more the smaller. Among large ones less is known; if their areas are distributed like
-/// 1 / a^2 (an assumption), and those of targets like 1 / a, as of a thing at any distance, the likelihood ratio is
-/// proportional to the area a.
+/// colour come in all sizes, the more the smaller.
 double size(const ComparedPair& pair, double radius_px, const TargetHistory& history, const MatchOptions& options) {
   if (options.radius_m > 0) {
     const double share = pair.match.both_by_contour ? kContourSize : (options.max_size_ratio - 1) / kGates;
@@ -56,8 +71,7 @@ double size(const ComparedPair& pair, double radius_px, const TargetHistory& his
   if (!(pair.radius_m > 0)) return 0;
   if (history.radius_m > 0)
     return -0.5 * squared(natural_log(pair.radius_m / history.radius_m) / natural_log(options.max_size_ratio));
-  const double area = std::numbers::pi * radius_px * radius_px, small = std::clamp(area, 1.0, kLargeArea);
-  return kArea * natural_log(small) + natural_log(std::max(1.0, area / kLargeArea));
+  return by_area(radius_px);
 }
 
 /// Log density of the measured position: the larger of those of a steady motion and of the fastest change of motion.
@@ -154,8 +168,31 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought) {
   return enough ? std::optional<size_t>(0) : std::nullopt;
 }
 
-bool is_likely(const Candidate& candidate) {
+bool is_outdone(const Candidate& candidate, std::span<const Candidate> candidates, std::span<const ComparedPair> pairs,
+                const std::array<std::span<const SphereContour>, 2>& contours,
+                const std::array<std::span<const Appearance>, 2>& appearance, const MatchOptions& options) {
+  const auto looks = [&](size_t side, int k) {
+    return looks_of(contours[side][static_cast<size_t>(k)], appearance[side][static_cast<size_t>(k)], options);
+  };
+  const double least_left = looks(0, candidate.match.left) + kLead,
+               least_right = looks(1, candidate.match.right) + kLead;
+  return std::ranges::any_of(pairs, [&](const ComparedPair& pair) {
+    const int left = pair.match.left, right = pair.match.right;
+    const bool apart = pair.match.status == Status::kInconsistentPair || pair.match.status == Status::kEpipolarMismatch;
+    if (!apart) return false;
+    const SphereContour& in_left = contours[0][static_cast<size_t>(left)];
+    const SphereContour& in_right = contours[1][static_cast<size_t>(right)];
+    return pair.size_sigmas < kGates && std::abs(pair.match.epipolar_px) < in_left.radius_px + in_right.radius_px &&
+           !in_left.cut_off && !in_right.cut_off && looks(0, left) > least_left && looks(1, right) > least_right &&
+           std::ranges::none_of(candidates, [&](const Candidate& other) {
+             return other.match.left == left || other.match.right == right;
+           });
+  });
+}
+
+bool is_likely(const Candidate& candidate, const MatchOptions& options) {
   const auto& term = candidate.evidence.term;
+  if (options.radius_m > 0) return term[Evidence::kStereo] + term[Evidence::kSize] > kUnfit;
   return term[Evidence::kRound] + term[Evidence::kColour] + term[Evidence::kSize] > kLikely;
 }
 

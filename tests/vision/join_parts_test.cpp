@@ -1,0 +1,127 @@
+// Which blobs are parts of one object: drawn balls with seams, and things that only stand beside each other.
+#include "vision/colour/join_parts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/vision/mask_blobs.hpp"
+
+namespace multireach::vision {
+namespace {
+
+const cv::Point kCentre(200, 180);
+
+cv::Mat1b ball(int radius) {
+  cv::Mat1b mask(400, 400, uint8_t{0});
+  cv::circle(mask, kCentre, radius, 255, cv::FILLED);
+  return mask;
+}
+
+/// A dark line through the ball, at an angle and a distance from its centre.
+void seam(cv::Mat1b& mask, double degrees, double apart, int width) {
+  const double angle = degrees * M_PI / 180;
+  const cv::Point2d along(std::cos(angle), std::sin(angle)), across(-along.y, along.x);
+  const cv::Point2d middle = cv::Point2d(kCentre) + apart * across;
+  cv::line(mask, middle - 400 * along, middle + 400 * along, 0, width);
+}
+
+std::vector<Blob> joined(const cv::Mat1b& mask) {
+  const std::vector<Blob> blobs = blobs_of(mask, 30);
+  return join_parts(blobs);
+}
+
+double mean_x(const Blob& blob) {
+  double sum = 0;
+  for (const vision::Run& run : blob.runs) sum += 0.5 * (run.end - run.begin) * (run.begin + run.end - 1);
+  return sum / blob.area;
+}
+
+TEST(JoinParts, ABallThatSeamsDivideIsOneThing) {
+  for (const int radius : {40, 100, 160}) {
+    for (int degrees = 0; degrees < 180; degrees += 15) {
+      cv::Mat1b mask = ball(radius);
+      const int width = static_cast<int>(0.06 * radius);  // 7 of 240 mm, as of many basketballs
+      seam(mask, degrees, 0, width);
+      seam(mask, degrees + 90, 0.3 * radius, width);
+      seam(mask, degrees + 20, -0.5 * radius, width);
+      ASSERT_GE(blobs_of(mask, 30).size(), 5U);
+      const std::vector<Blob> things = joined(mask);
+      // A corner that a seam cuts off may be left.
+      const Blob& whole = things.at(0);
+      EXPECT_GT(whole.area, 0.97 * cv::countNonZero(mask)) << "radius " << radius << ", turned by " << degrees;
+      EXPECT_EQ(whole.whole_area, 0);
+      EXPECT_LT((whole.centroid - Eigen::Vector2d(kCentre.x, kCentre.y)).norm(), 0.05 * radius);
+      EXPECT_NEAR(whole.centroid.x(), mean_x(whole), 1e-9);
+      cv::Mat1b drawn(mask.size(), uint8_t{0});
+      for (const vision::Run& run : whole.runs) drawn.row(run.row).colRange(run.begin, run.end) = 255;
+      EXPECT_EQ(cv::countNonZero(drawn), whole.area);
+      EXPECT_EQ(whole.box, cv::boundingRect(drawn));
+      const cv::Moments moments = cv::moments(drawn, true);
+      EXPECT_NEAR(whole.spread(0, 1), moments.mu11 / moments.m00, 1e-6);
+      EXPECT_NEAR(whole.spread(1, 1), moments.mu02 / moments.m00, 1e-6);
+      const auto place = [](const vision::Run& run) { return std::pair(run.row, run.begin); };
+      EXPECT_TRUE(std::ranges::is_sorted(whole.runs, {}, place));
+    }
+  }
+}
+
+TEST(JoinParts, BallsBesideEachOtherAreNotOne) {
+  for (const int radius : {8, 20, 50}) {
+    for (const int gap : {1, 2, 3}) {
+      for (int count = 2; count <= 4; ++count) {
+        cv::Mat1b mask(400, 400, uint8_t{0});
+        const int apart = 2 * radius + 1 + gap;
+        // Two beside each other, three as a triangle, four as a square.
+        const std::vector<cv::Point> places{
+            {100, 100},
+            {100 + apart, 100},
+            {count == 3 ? 100 + apart / 2 : 100, 100 + (count == 3 ? apart * 87 / 100 + 1 : apart)},
+            {100 + apart, 100 + apart}};
+        for (int k = 0; k < count; ++k) cv::circle(mask, places[static_cast<size_t>(k)], radius, 255, cv::FILLED);
+        ASSERT_EQ(blobs_of(mask, 30).size(), static_cast<size_t>(count));
+        const std::vector<Blob> things = joined(mask);
+        EXPECT_EQ(things.size(), static_cast<size_t>(count)) << "radius " << radius << ", gap " << gap;
+      }
+    }
+  }
+}
+
+TEST(JoinParts, ABallAndAHandThatHoldsItAreNotOne) {
+  cv::Mat1b mask = ball(60);
+  cv::ellipse(mask, kCentre + cv::Point(0, 90), {70, 26}, 0, 0, 360, 255, cv::FILLED);
+  cv::Mat1b around(mask.size(), uint8_t{0});
+  cv::circle(around, kCentre, 61, 255, 4);  // the shadow between them
+  mask.setTo(0, around);
+  ASSERT_EQ(blobs_of(mask, 30).size(), 2U);
+  EXPECT_EQ(joined(mask).size(), 2U);
+}
+
+// A ring that a seam divides is not compact: each half of it may be a part.
+TEST(JoinParts, PartsThatMakeNoCompactThingTellWhatTheyMayBePartsOf) {
+  cv::Mat1b mask = ball(100);
+  cv::circle(mask, kCentre, 60, 0, cv::FILLED);
+  seam(mask, 90, 0, 8);
+  const std::vector<Blob> parts = blobs_of(mask, 30), things = joined(mask);
+  ASSERT_EQ(parts.size(), 2U);
+  ASSERT_EQ(things.size(), 2U);
+  const Eigen::Vector2d middle =
+      (parts[0].area * parts[0].centroid + parts[1].area * parts[1].centroid) / (parts[0].area + parts[1].area);
+  for (size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(things[k].runs, parts[k].runs);
+    EXPECT_EQ(things[k].whole_area, parts[0].area + parts[1].area);
+    EXPECT_LT((things[k].whole_centroid - middle).norm(), 1e-9);
+  }
+}
+
+TEST(JoinParts, OneBlobAndNoneStayWhatTheyAre) {
+  EXPECT_TRUE(join_parts({}).empty());
+  const std::vector<Blob> one = joined(ball(50));
+  ASSERT_EQ(one.size(), 1U);
+  EXPECT_EQ(one[0].whole_area, 0);
+}
+
+}  // namespace
+}  // namespace multireach::vision

@@ -1,0 +1,206 @@
+#include "vision/colour/join_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace multireach::vision {
+namespace {
+
+// The seams of a basketball are at most 9.5 mm wide, 4 per cent of its diameter (FIBA, Official Basketball Rules:
+// Equipment); those of other balls are narrower. The first two of its parts are smaller than the whole.
+constexpr double kSeam = 0.05;
+constexpr double kMixed = 1;       // pixels on each side of a seam that also show the seam
+constexpr double kAlong = 0.6;     // least length of the seam, in diameters of the smaller part
+constexpr double kLeastSize = 40;  // pixels, diameter of the object: seams of smaller ones are narrower than two pixels
+constexpr double kCompact = 0.7;   // least compactness of the object
+constexpr double kDisc = 0.85;     // compactness from which on a blob is no part of anything: of an ellipse of 1 : 0.85
+
+double diameter_of(double area) {
+  return 2 * std::sqrt(area / std::numbers::pi);
+}
+
+cv::Rect grown(const cv::Rect& box, int by) {
+  return {box.x - by, box.y - by, box.width + 2 * by, box.height + 2 * by};
+}
+
+/// A run of one of two blobs.
+struct PartRun {
+  Run run;
+  bool of_second;
+};
+
+/// The runs of two blobs inside a part of the image, cut to it, ordered by row, then by column.
+std::vector<PartRun> runs_inside(const Blob& a, const Blob& b, const cv::Rect& part) {
+  std::vector<PartRun> runs;
+  for (const Blob* blob : {&a, &b}) {
+    for (Run run : blob->runs) {
+      run.begin = std::max(run.begin, part.x);
+      run.end = std::min(run.end, part.br().x);
+      if (run.row >= part.y && run.row < part.br().y && run.begin < run.end) runs.push_back({run, blob == &b});
+    }
+  }
+  std::ranges::sort(runs, {}, [](const PartRun& each) { return std::pair(each.run.row, each.run.begin); });
+  return runs;
+}
+
+/// In each row in which they face each other across at most `most` pixels, the gap between two blobs.
+std::vector<int> gaps_in_rows(const std::vector<PartRun>& runs, int most) {
+  std::vector<int> gaps;
+  int counted = -1;
+  for (size_t k = 1; k < runs.size(); ++k) {
+    const auto &before = runs[k - 1], &here = runs[k];
+    const int gap = here.run.begin - before.run.end;
+    if (here.run.row != before.run.row || here.of_second == before.of_second || gap > most) continue;
+    if (here.run.row == counted) continue;
+    counted = here.run.row;
+    gaps.push_back(gap);
+  }
+  return gaps;
+}
+
+/// The same for the columns of the part.
+std::vector<int> gaps_in_columns(const std::vector<PartRun>& runs, const cv::Rect& part, int most) {
+  struct Last {
+    int row = 0;
+    bool any = false, of_second = false, counted = false;
+  };
+  std::vector<Last> columns(static_cast<size_t>(part.width));
+  std::vector<int> gaps;
+  for (const auto& [run, of_second] : runs) {
+    for (int x = run.begin - part.x; x < run.end - part.x; ++x) {
+      Last& last = columns[static_cast<size_t>(x)];
+      const int gap = run.row - last.row - 1;
+      if (last.any && !last.counted && last.of_second != of_second && gap <= most) {
+        gaps.push_back(gap);
+        last.counted = true;
+      }
+      last = {run.row, true, of_second, last.counted};
+    }
+  }
+  return gaps;
+}
+
+double median(std::vector<int> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// The length along which two blobs face each other across at most a seam of an object of this area, pixels.
+double seam_length(const Blob& a, const Blob& b, double area) {
+  const double widest = kSeam * diameter_of(area) + 2 * kMixed;
+  // A gap that is turned by 30 degrees or more is at most twice as wide along the rows and along the columns as across.
+  const int most = static_cast<int>(2 * widest);
+  const cv::Rect part = grown(a.box, most + 1) & grown(b.box, most + 1);
+  if (part.empty()) return 0;
+  const std::vector<PartRun> runs = runs_inside(a, b, part);
+  const std::vector<int> in_rows = gaps_in_rows(runs, most), in_columns = gaps_in_columns(runs, part, most);
+  // A gap of width w that is turned by an angle is w / cos wide along the rows and w / sin along the columns.
+  double across = 0;
+  for (const std::vector<int>* gaps : {&in_rows, &in_columns}) {
+    if (!gaps->empty()) across += 1 / std::pow(std::max(1.0, median(*gaps)), 2);
+  }
+  if (across * widest * widest < 1) return 0;
+  return std::hypot(in_rows.size(), in_columns.size());
+}
+
+Blob joined(const Blob& a, const Blob& b) {
+  Blob both;
+  both.runs.resize(a.runs.size() + b.runs.size());
+  std::ranges::merge(
+      a.runs, b.runs, both.runs.begin(), {}, [](const Run& run) { return std::pair(run.row, run.begin); },
+      [](const Run& run) { return std::pair(run.row, run.begin); });
+  both.box = a.box | b.box;
+  both.area = a.area + b.area;
+  const double share = a.area / both.area;
+  const Eigen::Vector2d apart = a.centroid - b.centroid;
+  both.centroid = share * a.centroid + (1 - share) * b.centroid;
+  both.spread = share * a.spread + (1 - share) * b.spread + share * (1 - share) * apart * apart.transpose();
+  return both;
+}
+
+/// Blobs that lie along each other with seams between them, from the first of those that are left, which are taken.
+std::vector<const Blob*> take_group(std::vector<const Blob*>& left) {
+  std::vector<const Blob*> group{left.front()};
+  double area = left.front()->area;
+  left.erase(left.begin());
+  const auto belongs = [&](const Blob* other) {
+    return std::ranges::any_of(group, [&](const Blob* part) {
+      const double along = kAlong * diameter_of(std::min(part->area, other->area));
+      return seam_length(*part, *other, area + other->area) >= along;
+    });
+  };
+  for (auto next = left.begin(); next != left.end();) {
+    if (!belongs(*next)) {
+      ++next;
+      continue;
+    }
+    group.push_back(*next);
+    area += (*next)->area;
+    left.erase(next);
+    next = left.begin();  // of a larger object, wider gaps are seams
+  }
+  return group;
+}
+
+Blob joined(std::span<const Blob* const> parts) {
+  Blob whole = *parts.front();
+  for (const Blob* part : parts.subspan(1)) whole = joined(whole, *part);
+  return whole;
+}
+
+/// Leaves out what makes the others together more compact: what is only beside them.
+void leave_out_others(std::vector<const Blob*>& parts) {
+  for (double most = compactness(joined(parts)); parts.size() > 1;) {
+    size_t other = parts.size();
+    for (size_t k = 0; k < parts.size(); ++k) {
+      std::vector<const Blob*> rest = parts;
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+      const double without = compactness(joined(rest));
+      if (without <= most) continue;
+      most = without;
+      other = k;
+    }
+    if (other == parts.size()) return;
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(other));
+  }
+}
+
+/// Adds the things that blobs show which are beside each other, each at least beside one of the others.
+void add_things(std::vector<const Blob*> group, std::vector<Blob>& things) {
+  if (group.empty()) return;
+  std::vector<const Blob*> parts = group;
+  leave_out_others(parts);
+  const Blob whole = joined(parts), all = joined(group);
+  double mean = 0;  // compactness of the parts, by their areas
+  for (const Blob* part : parts) mean += part->area / whole.area * compactness(*part);
+  const double compact = compactness(whole);
+  const bool one = compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
+  if (parts.size() > 1 && one) {
+    things.push_back(whole);
+  } else {
+    for (const Blob* part : parts) {
+      things.push_back(*part);
+      if (group.size() < 2 || compactness(*part) > kDisc) continue;
+      things.back().whole_area = all.area;
+      things.back().whole_centroid = all.centroid;
+    }
+  }
+  std::erase_if(group, [&](const Blob* blob) { return std::ranges::find(parts, blob) != parts.end(); });
+  add_things(group, things);
+}
+
+}  // namespace
+
+std::vector<Blob> join_parts(std::span<const Blob> blobs) {
+  std::vector<Blob> things;
+  std::vector<const Blob*> left;
+  for (const Blob& blob : blobs) left.push_back(&blob);
+  while (!left.empty()) add_things(take_group(left), things);
+  std::ranges::stable_sort(things, std::greater<>(), &Blob::area);
+  return things;
+}
+
+}  // namespace multireach::vision

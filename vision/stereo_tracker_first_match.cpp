@@ -1,0 +1,35 @@
+// Whether the best candidate is taken for a target that is not tracked.
+#include "vision/stereo_tracker.hpp"
+
+namespace multireach::vision {
+
+void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located,
+                                      const View& left, const View& right, Found& found) const {
+  using Status = StereoMatch::Status;
+  const bool known = options_.match.radius_m > 0;
+  Candidate& candidate = found.candidates[chosen];
+  const auto refuse = [&](const StereoMatch& match, Status status, const char* reason) {
+    found.match = match;
+    found.match.status = status;
+    candidate.chosen = false;
+    candidate.reason = reason;
+  };
+  if (!is_likely(candidate, options_.match)) {
+    if (known)
+      refuse(candidate.match, Status::kInconsistentPair, "its size and its two images hardly fit");
+    else
+      refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
+    return;
+  }
+  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options_.rig, located);
+  if (other) {
+    refuse(other->match, other->match.status,
+           "more contours violate the epipolar constraint than fit: it may fit by chance");
+  } else if (is_outdone(candidate, found.candidates, pairs, {left.contours, right.contours},
+                        {left.appearance, right.appearance}, options_.match)) {
+    refuse(candidate.match, Status::kInconsistentPair,
+           "both images show something more like the target, which fits no pair");
+  }
+}
+
+}  // namespace multireach::vision
