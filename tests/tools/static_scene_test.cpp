@@ -39,8 +39,13 @@ class Room {
   /// Shows a pair with one ball or several, which must not cover each other.
   void look(int k, const std::optional<Eigen::Vector3d>& ball, StereoVision& vision,
             const std::vector<Eigen::Vector3d>& others = {}) const {
+    look_twice(k, ball, ball, vision, others);
+  }
+  /// The same with cameras that are not synchronised: when the right one looks, the ball is elsewhere.
+  void look_twice(int k, const std::optional<Eigen::Vector3d>& ball, const std::optional<Eigen::Vector3d>& later,
+                  StereoVision& vision, const std::vector<Eigen::Vector3d>& others = {}) const {
     const auto stream = static_cast<uint64_t>(2 * k);
-    cv::Mat left = left_.render(ball, stream), right = right_.render(ball, stream + 1);
+    cv::Mat left = left_.render(ball, stream), right = right_.render(later, stream + 1);
     for (const Eigen::Vector3d& other : others) {
       testing::add_ball(left_, other, stream, left);
       testing::add_ball(right_, other, stream + 1, right);
@@ -110,6 +115,20 @@ TEST(StaticScene, TheMovingBallWinsAndThingsOfItsColourStayBackground) {
     again += report.status == Status::kTracked && (report.estimate.position - ball).norm() < 0.05;
   }
   EXPECT_GE(again, 19) << "of 20: it is acquired again at once";
+}
+
+TEST(StaticScene, ASpeckIsNotTakenForABallWhoseImagesAreOfDifferentTimes) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {cv::Rect(60, 130, 9, 8)});
+  const Eigen::Vector3d ball(0.1, 0.05, 0.7), later = ball + Eigen::Vector3d(0, 0.03, 0);  // 14 px of radius, 13 px
+  StereoVision vision({options_for(rig)}), alone({options_for(rig)});
+  for (int k = 0; k < 5; ++k) {
+    room.look_twice(k, ball, later, vision);
+    EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << k;
+    EXPECT_STREQ(vision.targets().front().report.reason, "the two images show different objects");
+    room.look(k, std::nullopt, alone);
+  }
+  EXPECT_EQ(alone.targets().front().report.status, Status::kTracked) << "the speck, where nothing outdoes it";
 }
 
 TEST(StaticScene, AThingThatStandsStillAloneIsTracked) {
