@@ -1,7 +1,7 @@
 """The sets `basketball-*`: pairs of images of a basketball in a hand, from two cameras 14 cm apart that are not synchronised.
 
 The calibration is the owner's, and so are the boxes around the ball, which a neural network found. Near a box, the label
-is the projected centre of the sphere whose outline fits the edges; no colour and no threshold of vision is used for it.
+is the projected centre of the sphere whose outline fits the edges; no learned colour and no constant of vision is used.
 """
 import io
 import json
