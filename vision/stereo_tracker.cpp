@@ -192,6 +192,7 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
                                                     {.min_area = options_.min_area_px, .most = kMaxBlobs});
   view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * whole.area();
   if (view.filled) return view;
+  view.full = found.blobs.size() >= kMaxBlobs;
   view.blobs = join_parts(found.blobs);
   const Eigen::Matrix2d additional =
       ray_covariance(side == Side::kLeft ? options_.rig.left : options_.rig.right, options_.sigma_px);

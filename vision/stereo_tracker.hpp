@@ -34,6 +34,7 @@ struct View {
   bool dark = false;    ///< nothing was found in the whole search area, and it is black
   bool filled = false;  ///< most of the search area has the target's colour
   bool wider = false;   ///< searched with the wider colour model
+  bool full = false;    ///< as many blobs were found as are measured: there may be more
   cv::Rect window;      ///< search window
   cv::Mat bgr;          ///< the image; shares its pixels
   std::vector<Blob> blobs;

@@ -1,4 +1,4 @@
-// Whether the best candidate is taken for a target that is not tracked.
+// Whether the best candidate is taken for the target where no prediction supports it.
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach::vision {
@@ -15,8 +15,11 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
     candidate.reason = reason;
   };
   if (!is_likely(candidate, options_.match)) {
+    const auto& term = candidate.evidence.term;
+    const bool wrong_size = term[Evidence::kSize] < term[Evidence::kStereo];
     if (known)
-      refuse(candidate.match, Status::kInconsistentPair, "its size and its two images hardly fit");
+      refuse(candidate.match, wrong_size ? Status::kWrongRadius : Status::kInconsistentPair,
+             "its size and its two images hardly fit");
     else
       refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
     return;
@@ -25,10 +28,12 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
   if (other) {
     refuse(other->match, other->match.status,
            "more contours violate the epipolar constraint than fit: it may fit by chance");
-  } else if (is_outdone(candidate, found.candidates, pairs, {left.contours, right.contours},
-                        {left.appearance, right.appearance}, options_.match)) {
-    refuse(candidate.match, Status::kInconsistentPair,
-           "both images show something more like the target, which fits no pair");
+    return;
+  }
+  const ComparedPair* better = outdone_by(candidate, found.candidates, pairs, {left.contours, right.contours},
+                                          {left.appearance, right.appearance}, options_.match);
+  if (better) {
+    refuse(better->match, better->match.status, "both images show something more like the target, which fits no pair");
   }
 }
 

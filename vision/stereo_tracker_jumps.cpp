@@ -120,8 +120,7 @@ bool StereoTracker::has_bounced(int64_t utime, const PositionEstimate& there, co
   if (!track_.may_bounce_to(utime, there) || !(radius_m_ > 0)) return false;
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
-    if (view.wider || view.window != search_area(side)) return false;
-    if (view.blobs.size() >= kMaxBlobs) return false;
+    if (view.wider || view.full || view.window != search_area(side)) return false;
     if (identity_.known() && is_background(view, static_cast<size_t>(chosen))) return false;
     const SphereContour& contour = view.contours[static_cast<size_t>(chosen)];
     const double distance_m = (side == Side::kLeft ? p_L : options_.rig.X_RL * p_L).norm();

@@ -125,7 +125,8 @@ TEST(StaticScene, ASpeckIsNotTakenForABallWhoseImagesAreOfDifferentTimes) {
   for (int k = 0; k < 5; ++k) {
     room.look_twice(k, ball, later, vision);
     EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << k;
-    EXPECT_STREQ(vision.targets().front().report.reason, "the two images show different objects");
+    EXPECT_STREQ(vision.targets().front().report.reason,
+                 "the contours agree in size, but violate the epipolar constraint");
     room.look(k, std::nullopt, alone);
   }
   EXPECT_EQ(alone.targets().front().report.status, Status::kTracked) << "the speck, where nothing outdoes it";

@@ -169,8 +169,8 @@ TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
     const auto pairs = compare_pairs(rig(), contours[0], contours[1], std::nullopt, options);
     const std::vector<Candidate> candidates = candidates_of(pairs, appearance, appearance, {}, options);
     EXPECT_EQ(candidates.size(), 1U);
-    return is_outdone(candidates.at(0), candidates, pairs, {contours[0], contours[1]}, {appearance, appearance},
-                      options);
+    return outdone_by(candidates.at(0), candidates, pairs, {contours[0], contours[1]}, {appearance, appearance},
+                      options) != nullptr;
   };
   for (const double known : {0.0, 0.2 * kRadius}) {
     EXPECT_TRUE(outdone(true, true, known));

@@ -1,4 +1,4 @@
-// Which blobs are parts of one object: drawn balls with seams, and things that only stand beside each other.
+// Which blobs are parts of one object: drawn balls with seams, and objects that only stand beside each other.
 #include "vision/colour/join_parts.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ double mean_x(const Blob& blob) {
   return sum / blob.area;
 }
 
-TEST(JoinParts, ABallThatSeamsDivideIsOneThing) {
+TEST(JoinParts, ABallThatSeamsDivideIsOneObject) {
   for (const int radius : {40, 100, 160}) {
     for (int degrees = 0; degrees < 180; degrees += 15) {
       cv::Mat1b mask = ball(radius);
@@ -48,9 +48,9 @@ TEST(JoinParts, ABallThatSeamsDivideIsOneThing) {
       seam(mask, degrees + 90, 0.3 * radius, width);
       seam(mask, degrees + 20, -0.5 * radius, width);
       ASSERT_GE(blobs_of(mask, 30).size(), 5U);
-      const std::vector<Blob> things = joined(mask);
+      const std::vector<Blob> joined_blobs = joined(mask);
       // A corner that a seam cuts off may be left.
-      const Blob& whole = things.at(0);
+      const Blob& whole = joined_blobs.at(0);
       EXPECT_GT(whole.area, 0.97 * cv::countNonZero(mask)) << "radius " << radius << ", turned by " << degrees;
       EXPECT_EQ(whole.whole_area, 0);
       EXPECT_LT((whole.centroid - Eigen::Vector2d(kCentre.x, kCentre.y)).norm(), 0.05 * radius);
@@ -62,8 +62,8 @@ TEST(JoinParts, ABallThatSeamsDivideIsOneThing) {
       const cv::Moments moments = cv::moments(drawn, true);
       EXPECT_NEAR(whole.spread(0, 1), moments.mu11 / moments.m00, 1e-6);
       EXPECT_NEAR(whole.spread(1, 1), moments.mu02 / moments.m00, 1e-6);
-      const auto place = [](const vision::Run& run) { return std::pair(run.row, run.begin); };
-      EXPECT_TRUE(std::ranges::is_sorted(whole.runs, {}, place));
+      const auto row_and_column = [](const vision::Run& run) { return std::pair(run.row, run.begin); };
+      EXPECT_TRUE(std::ranges::is_sorted(whole.runs, {}, row_and_column));
     }
   }
 }
@@ -75,15 +75,15 @@ TEST(JoinParts, BallsBesideEachOtherAreNotOne) {
         cv::Mat1b mask(400, 400, uint8_t{0});
         const int apart = 2 * radius + 1 + gap;
         // Two beside each other, three as a triangle, four as a square.
-        const std::vector<cv::Point> places{
+        const std::vector<cv::Point> centres{
             {100, 100},
             {100 + apart, 100},
             {count == 3 ? 100 + apart / 2 : 100, 100 + (count == 3 ? apart * 87 / 100 + 1 : apart)},
             {100 + apart, 100 + apart}};
-        for (int k = 0; k < count; ++k) cv::circle(mask, places[static_cast<size_t>(k)], radius, 255, cv::FILLED);
+        for (int k = 0; k < count; ++k) cv::circle(mask, centres[static_cast<size_t>(k)], radius, 255, cv::FILLED);
         ASSERT_EQ(blobs_of(mask, 30).size(), static_cast<size_t>(count));
-        const std::vector<Blob> things = joined(mask);
-        EXPECT_EQ(things.size(), static_cast<size_t>(count)) << "radius " << radius << ", gap " << gap;
+        const std::vector<Blob> joined_blobs = joined(mask);
+        EXPECT_EQ(joined_blobs.size(), static_cast<size_t>(count)) << "radius " << radius << ", gap " << gap;
       }
     }
   }
@@ -100,20 +100,47 @@ TEST(JoinParts, ABallAndAHandThatHoldsItAreNotOne) {
 }
 
 // A ring that a seam divides is not compact: each half of it may be a part.
-TEST(JoinParts, PartsThatMakeNoCompactThingTellWhatTheyMayBePartsOf) {
+TEST(JoinParts, PartsThatMakeNoCompactObjectTellWhatTheyMayBePartsOf) {
   cv::Mat1b mask = ball(100);
   cv::circle(mask, kCentre, 60, 0, cv::FILLED);
   seam(mask, 90, 0, 8);
-  const std::vector<Blob> parts = blobs_of(mask, 30), things = joined(mask);
+  const std::vector<Blob> parts = blobs_of(mask, 30), joined_blobs = joined(mask);
   ASSERT_EQ(parts.size(), 2U);
-  ASSERT_EQ(things.size(), 2U);
+  ASSERT_EQ(joined_blobs.size(), 2U);
   const Eigen::Vector2d middle =
       (parts[0].area * parts[0].centroid + parts[1].area * parts[1].centroid) / (parts[0].area + parts[1].area);
   for (size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(things[k].runs, parts[k].runs);
-    EXPECT_EQ(things[k].whole_area, parts[0].area + parts[1].area);
-    EXPECT_LT((things[k].whole_centroid - middle).norm(), 1e-9);
+    EXPECT_EQ(joined_blobs[k].runs, parts[k].runs);
+    EXPECT_EQ(joined_blobs[k].whole_area, parts[0].area + parts[1].area);
+    EXPECT_LT((joined_blobs[k].whole_centroid - middle).norm(), 1e-9);
   }
+}
+
+// A hand covers all of a ball but two panels. One is more compact than both together, and is left alone: each of them
+// may still be a part of a larger object.
+TEST(JoinParts, APartThatIsLeftOutMayBeAPartToo) {
+  cv::Mat1b mask(400, 400, uint8_t{0});
+  cv::ellipse(mask, {150, 180}, {45, 56}, 0, 0, 360, 255, cv::FILLED);
+  cv::rectangle(mask, cv::Rect(130, 108, 41, 13), 255, cv::FILLED);
+  const std::vector<Blob> parts = blobs_of(mask, 30);
+  ASSERT_EQ(parts.size(), 2U);
+  ASSERT_LT(compactness(parts[0]), 0.85);
+  const std::vector<Blob> both = join_parts(parts);
+  ASSERT_EQ(both.size(), 2U);
+  for (const Blob& blob : both) EXPECT_EQ(blob.whole_area, parts[0].area + parts[1].area) << blob.area;
+}
+
+// The middle one of three blobs in a row is a ball; what is left on both sides of it is not adjacent.
+TEST(JoinParts, WhatIsLeftOnBothSidesOfAnObjectIsNotOne) {
+  cv::Mat1b mask = ball(60);
+  for (const int side : {-1, 1})
+    cv::ellipse(mask, kCentre + cv::Point(side * 80, 0), {25, 70}, 0, 0, 360, 255, cv::FILLED);
+  cv::Mat1b gap(mask.size(), uint8_t{0});
+  cv::circle(gap, kCentre, 60, 255, 5);
+  mask.setTo(0, gap);
+  const std::vector<Blob> parts = blobs_of(mask, 30), objects = join_parts(parts);
+  ASSERT_EQ(objects.size(), parts.size());
+  for (const Blob& blob : objects) EXPECT_EQ(blob.whole_area, 0) << blob.area;
 }
 
 TEST(JoinParts, OneBlobAndNoneStayWhatTheyAre) {

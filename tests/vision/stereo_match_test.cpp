@@ -259,6 +259,24 @@ TEST(StereoMatching, APartOfAnObjectIsTrustedLess) {
   EXPECT_GT(squared_sigmas(false), k95) << "where nothing tells";
 }
 
+// Cameras that are turned towards each other, and a part that only the right one knows to be one: the centre is to the
+// right of it in that camera's image.
+TEST(StereoMatching, ThePartThatOneImageShowsIsInThatCamerasFrame) {
+  StereoRig turned = rig();
+  turned.X_RL.linear() = Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  turned.X_RL.translation() = turned.X_RL.linear() * Eigen::Vector3d(-0.3, 0, 0);
+  const Eigen::Vector3d p_R = turned.X_RL * kBall;
+  const SphereContour left = blob_of(disc_of(turned.left, kBall));
+  SphereContour right = blob_of(disc_of(turned.right, p_R));
+  right.to_whole = {0.1, 0, 0};
+  const StereoMatch match =
+      vision::match_candidates(turned, std::vector{left}, std::vector{right}, std::nullopt, MatchOptions{});
+  ASSERT_EQ(match.status, StereoMatch::Status::kSeen) << description(match.status);
+  const Eigen::Vector3d to_centre =
+      turned.X_WL.linear() * (turned.X_RL.linear().transpose() * Eigen::Vector3d(0.1 * p_R.z(), 0, 0));
+  EXPECT_LT((match.contradiction - to_centre * to_centre.transpose()).norm(), 1e-9);
+}
+
 // Cameras that are not synchronised, and an object that moves 4 px across the rows and as far along them in between.
 TEST(StereoMatching, RaysThatMissEachOtherAreTrustedLess) {
   constexpr double kMovedPx = 4;

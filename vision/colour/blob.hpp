@@ -21,7 +21,8 @@ struct Blob {
   double area = 0;                                   ///< number of pixels, without holes
   Eigen::Vector2d centroid{0, 0};                    ///< mean of the pixels' positions, without holes
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< covariance of the pixels' positions, pixels^2
-  /// Of what it may be a part of (join_parts): number of pixels and mean of their positions. 0: of nothing.
+  /// Of the union of this blob and adjacent ones, if it may be a part of a larger object (join_parts): number of
+  /// pixels, 0 if there is none, and mean of their positions.
   double whole_area = 0;
   Eigen::Vector2d whole_centroid{0, 0};
 };

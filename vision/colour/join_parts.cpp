@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <numbers>
 #include <utility>
 
@@ -15,7 +17,7 @@ constexpr double kMixed = 1;       // pixels on each side of a seam that also sh
 constexpr double kAlong = 0.6;     // least length of the seam, in diameters of the smaller part
 constexpr double kLeastSize = 40;  // pixels, diameter of the object: seams of smaller ones are narrower than two pixels
 constexpr double kCompact = 0.7;   // least compactness of the object
-constexpr double kDisc = 0.85;     // compactness from which on a blob is no part of anything: of an ellipse of 1 : 0.85
+constexpr double kComplete = 0.85;  // compactness from which on a blob is no part: of an ellipse of 1 : 0.85
 
 double diameter_of(double area) {
   return 2 * std::sqrt(area / std::numbers::pi);
@@ -121,7 +123,7 @@ Blob joined(const Blob& a, const Blob& b) {
   return both;
 }
 
-/// Blobs that lie along each other with seams between them, from the first of those that are left, which are taken.
+/// Takes the first blob out of `left`, and all that seams connect to it, directly or through others.
 std::vector<const Blob*> take_group(std::vector<const Blob*>& left) {
   std::vector<const Blob*> group{left.front()};
   double area = left.front()->area;
@@ -151,7 +153,7 @@ Blob joined(std::span<const Blob* const> parts) {
   return whole;
 }
 
-/// Leaves out what makes the others together more compact: what is only beside them.
+/// Leaves out, one after another, the part without which the union of the others is most compact.
 void leave_out_others(std::vector<const Blob*>& parts) {
   for (double most = compactness(joined(parts)); parts.size() > 1;) {
     size_t other = parts.size();
@@ -168,39 +170,43 @@ void leave_out_others(std::vector<const Blob*>& parts) {
   }
 }
 
-/// Adds the things that blobs show which are beside each other, each at least beside one of the others.
-void add_things(std::vector<const Blob*> group, std::vector<Blob>& things) {
-  if (group.empty()) return;
+/// Whether parts make an object that is more compact than they are in the mean, or one of them is complete.
+bool make_object(std::span<const Blob* const> parts, const Blob& whole) {
+  const double compact = compactness(whole);
+  if (parts.size() == 1) return compact > kComplete;
+  double mean = 0;  // by their areas
+  for (const Blob* part : parts) mean += part->area / whole.area * compactness(*part);
+  return compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
+}
+
+/// Adds the objects of a group of blobs that seams connect. Where it makes none, each blob may be a part of it all.
+void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {
   std::vector<const Blob*> parts = group;
   leave_out_others(parts);
-  const Blob whole = joined(parts), all = joined(group);
-  double mean = 0;  // compactness of the parts, by their areas
-  for (const Blob* part : parts) mean += part->area / whole.area * compactness(*part);
-  const double compact = compactness(whole);
-  const bool one = compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
-  if (parts.size() > 1 && one) {
-    things.push_back(whole);
-  } else {
-    for (const Blob* part : parts) {
-      things.push_back(*part);
-      if (group.size() < 2 || compactness(*part) > kDisc) continue;
-      things.back().whole_area = all.area;
-      things.back().whole_centroid = all.centroid;
-    }
+  if (const Blob whole = joined(parts); make_object(parts, whole)) {
+    objects.push_back(whole);
+    std::erase_if(group, [&](const Blob* blob) { return std::ranges::find(parts, blob) != parts.end(); });
+    while (!group.empty()) add_objects(take_group(group), objects);
+    return;
   }
-  std::erase_if(group, [&](const Blob* blob) { return std::ranges::find(parts, blob) != parts.end(); });
-  add_things(group, things);
+  const Blob all = joined(group);
+  for (const Blob* blob : group) {
+    objects.push_back(*blob);
+    if (group.size() == 1 || compactness(*blob) > kComplete) continue;
+    objects.back().whole_area = all.area;
+    objects.back().whole_centroid = all.centroid;
+  }
 }
 
 }  // namespace
 
 std::vector<Blob> join_parts(std::span<const Blob> blobs) {
-  std::vector<Blob> things;
+  std::vector<Blob> objects;
   std::vector<const Blob*> left;
   for (const Blob& blob : blobs) left.push_back(&blob);
-  while (!left.empty()) add_things(take_group(left), things);
-  std::ranges::stable_sort(things, std::greater<>(), &Blob::area);
-  return things;
+  while (!left.empty()) add_objects(take_group(left), objects);
+  std::ranges::stable_sort(objects, std::greater<>(), &Blob::area);
+  return objects;
 }
 
 }  // namespace multireach::vision

@@ -107,7 +107,7 @@ class SphereContourFitter {
   double describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;
   void use_centroid(SphereContour& result) const;
-  Eigen::Vector3d whole_of(const Blob& blob) const;
+  Eigen::Vector3d to_whole(const Blob& blob, double size) const;
 
   CameraModel camera_;
   double least_seen_;

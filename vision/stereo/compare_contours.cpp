@@ -240,22 +240,25 @@ class ContourComparison {
     };
     widen(wider_left, left, free.depth_left_m, right, free.depth_right_m);
     widen(wider_right, right, free.depth_right_m, left, free.depth_left_m);
-    const Eigen::Matrix3d hidden = known ? Eigen::Matrix3d::Zero().eval() : covariance_of_hidden(left, right, free);
-    if (!any) return hidden;
+    const Eigen::Matrix3d of_part = known ? Eigen::Matrix3d::Zero().eval() : covariance_of_part(left, right, free);
+    if (!any) return of_part;
     const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
-    return wider ? Eigen::Matrix3d(hidden + wider->covariance - free.covariance) : hidden;
+    return wider ? Eigen::Matrix3d(of_part + wider->covariance - free.covariance) : of_part;
   }
 
   /// Both images may show the same part of an object: the object's centre is then to one side of it, and farther away
-  /// by about as much as the object is larger than the part.
-  Eigen::Matrix3d covariance_of_hidden(const SphereContour& left, const SphereContour& right,
-                                       const SphereTriangulation& free) const {
-    const bool in_left = left.to_whole.squaredNorm() > right.to_whole.squaredNorm();
-    const Eigen::Vector3d& hidden = in_left ? left.to_whole : right.to_whole;
-    const Eigen::Vector3d aside(hidden.x(), hidden.y(), 0), along = hidden.z() * left.ray().homogeneous();
-    const Eigen::Matrix3d in_L = aside * aside.transpose() + along * along.transpose();
-    const Eigen::Matrix3d scaled = rig_.X_WL.linear() * free.depth_left_m;
-    return scaled * in_L * scaled.transpose();
+  /// by about as much as the object is larger than the part. By the image that shows the smaller part.
+  Eigen::Matrix3d covariance_of_part(const SphereContour& left, const SphereContour& right,
+                                     const SphereTriangulation& free) const {
+    const double left_m = left.to_whole.norm() * free.depth_left_m,
+                 right_m = right.to_whole.norm() * free.depth_right_m;
+    const bool by_left = left_m >= right_m;
+    const SphereContour& part = by_left ? left : right;
+    const Eigen::Vector3d aside(part.to_whole.x(), part.to_whole.y(), 0),
+        along = part.to_whole.z() * part.ray().homogeneous();
+    Eigen::Matrix3d from_camera = rig_.X_WL.linear() * (by_left ? free.depth_left_m : free.depth_right_m);
+    if (!by_left) from_camera *= rig_.X_RL.linear().transpose();
+    return from_camera * (aside * aside.transpose() + along * along.transpose()) * from_camera.transpose();
   }
 
   /// Whether the radius that contours and distance give is the known one. A centroid's size is a rough estimate.

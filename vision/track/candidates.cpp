@@ -25,9 +25,9 @@ constexpr double kLargeArea = 300;            // pixels
 // Evidence by shape, colour and area of a first match: on the same videos, 4 of 105 targets have less, and 7 of 14
 // other things.
 constexpr double kLikely = 6.5;
-constexpr double kUnfit = -8.13;  // by rows, sizes and a known radius: 99.9 % of chi^2 with three degrees of freedom
-constexpr double kGates = 3;      // standard deviations that the gates of MatchOptions stand for
-constexpr double kContourSize = 0.04;  // share of a known radius, as in the check of stereo_match
+constexpr double kLeastFit = -0.5 * 16.27;  // of rows, sizes and a known radius: 99.9 % of chi^2, three degrees
+constexpr double kGates = 3;                // standard deviations that the gates of MatchOptions stand for
+constexpr double kContourSize = 0.04;       // share of a known radius, as in the check of stereo_match
 
 double squared(double value) {
   return value * value;
@@ -46,8 +46,8 @@ double by_area(double radius_px) {
   return kArea * natural_log(small) + natural_log(std::max(1.0, area / kLargeArea));
 }
 
-/// What one image alone says for a thing as the target.
-double looks_of(const SphereContour& contour, const Appearance& appearance, const MatchOptions& options) {
+/// Evidence from one image alone.
+double appearance_evidence(const SphereContour& contour, const Appearance& appearance, const MatchOptions& options) {
   const bool edges = contour.kind == SphereContour::Kind::kEdges;
   return interpolated(appearance.background, 0.3, kStill) +
          (edges ? kContour : interpolated(appearance.compactness, 0.6, kShape)) +
@@ -168,31 +168,35 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought) {
   return enough ? std::optional<size_t>(0) : std::nullopt;
 }
 
-bool is_outdone(const Candidate& candidate, std::span<const Candidate> candidates, std::span<const ComparedPair> pairs,
-                const std::array<std::span<const SphereContour>, 2>& contours,
-                const std::array<std::span<const Appearance>, 2>& appearance, const MatchOptions& options) {
-  const auto looks = [&](size_t side, int k) {
-    return looks_of(contours[side][static_cast<size_t>(k)], appearance[side][static_cast<size_t>(k)], options);
+const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
+                               std::span<const ComparedPair> pairs,
+                               const std::array<std::span<const SphereContour>, 2>& contours,
+                               const std::array<std::span<const Appearance>, 2>& appearance,
+                               const MatchOptions& options) {
+  const auto evidence = [&](size_t side, int k) {
+    return appearance_evidence(contours[side][static_cast<size_t>(k)], appearance[side][static_cast<size_t>(k)],
+                               options);
   };
-  const double least_left = looks(0, candidate.match.left) + kLead,
-               least_right = looks(1, candidate.match.right) + kLead;
-  return std::ranges::any_of(pairs, [&](const ComparedPair& pair) {
+  const double least_left = evidence(0, candidate.match.left) + kLead,
+               least_right = evidence(1, candidate.match.right) + kLead;
+  const auto better = std::ranges::find_if(pairs, [&](const ComparedPair& pair) {
     const int left = pair.match.left, right = pair.match.right;
     const bool apart = pair.match.status == Status::kInconsistentPair || pair.match.status == Status::kEpipolarMismatch;
     if (!apart) return false;
     const SphereContour& in_left = contours[0][static_cast<size_t>(left)];
     const SphereContour& in_right = contours[1][static_cast<size_t>(right)];
     return pair.size_sigmas < kGates && std::abs(pair.match.epipolar_px) < in_left.radius_px + in_right.radius_px &&
-           !in_left.cut_off && !in_right.cut_off && looks(0, left) > least_left && looks(1, right) > least_right &&
-           std::ranges::none_of(candidates, [&](const Candidate& other) {
+           !in_left.cut_off && !in_right.cut_off && evidence(0, left) > least_left &&
+           evidence(1, right) > least_right && std::ranges::none_of(candidates, [&](const Candidate& other) {
              return other.match.left == left || other.match.right == right;
            });
   });
+  return better == pairs.end() ? nullptr : &*better;
 }
 
 bool is_likely(const Candidate& candidate, const MatchOptions& options) {
   const auto& term = candidate.evidence.term;
-  if (options.radius_m > 0) return term[Evidence::kStereo] + term[Evidence::kSize] > kUnfit;
+  if (options.radius_m > 0) return term[Evidence::kStereo] + term[Evidence::kSize] > kLeastFit;
   return term[Evidence::kRound] + term[Evidence::kColour] + term[Evidence::kSize] > kLikely;
 }
 

@@ -59,16 +59,17 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
 /// reasons. Returns the chosen one's index; nothing where there is none, or where several could be the target.
 std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1);
 
-/// Whether something looks more like the target than a candidate does, by kLead in each image, but fits no pair: what
-/// moves and is seen at different times is of one size in both images, and off the epipolar line by less than its
-/// diameter. `contours` and `appearance` of the left and of the right image are those that the pairs' matches refer to.
-[[nodiscard]] bool is_outdone(const Candidate& candidate, std::span<const Candidate> candidates,
-                              std::span<const ComparedPair> pairs,
-                              const std::array<std::span<const SphereContour>, 2>& contours,
-                              const std::array<std::span<const Appearance>, 2>& appearance,
-                              const MatchOptions& options);
+/// A pair that looks more like the target than a candidate does, by kLead in each image, but does not fit: what moves
+/// across the epipolar lines and is seen at different times is of one size in both images, and off the line by less
+/// than its diameter. What the border cuts off is no such pair. Null where there is none. `contours` and `appearance`
+/// of the left and of the right image are those that the pairs' matches refer to.
+[[nodiscard]] const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
+                                             std::span<const ComparedPair> pairs,
+                                             const std::array<std::span<const SphereContour>, 2>& contours,
+                                             const std::array<std::span<const Appearance>, 2>& appearance,
+                                             const MatchOptions& options);
 
-/// Whether a candidate for a target that is not tracked is enough like a target to be taken for it. Specks of unknown
+/// Whether a candidate that no prediction supports is enough like a target to be taken for it. Specks of unknown
 /// size that are small and ragged are not, nor what fits a known radius and the other image at the edge of all gates.
 [[nodiscard]] bool is_likely(const Candidate& candidate, const MatchOptions& options);
 
