@@ -1,7 +1,7 @@
 """The sets `basketball-*`: pairs of images of a basketball in a hand, from two cameras 14 cm apart that are not synchronised.
 
 The calibration is the owner's, and so are the boxes around the ball, which a neural network found. Near a box, the label
-is the projected centre of the sphere whose outline fits the edges; no learned colour and no constant of vision is used.
+is the projected centre of the sphere whose contour fits the edges; no learned colour and no constant of vision is used.
 """
 import io
 import json
@@ -14,11 +14,11 @@ from clone import decode, new_folder, rig_lines
 WIDTH, HEIGHT = 2304, 1296
 RADIUS_M = 0.12
 DIRECTIONS = 360  # in which an edge is looked for, from the middle of a box
-LEAST_COVERED = 0.5  # of the directions around the centre, those with an edge on the outline
+LEAST_COVERED = 0.5  # of the directions around the centre, those with an edge on the contour
 SEED = 1
 # First and last pair of each set, and its use.
 PARTS = {"indoors": (1, 83, "tuning"), "dark": (87, 105, "tuning"), "outdoors": (137, 216, "test")}
-# Pairs whose label was seen to be beside the ball's outline in one image: it is blurred, or half of it is hidden.
+# Pairs whose label was seen to be beside the ball's contour in one image: it is blurred, or half of it is occluded.
 WRONG = (57, 142, 159, 160, 161, 162, 183, 186)
 
 
@@ -38,7 +38,7 @@ class Camera:
         zero = np.zeros(3)
         return cv2.projectPoints(rays.reshape(-1, 1, 3), zero, zero, self.matrix, self.distortion)[0].reshape(-1, 2)
 
-    def outline(self, box):
+    def ellipse_in(self, box):
         """The ellipse in a box of the rectified image, as pixels of the camera's."""
         angle = np.linspace(0, 2 * np.pi, 64, endpoint=False)
         x = box["x"] + box["w"] * (0.5 + 0.5 * np.cos(angle))
@@ -66,10 +66,11 @@ def edges(image, centre, size):
     return np.concatenate(found) if found else np.empty((0, 2))
 
 
-def sphere(camera, image, outline, random):
-    """Projected centre (px), angular radius (rad) and covered share of the sphere whose outline fits best near `outline`."""
-    centre = outline.mean(axis=0)
-    size = np.sqrt(2 * np.mean((outline - centre) ** 2))
+def sphere(camera, image, start, random):
+    """Projected centre (px), angular radius (rad) and covered share of the sphere with the best contour near `start`, an
+    ellipse (px)."""
+    centre = start.mean(axis=0)
+    size = np.sqrt(2 * np.mean((start - centre) ** 2))
     points = edges(image, centre, size)
     if len(points) < 60:
         return None
@@ -79,7 +80,7 @@ def sphere(camera, image, outline, random):
     tolerance = 1.5 * max(1.0, size / 100) / camera.matrix[0, 0]
     sectors = ((np.arctan2(*(points - centre).T[::-1]) + np.pi) / (2 * np.pi) * 72).astype(int) % 72
 
-    def on_outline(axis, radius):
+    def on_contour(axis, radius):
         return abs(np.arccos(np.clip(rays @ axis, -1, 1)) - radius) < tolerance
 
     def cone(chosen):  # around an axis: ray . axis = cos(radius)
@@ -92,7 +93,7 @@ def sphere(camera, image, outline, random):
         found = cone(random.choice(len(rays), 3, replace=False))
         if not found or not 0.75 * angle < found[1] < 1.3 * angle or middle @ found[0] < np.cos(0.4 * angle):
             continue
-        on = on_outline(*found)
+        on = on_contour(*found)
         score = len(set(sectors[on])) + 1e-4 * on.sum()
         if best is None or score > best[0]:
             best = score, on
@@ -103,7 +104,7 @@ def sphere(camera, image, outline, random):
         found = cone(on)
         if not found:
             return None
-        on = on_outline(*found)
+        on = on_contour(*found)
         if on.sum() < 20:
             return None
     return camera.pixels(found[0])[0], found[1], len(set(sectors[on])) / 72
@@ -117,12 +118,12 @@ def label_all(clone, cameras, boxes):
         for pair, box in boxes.items():
             found = {}
             for side, camera in cameras.items():
-                outline = camera.outline(box[side]) + shift[side]
+                start = camera.ellipse_in(box[side]) + shift[side]
                 image = decode(clone.read(f"data/basketball_images/{side}/{side}_{pair:02d}.jpg"))
-                one = sphere(camera, image, outline, np.random.default_rng([SEED, pair]))
+                one = sphere(camera, image, start, np.random.default_rng([SEED, pair]))
                 if one and one[2] >= LEAST_COVERED:
                     found[side] = one
-                    off[side].append(one[0] - outline.mean(axis=0))
+                    off[side].append(one[0] - start.mean(axis=0))
             if len(found) == 2:
                 labels[pair] = found
         if not last:

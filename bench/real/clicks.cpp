@@ -18,8 +18,11 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
     clicked.used.erase(clicked.used.begin() + static_cast<ptrdiff_t>(k));
   };
   ObjectColour object = learn_object(pictures);
+  bool mostly_refused = false;
   if (!object.fault.empty() && pictures.size() > 1) {
-    for (const size_t k : std::views::reverse(faulty_alone(pictures))) {
+    const std::vector<size_t> alone = faulty_alone(pictures);
+    mostly_refused = are_most(alone, pictures);
+    for (const size_t k : std::views::reverse(alone)) {
       if (pictures.size() > 1) leave_out(k);
     }
     object = learn_object(pictures);
@@ -29,6 +32,7 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
     object = learn_object(pictures);
   }
   clicked.fault = object.fault;
+  if (mostly_refused && clicked.fault.empty()) clicked.fault = "most of the clicks are refused";
   if (object.colour.status == vision::LearnedColour::Status::kLearned) clicked.model = object.colour.model;
   return clicked;
 }

@@ -24,7 +24,7 @@ struct Clicked {
 };
 
 /// Learns one colour from all clicks. As the documentation says, pictures that `calibrate colour` names as faulty are
-/// left out while there are others.
+/// left out while there are others; where it refuses most of them even alone, it refuses the object.
 Clicked learn_clicks(const std::vector<Click>& clicks);
 
 }  // namespace multireach::bench

@@ -336,6 +336,18 @@ TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
   EXPECT_EQ(object.faulty_picture, size_t{1});
   EXPECT_EQ(object.fault.find("bad.png: with the learned colours another object is found"), 0U) << object.fault;
   EXPECT_EQ(faulty_alone(pictures), std::vector<size_t>{1});
+  EXPECT_FALSE(are_most(faulty_alone(pictures), pictures)) << "one of two";
+}
+
+TEST(ObjectColourOf, SeveralPicturesIsRefusedWhereMostOfThemAreFaulty) {
+  const Ball ball{{60, 110}, 20, kOrange}, twin{{220, 120}, 30, kOrange};
+  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 87), ball, "good.png"),
+                                            clicked(picture({ball, twin}, {}, 88), ball, "bad.png"),
+                                            clicked(picture({ball, twin}, {}, 89), ball, "also bad.png"),
+                                            {.bgr = picture({}, {}, 90), .name = "without.png"}};
+  EXPECT_EQ(faulty_alone(pictures), (std::vector<size_t>{1, 2}));
+  EXPECT_TRUE(are_most(faulty_alone(pictures), pictures)) << "two of three; the fourth does not have the object";
+  EXPECT_FALSE(are_most(std::vector<size_t>{1}, pictures));
 }
 
 TEST(ObjectColourOf, IsNotCutForDarkThingsOfItsColour) {

@@ -178,6 +178,12 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   std::vector<std::string> names;
   const std::vector<size_t> alone = faulty_alone(pictures);
   for (const size_t k : alone) names.push_back(pictures[k].name);
+  if (are_most(alone, pictures)) {
+    return fmt::format(
+        "; refused even alone: {} of {}: {}; correct the clicks or rectangles there or, if they are right, choose "
+        "another object or another light, for at most places something else has its colours",
+        alone.size(), with, fmt::join(names, ", "));
+  }
   if (names.size() == 1)
     return fmt::format("; refused even alone: {}; correct that, or leave it out",
                        learn_object(pictures[alone[0]]).fault);

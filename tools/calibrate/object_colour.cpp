@@ -323,6 +323,12 @@ std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures) {
   return faulty;
 }
 
+bool are_most(std::span<const size_t> faulty, std::span<const ObjectPicture> pictures) {
+  const auto have_it =
+      std::ranges::count_if(pictures, [](const ObjectPicture& picture) { return picture.region.has_value(); });
+  return 2 * faulty.size() > static_cast<size_t>(have_it);
+}
+
 std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures) {
   std::optional<size_t> faulty;
   double most = 0;

@@ -38,6 +38,10 @@ ObjectColour learn_object(const ObjectPicture& picture);
 /// beside the object, or another thing of its colours, spoils what is learned from all.
 std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures);
 
+/// Whether those are most of the pictures that have the object. What the others teach is then not to be relied on: at
+/// most places where the object may be, something else has its colours.
+bool are_most(std::span<const size_t> faulty, std::span<const ObjectPicture> pictures);
+
 /// The number of the picture without which the others are learned without a fault; of several, the one without which
 /// the colours contain most of the object. Nothing if there is none, or fewer than three pictures.
 std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures);
