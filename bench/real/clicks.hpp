@@ -23,8 +23,8 @@ struct Clicked {
   std::vector<size_t> used;  ///< numbers of the clicks
 };
 
-/// Learns one colour from all clicks. As the documentation says, pictures that `calibrate colour` names as faulty are
-/// left out while there are others; where it refuses most of them even alone, it refuses the object.
+/// Learns one colour from all clicks. As the documentation says, pictures that `calibrate colour` names are left out
+/// while there are others, but where it then doubts the colours, the object is refused.
 Clicked learn_clicks(const std::vector<Click>& clicks);
 
 }  // namespace multireach::bench

@@ -336,18 +336,6 @@ TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {
   EXPECT_EQ(object.faulty_picture, size_t{1});
   EXPECT_EQ(object.fault.find("bad.png: with the learned colours another object is found"), 0U) << object.fault;
   EXPECT_EQ(faulty_alone(pictures), std::vector<size_t>{1});
-  EXPECT_FALSE(are_most(faulty_alone(pictures), pictures)) << "one of two";
-}
-
-TEST(ObjectColourOf, SeveralPicturesIsRefusedWhereMostOfThemAreFaulty) {
-  const Ball ball{{60, 110}, 20, kOrange}, twin{{220, 120}, 30, kOrange};
-  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 87), ball, "good.png"),
-                                            clicked(picture({ball, twin}, {}, 88), ball, "bad.png"),
-                                            clicked(picture({ball, twin}, {}, 89), ball, "also bad.png"),
-                                            {.bgr = picture({}, {}, 90), .name = "without.png"}};
-  EXPECT_EQ(faulty_alone(pictures), (std::vector<size_t>{1, 2}));
-  EXPECT_TRUE(are_most(faulty_alone(pictures), pictures)) << "two of three; the fourth does not have the object";
-  EXPECT_FALSE(are_most(std::vector<size_t>{1}, pictures));
 }
 
 TEST(ObjectColourOf, IsNotCutForDarkThingsOfItsColour) {
@@ -405,6 +393,37 @@ TEST(ObjectColourOf, SeveralPicturesSaysWithoutWhichTheOthersPass) {
   EXPECT_NE(learn_object(pictures).fault, "");
   EXPECT_EQ(faulty_among(pictures), size_t{1});
   EXPECT_FALSE(faulty_among(std::span(pictures).first(2)).has_value()) << "one picture is not several";
+}
+
+TEST(ObjectColourOf, PicturesThatAgreeIsLearnedWithoutTheOthers) {
+  const Ball ball{{60, 110}, 20, kOrange}, twin{{220, 120}, 30, kOrange}, grey{{60, 110}, 20, {150, 152, 150}};
+  const ObjectPicture without{.bgr = picture({}, {}, 90), .name = "without.png"};
+  const ObjectPicture good = clicked(picture({ball}, {}, 87), ball, "good.png");
+  EXPECT_TRUE(learn_agreeing(std::vector{good, without}).left_out.empty());
+  // Vision does not choose between the ball and the twin.
+  const std::vector<ObjectPicture> one{without, clicked(picture({ball, twin}, {}, 88), ball, "twin.png"), good};
+  const AgreeingPictures agreeing = learn_agreeing(one);
+  EXPECT_EQ(agreeing.left_out, std::vector<size_t>{1});
+  EXPECT_EQ(agreeing.object.fault, "");
+  EXPECT_EQ(agreeing.doubt, "");
+  // In another light the ball does not have its colours, so that vision takes the twin.
+  const std::vector<ObjectPicture> other{good, clicked(picture({grey, twin}, {}, 88), grey, "grey.png")};
+  const AgreeingPictures misled = learn_agreeing(other);
+  EXPECT_EQ(misled.left_out, std::vector<size_t>{1});
+  EXPECT_EQ(misled.object.fault, "");
+  EXPECT_EQ(misled.doubt.find("by their colours vision would take what is at "), 0U) << misled.doubt;
+}
+
+TEST(ObjectColourOf, PicturesThatAgreeIsDoubtedWhereTheyAreFew) {
+  const Ball ball{{60, 110}, 20, kOrange}, twin{{220, 120}, 30, kOrange};
+  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 87), ball, "good.png"),
+                                            clicked(picture({ball, twin}, {}, 88), ball, "bad.png"),
+                                            clicked(picture({ball, twin}, {}, 89), ball, "also bad.png"),
+                                            {.bgr = picture({}, {}, 90), .name = "without.png"}};
+  const AgreeingPictures agreeing = learn_agreeing(pictures);
+  EXPECT_EQ(agreeing.left_out, (std::vector<size_t>{1, 2}));
+  EXPECT_EQ(agreeing.object.fault, "");
+  EXPECT_EQ(agreeing.doubt, "most pictures of the object are refused even alone") << "the fourth does not have it";
 }
 
 }  // namespace

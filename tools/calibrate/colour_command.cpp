@@ -174,25 +174,20 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   if (object.faulty_picture && !pictures[*object.faulty_picture].region)
     return "; take away what has the object's colours there, or choose another object";
   if (with == 1) return {};
-  spdlog::info("looking for the picture that causes this, by learning from one after another");
+  spdlog::info("looking for the pictures that cause this, by learning from one after another");
+  const AgreeingPictures agreeing = learn_agreeing(pictures);
+  if (!agreeing.object.fault.empty()) {
+    return static_cast<std::ptrdiff_t>(agreeing.left_out.size()) + 1 == with
+               ? "; no other picture is accepted either: correct the clicks or rectangles, or choose another object"
+               : "; the pictures do not agree: check the clicks or rectangles in each";
+  }
   std::vector<std::string> names;
-  const std::vector<size_t> alone = faulty_alone(pictures);
-  for (const size_t k : alone) names.push_back(pictures[k].name);
-  if (are_most(alone, pictures)) {
-    return fmt::format(
-        "; refused even alone: {} of {}: {}; correct the clicks or rectangles there or, if they are right, choose "
-        "another object or another light, for at most places something else has its colours",
-        alone.size(), with, fmt::join(names, ", "));
-  }
-  if (names.size() == 1)
-    return fmt::format("; refused even alone: {}; correct that, or leave it out",
-                       learn_object(pictures[alone[0]]).fault);
-  if (!names.empty()) {
-    return fmt::format("; refused even alone: {}: correct the clicks or rectangles there, or leave it out",
-                       fmt::join(names, ", "));
-  }
-  if (const auto k = faulty_among(pictures)) return fmt::format("; without {} the others pass", pictures[*k].name);
-  return "; the pictures do not agree: check the clicks or rectangles in each";
+  for (const size_t k : agreeing.left_out) names.push_back(pictures[k].name);
+  const std::string without = fmt::format("; without {} the others pass", fmt::join(names, ", "));
+  if (agreeing.doubt.empty()) return without + ": correct the clicks or rectangles there, or leave that out";
+  return fmt::format(
+      "{}, but {}: correct the clicks or rectangles there or, if they are right, choose another object or another light",
+      without, agreeing.doubt);
 }
 
 struct Learned {

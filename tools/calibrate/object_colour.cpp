@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
+#include <ranges>
 
 #include "vision/colour/colour_table.hpp"
 #include "vision/colour/find.hpp"
@@ -93,8 +95,8 @@ bool is_near(const cv::Rect& other, const Part& part) {
 }
 
 /// "X,Y" in the picture.
-std::string position_of(const vision::Blob& blob, const cv::Point& corner) {
-  return fmt::format("{},{}", cvRound(blob.centroid.x()) + corner.x, cvRound(blob.centroid.y()) + corner.y);
+std::string position_of(const Eigen::Vector2d& px, const cv::Point& corner) {
+  return fmt::format("{},{}", cvRound(px.x()) + corner.x, cvRound(px.y()) + corner.y);
 }
 
 /// Where something else has the object's colours, which learning from the whole picture leaves out, as the end of a
@@ -120,7 +122,7 @@ std::string others_like_it(const Part& part) {
   return fmt::format(
       "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
       "vision.yaml and give --within-left and --within-right",
-      position_of(*largest, part.corner));
+      position_of(largest->centroid, part.corner));
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
@@ -146,7 +148,7 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
   }
   if (!object) {
     return fmt::format("with the learned colours another object is found, at {}, and not this one",
-                       position_of(blobs[0], part.corner));
+                       position_of(blobs[0].centroid, part.corner));
   }
   if (inside < 0.5 * object->area) {
     return "with the learned colours the object is found together with much of what is around it";
@@ -154,7 +156,7 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
   for (const vision::Blob& blob : blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one: {}",
-                       position_of(blob, part.corner), 100 * blob.area / object->area,
+                       position_of(blob.centroid, part.corner), 100 * blob.area / object->area,
                        is_near(blob.box, part) ? kIfPart : kIfOther);
   }
   const double whole = area_of(region);
@@ -174,7 +176,7 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, d
     if (blob.area < kFewest * area) continue;
     return fmt::format(
         "with the learned colours something is found at {}, {:.0f} % as large as the object, which is not there",
-        position_of(blob, corner), 100 * blob.area / area);
+        position_of(blob.centroid, corner), 100 * blob.area / area);
   }
   return {};
 }
@@ -187,7 +189,7 @@ std::string doubt_of_region(const Part& part, const vision::ColourModel& model) 
   for (const vision::Blob& blob : found.blobs) {
     if (blob.area < kPart * area_of(*part.region) || was_clicked(blob, part)) continue;
     if (is_near(blob.box, part))
-      return fmt::format("what is at {} has its colours, too: {}", position_of(blob, part.corner), kIfPart);
+      return fmt::format("what is at {} has its colours, too: {}", position_of(blob.centroid, part.corner), kIfPart);
   }
   return {};
 }
@@ -221,40 +223,59 @@ std::string about(const ObjectPicture& picture, const std::string& sentence) {
   return picture.name.empty() ? sentence : picture.name + ": " + sentence;
 }
 
-/// Why vision would not answer with the object to this picture and a copy as seen from a little to the right, when it
-/// knows only the colours; empty when it would.
-std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) {
+/// What vision, knowing only the colours, finds in a picture and a copy as seen from a little to the right. Nothing
+/// where the copy would cut the object off.
+std::optional<vision::StereoTracker::Found> found_by_vision(const Part& part, const vision::ColourModel& model) {
   constexpr int kShift = 10, kLeast = 40;  // pixels
   const cv::Mat& bgr = part.bgr;
-  if (std::min(bgr.cols, bgr.rows) < kLeast) return {};
-  if (part.region->box.x < kShift) return {};  // the copy would cut it off
+  if (std::min(bgr.cols, bgr.rows) < kLeast || part.region->box.x < kShift) return std::nullopt;
   cv::Mat shifted;
   cv::copyMakeBorder(bgr.colRange(kShift, bgr.cols), shifted, 0, 0, 0, kShift, cv::BORDER_REPLICATE);
   vision::TrackerOptions options;
   options.rig = parallel_rig(bgr.cols, bgr.rows, bgr.cols, 0.06);
   options.colour = {model, model};
   vision::StereoTracker tracker(options);
-  const vision::StereoTracker::Found found = tracker.find(bgr, shifted);
+  return tracker.find(bgr, shifted);
+}
+
+/// Whether a point of the part is in a box around what was clicked.
+bool is_clicked(const Eigen::Vector2d& px, const Part& part) {
+  const cv::Point at(cvRound(px.x()), cvRound(px.y()));
+  return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) { return box.contains(at); });
+}
+
+/// Why vision would not answer with the object; empty when it would.
+std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) {
+  const auto found = found_by_vision(part, model);
+  if (!found) return {};
   using Status = vision::StereoMatch::Status;
-  const auto is_object = [&](const Eigen::Vector2d& px) {
-    const cv::Point at(cvRound(px.x()), cvRound(px.y()));
-    return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) { return box.contains(at); });
-  };
-  const auto at = [&](const Eigen::Vector2d& px) {
-    return fmt::format("{},{}", cvRound(px.x()) + part.corner.x, cvRound(px.y()) + part.corner.y);
-  };
-  if (found.match.status == Status::kSeen)
-    return is_object(found.match.left_px)
-               ? ""
-               : "by the colours alone vision would take what is at " + at(found.match.left_px) + " for it";
-  if (found.match.status != Status::kAmbiguous)
-    return std::string("by the colours alone vision would say: ") + description(found.match.status);
-  const auto other = std::ranges::find_if(
-      found.candidates, [&](const vision::Candidate& candidate) { return !is_object(candidate.match.left_px); });
-  if (other == found.candidates.end() && part.boxes.size() > 1) return {};  // several that look alike
+  if (found->match.status == Status::kSeen) {
+    if (is_clicked(found->match.left_px, part)) return {};
+    return fmt::format("by the colours alone vision would take what is at {} for it",
+                       position_of(found->match.left_px, part.corner));
+  }
+  if (found->match.status != Status::kAmbiguous)
+    return std::string("by the colours alone vision would say: ") + description(found->match.status);
+  const auto other = std::ranges::find_if(found->candidates, [&](const vision::Candidate& candidate) {
+    return !is_clicked(candidate.match.left_px, part);
+  });
+  if (other == found->candidates.end() && part.boxes.size() > 1) return {};  // several that look alike
   return fmt::format(
       "by the colours alone vision would not choose between it and {}: set ball_radius_m or search_region_m",
-      other == found.candidates.end() ? "a part of it" : "what is at " + at(other->match.left_px));
+      other == found->candidates.end() ? "a part of it"
+                                       : "what is at " + position_of(other->match.left_px, part.corner));
+}
+
+/// That vision would take something else for the object, as a clause; empty where it would not. What is near a region
+/// may be the object: of a picture that is refused, a click may be beside it, or show a part.
+std::string taken_for_it(const ObjectPicture& picture, const vision::ColourModel& model) {
+  const Part part = part_of(picture);
+  const auto found = found_by_vision(part, model);
+  if (!found || found->match.status != vision::StereoMatch::Status::kSeen) return {};
+  const Eigen::Vector2d& px = found->match.left_px;
+  if (is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) return {};
+  return fmt::format("by their colours vision would take what is at {} in {} for the object",
+                     position_of(px, part.corner), picture.name);
 }
 
 /// What is doubtful about the colours in one picture.
@@ -323,12 +344,6 @@ std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures) {
   return faulty;
 }
 
-bool are_most(std::span<const size_t> faulty, std::span<const ObjectPicture> pictures) {
-  const auto have_it =
-      std::ranges::count_if(pictures, [](const ObjectPicture& picture) { return picture.region.has_value(); });
-  return 2 * faulty.size() > static_cast<size_t>(have_it);
-}
-
 std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures) {
   std::optional<size_t> faulty;
   double most = 0;
@@ -342,6 +357,39 @@ std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures) {
     faulty = k;
   }
   return faulty;
+}
+
+AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
+  AgreeingPictures agreeing{learn_object(pictures)};
+  std::vector<ObjectPicture> taken(pictures.begin(), pictures.end());
+  std::vector<size_t> numbers(pictures.size());
+  std::iota(numbers.begin(), numbers.end(), size_t{0});
+  const auto objects = [&] {
+    return std::ranges::count_if(taken, [](const ObjectPicture& picture) { return picture.region.has_value(); });
+  };
+  const auto leave_out = [&](size_t k) {
+    if (objects() < 2 || !taken[k].region) return false;
+    agreeing.left_out.push_back(numbers[k]);
+    taken.erase(taken.begin() + static_cast<ptrdiff_t>(k));
+    numbers.erase(numbers.begin() + static_cast<ptrdiff_t>(k));
+    return true;
+  };
+  ObjectColour& object = agreeing.object;
+  if (!object.fault.empty() && objects() > 1) {
+    const std::vector<size_t> alone = faulty_alone(taken);
+    if (2 * alone.size() > static_cast<size_t>(objects()))
+      agreeing.doubt = "most pictures of the object are refused even alone";
+    for (const size_t k : std::views::reverse(alone)) leave_out(k);
+    if (!agreeing.left_out.empty()) object = learn_object(taken);
+  }
+  while (object.faulty_picture && leave_out(faulty_among(taken).value_or(*object.faulty_picture)))
+    object = learn_object(taken);
+  std::ranges::sort(agreeing.left_out);
+  if (object.colour.status != vision::LearnedColour::Status::kLearned) return agreeing;
+  for (const size_t k : agreeing.left_out) {
+    if (agreeing.doubt.empty()) agreeing.doubt = taken_for_it(pictures[k], object.colour.model);
+  }
+  return agreeing;
 }
 
 cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model) {

@@ -38,13 +38,22 @@ ObjectColour learn_object(const ObjectPicture& picture);
 /// beside the object, or another thing of its colours, spoils what is learned from all.
 std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures);
 
-/// Whether those are most of the pictures that have the object. What the others teach is then not to be relied on: at
-/// most places where the object may be, something else has its colours.
-bool are_most(std::span<const size_t> faulty, std::span<const ObjectPicture> pictures);
-
 /// The number of the picture without which the others are learned without a fault; of several, the one without which
 /// the colours contain most of the object. Nothing if there is none, or fewer than three pictures.
 std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures);
+
+/// The colours of an object from those of several pictures that agree.
+struct AgreeingPictures {
+  ObjectColour object;
+  std::vector<size_t> left_out{};  ///< numbers of the pictures that it is not learned from, in their order
+  /// Why these colours are not to be relied on, as a clause; empty where they are. Most pictures of the object are
+  /// refused even alone, or vision would take something else for it, by these colours, in one that is left out.
+  std::string doubt{};
+};
+
+/// Leaves out what faulty_alone() and then, one after another, what faulty_among() tells, or the picture that a fault is
+/// about, until the others are learned without a fault or one picture of the object is left.
+AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures);
 
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.
 cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model);
