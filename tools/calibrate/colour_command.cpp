@@ -186,7 +186,8 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   const std::string without = fmt::format("; without {} the others pass", fmt::join(names, ", "));
   if (agreeing.doubt.empty()) return without + ": correct the clicks or rectangles there, or leave that out";
   return fmt::format(
-      "{}, but {}: correct the clicks or rectangles there or, if they are right, choose another object or another light",
+      "{}, but {}: correct the clicks or rectangles there or, if they are right, choose another object or another "
+      "light",
       without, agreeing.doubt);
 }
 

@@ -51,8 +51,8 @@ struct AgreeingPictures {
   std::string doubt{};
 };
 
-/// Leaves out what faulty_alone() and then, one after another, what faulty_among() tells, or the picture that a fault is
-/// about, until the others are learned without a fault or one picture of the object is left.
+/// Leaves out what faulty_alone() and then, one after another, what faulty_among() tells, or the picture that a fault
+/// is about, until the others are learned without a fault or one picture of the object is left.
 AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures);
 
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.
