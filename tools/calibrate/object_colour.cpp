@@ -274,8 +274,9 @@ std::string taken_for_it(const ObjectPicture& picture, const vision::ColourModel
   if (!found || found->match.status != vision::StereoMatch::Status::kSeen) return {};
   const Eigen::Vector2d& px = found->match.left_px;
   if (is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) return {};
-  return fmt::format("by their colours vision would take what is at {} in {} for the object",
-                     position_of(px, part.corner), picture.name);
+  const std::string in_picture = picture.name.empty() ? "" : " in " + picture.name;
+  return fmt::format("by their colours vision would take what is at {}{} for the object", position_of(px, part.corner),
+                     in_picture);
 }
 
 /// What is doubtful about the colours in one picture.
