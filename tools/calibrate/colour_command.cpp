@@ -169,14 +169,16 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
 
 /// What to do about a fault of several pictures, as the rest of a sentence.
 std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColour& object) {
+  constexpr char kTakeAway[] = "; take away what has the object's colours there, or choose another object";
+  const auto is_without = [&](const std::optional<size_t>& k) { return k && !pictures[*k].region; };
   const auto with =
       std::ranges::count_if(pictures, [](const ObjectPicture& picture) { return picture.region.has_value(); });
-  if (object.faulty_picture && !pictures[*object.faulty_picture].region)
-    return "; take away what has the object's colours there, or choose another object";
+  if (is_without(object.faulty_picture)) return kTakeAway;
   if (with == 1) return {};
   spdlog::info("looking for the pictures that cause this, by learning from one after another");
   const AgreeingPictures agreeing = learn_agreeing(pictures);
   if (!agreeing.object.fault.empty()) {
+    if (is_without(agreeing.object.faulty_picture)) return "; " + agreeing.object.fault + kTakeAway;
     return static_cast<std::ptrdiff_t>(agreeing.left_out.size()) + 1 == with
                ? "; no other picture is accepted either: correct the clicks or rectangles, or choose another object"
                : "; the pictures do not agree: check the clicks or rectangles in each";

@@ -385,6 +385,7 @@ AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
   }
   while (object.faulty_picture && leave_out(faulty_among(taken).value_or(*object.faulty_picture)))
     object = learn_object(taken);
+  if (object.faulty_picture) object.faulty_picture = numbers[*object.faulty_picture];
   std::ranges::sort(agreeing.left_out);
   if (object.colour.status != vision::LearnedColour::Status::kLearned) return agreeing;
   for (const size_t k : agreeing.left_out) {

@@ -44,7 +44,7 @@ std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures);
 
 /// The colours of an object from those of several pictures that agree.
 struct AgreeingPictures {
-  ObjectColour object;
+  ObjectColour object;             ///< its `faulty_picture` is a number of all pictures
   std::vector<size_t> left_out{};  ///< numbers of the pictures that it is not learned from, in their order
   /// Why these colours are not to be relied on, as a clause; empty where they are. Most pictures of the object are
   /// refused even alone, or vision would take something else for it, by these colours, in one that is left out.
