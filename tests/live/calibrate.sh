@@ -99,6 +99,10 @@ if [ -d "$photographs" ]; then
   [ "$(grep -c '"file"' "$work/two.json")" -eq 6 ] || fail "expected three pictures of each camera"
   refuses "--click-left 225,245: with several pictures, give it after the --left" \
     "$calibrate" colour --click-left 225,245 --left "$photographs/view1.png" --left "$right" -o "$work/none.yaml"
+  # A click beside the object in one of them.
+  $(colour --click-left 225,245 --left "$right" --click-left 20,20) 2>"$work/err"
+  [ $? -eq 1 ] && grep -q "without $right the rest passes, but by their colours vision would take what is at 18[0-9],24[0-9] in $right" "$work/err" ||
+    fail "a click beside the object: $(cat "$work/err")"
   refuses "--without-left $photographs/view1.png: this picture is given twice, first as --left" \
     $(colour --click-left 225,245 --without-left "$photographs/view1.png")
   refuses "--picture: $right is also --right" $(colour --click-left 225,245 --right "$right" --click-right 182,248 --picture "$right")
