@@ -414,6 +414,16 @@ TEST(ObjectColourOf, PicturesThatAgreeIsLearnedWithoutTheOthers) {
   EXPECT_EQ(misled.doubt.find("by their colours vision would take what is at "), 0U) << misled.doubt;
 }
 
+TEST(ObjectColourOf, PicturesWithoutTheObjectAreNotLeftOut) {
+  const Ball ball{{60, 110}, 20, kOrange};
+  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 82), ball, "good.png"),
+                                            clicked(picture({ball}, {}, 84), ball, "also good.png"),
+                                            {.bgr = picture({ball}, {}, 85), .name = "with.png"}};
+  EXPECT_NE(learn_object(pictures).fault, "");
+  EXPECT_FALSE(faulty_among(pictures).has_value());
+  EXPECT_NE(learn_agreeing(pictures).object.fault, "");
+}
+
 TEST(ObjectColourOf, PicturesThatAgreeIsDoubtedWhereTheyAreFew) {
   const Ball ball{{60, 110}, 20, kOrange}, twin{{220, 120}, 30, kOrange};
   const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 87), ball, "good.png"),

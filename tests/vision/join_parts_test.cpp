@@ -143,6 +143,25 @@ TEST(JoinParts, WhatIsLeftOnBothSidesOfAnObjectIsNotOne) {
   for (const Blob& blob : objects) EXPECT_EQ(blob.whole_area, 0) << blob.area;
 }
 
+// A frame around a bar: each row across the bar has two gaps, one of a seam's width and a wider one.
+TEST(JoinParts, AMirroredImageHasTheSameParts) {
+  for (const int left : {2, 9}) {
+    cv::Mat1b mask(400, 400, uint8_t{0});
+    cv::rectangle(mask, cv::Rect(100, 100, 120, 120), 255, cv::FILLED);
+    cv::rectangle(mask, cv::Rect(130, 110, 60, 100), 0, cv::FILLED);
+    cv::rectangle(mask, cv::Rect(130 + left, 132, 49, 56), 255, cv::FILLED);
+    cv::Mat1b mirrored;
+    cv::flip(mask, mirrored, 1);
+    const std::vector<Blob> blobs = joined(mask), others = joined(mirrored);
+    ASSERT_EQ(blobs.size(), others.size());
+    for (size_t k = 0; k < blobs.size(); ++k) {
+      EXPECT_EQ(blobs[k].area, others[k].area);
+      EXPECT_EQ(blobs[k].whole_area, others[k].whole_area);
+      EXPECT_GT(blobs[k].whole_area, blobs[k].area) << "the bar is beside the frame";
+    }
+  }
+}
+
 TEST(JoinParts, OneBlobAndNoneStayWhatTheyAre) {
   EXPECT_TRUE(join_parts({}).empty());
   const std::vector<Blob> one = joined(ball(50));

@@ -171,15 +171,25 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
 std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColour& object) {
   constexpr char kTakeAway[] = "; take away what has the object's colours there, or choose another object";
   const auto is_without = [&](const std::optional<size_t>& k) { return k && !pictures[*k].region; };
-  const auto with =
-      std::ranges::count_if(pictures, [](const ObjectPicture& picture) { return picture.region.has_value(); });
   if (is_without(object.faulty_picture)) return kTakeAway;
-  if (with == 1) return {};
+  std::vector<ObjectPicture> objects;
+  std::vector<std::string> others;
+  for (const ObjectPicture& picture : pictures) {
+    if (picture.region)
+      objects.push_back(picture);
+    else
+      others.push_back(picture.name);
+  }
+  if (!others.empty() && learn_object(objects).fault.empty())
+    return fmt::format("; without {} the rest passes{}", fmt::join(others, ", "), kTakeAway);
+  if (objects.size() == 1) return {};
   spdlog::info("looking for the pictures that cause this, by learning from one after another");
   const AgreeingPictures agreeing = learn_agreeing(pictures);
   if (!agreeing.object.fault.empty()) {
     if (is_without(agreeing.object.faulty_picture)) return "; " + agreeing.object.fault + kTakeAway;
-    return static_cast<std::ptrdiff_t>(agreeing.left_out.size()) + 1 == with
+    if (!others.empty())
+      return "; the pictures do not agree: check the clicks or rectangles, and what the pictures without it show";
+    return agreeing.left_out.size() + 1 == objects.size()
                ? "; no other picture is accepted either: correct the clicks or rectangles, or choose another object"
                : "; the pictures do not agree: check the clicks or rectangles in each";
   }

@@ -119,10 +119,12 @@ std::string others_like_it(const Part& part) {
   }
   if (!largest)
     return ": click in the middle of it, give it more light, or choose one that differs from what is around it";
+  const auto longest =
+      std::ranges::max_element(largest->runs, {}, [](const vision::Run& run) { return run.end - run.begin; });
   return fmt::format(
       "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
       "vision.yaml and give --within-left and --within-right",
-      position_of(largest->centroid, part.corner));
+      position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner));
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
@@ -349,6 +351,7 @@ std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures) {
   std::optional<size_t> faulty;
   double most = 0;
   for (size_t k = 0; k < pictures.size() && pictures.size() > 2; ++k) {
+    if (!pictures[k].region) continue;
     std::vector<ObjectPicture> others(pictures.begin(), pictures.end());
     others.erase(others.begin() + static_cast<ptrdiff_t>(k));
     if (std::ranges::none_of(others, [](const ObjectPicture& other) { return other.region.has_value(); })) continue;
@@ -383,8 +386,12 @@ AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
     for (const size_t k : std::views::reverse(alone)) leave_out(k);
     if (!agreeing.left_out.empty()) object = learn_object(taken);
   }
-  while (object.faulty_picture && leave_out(faulty_among(taken).value_or(*object.faulty_picture)))
+  constexpr size_t kFew = 6;  // pictures, of which it takes seconds to learn from all but one, for each
+  while (object.faulty_picture) {
+    const auto among = taken.size() > kFew ? std::nullopt : faulty_among(taken);
+    if (!leave_out(among.value_or(*object.faulty_picture))) break;
     object = learn_object(taken);
+  }
   if (object.faulty_picture) object.faulty_picture = numbers[*object.faulty_picture];
   std::ranges::sort(agreeing.left_out);
   if (object.colour.status != vision::LearnedColour::Status::kLearned) return agreeing;

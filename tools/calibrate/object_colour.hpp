@@ -38,8 +38,8 @@ ObjectColour learn_object(const ObjectPicture& picture);
 /// beside the object, or another thing of its colours, spoils what is learned from all.
 std::vector<size_t> faulty_alone(std::span<const ObjectPicture> pictures);
 
-/// The number of the picture without which the others are learned without a fault; of several, the one without which
-/// the colours contain most of the object. Nothing if there is none, or fewer than three pictures.
+/// The number of the picture of the object without which the others are learned without a fault; of several, the one
+/// without which the colours contain most of the object. Nothing if there is none, or fewer than three pictures.
 std::optional<size_t> faulty_among(std::span<const ObjectPicture> pictures);
 
 /// The colours of an object from those of several pictures that agree.
@@ -52,7 +52,8 @@ struct AgreeingPictures {
 };
 
 /// Leaves out what faulty_alone() and then, one after another, what faulty_among() tells, or the picture that a fault
-/// is about, until the others are learned without a fault or one picture of the object is left.
+/// is about where it tells nothing or more than six are left, until the others are learned without a fault or one
+/// picture of the object is left.
 AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures);
 
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.

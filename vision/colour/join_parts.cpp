@@ -47,7 +47,7 @@ std::vector<PartRun> runs_inside(const Blob& a, const Blob& b, const cv::Rect& p
   return runs;
 }
 
-/// In each row in which they face each other across at most `most` pixels, the gap between two blobs.
+/// In each row in which they face each other across at most `most` pixels, the narrowest gap between two blobs.
 std::vector<int> gaps_in_rows(const std::vector<PartRun>& runs, int most) {
   std::vector<int> gaps;
   int counted = -1;
@@ -55,7 +55,10 @@ std::vector<int> gaps_in_rows(const std::vector<PartRun>& runs, int most) {
     const auto &before = runs[k - 1], &here = runs[k];
     const int gap = here.run.begin - before.run.end;
     if (here.run.row != before.run.row || here.of_second == before.of_second || gap > most) continue;
-    if (here.run.row == counted) continue;
+    if (here.run.row == counted) {
+      gaps.back() = std::min(gaps.back(), gap);
+      continue;
+    }
     counted = here.run.row;
     gaps.push_back(gap);
   }
@@ -64,22 +67,22 @@ std::vector<int> gaps_in_rows(const std::vector<PartRun>& runs, int most) {
 
 /// The same for the columns of the part.
 std::vector<int> gaps_in_columns(const std::vector<PartRun>& runs, const cv::Rect& part, int most) {
-  struct Last {
-    int row = 0;
-    bool any = false, of_second = false, counted = false;
+  struct Column {
+    int row = 0, narrowest = 0;
+    bool any = false, of_second = false;
   };
-  std::vector<Last> columns(static_cast<size_t>(part.width));
-  std::vector<int> gaps;
+  std::vector<Column> columns(static_cast<size_t>(part.width), Column{.narrowest = most + 1});
   for (const auto& [run, of_second] : runs) {
     for (int x = run.begin - part.x; x < run.end - part.x; ++x) {
-      Last& last = columns[static_cast<size_t>(x)];
-      const int gap = run.row - last.row - 1;
-      if (last.any && !last.counted && last.of_second != of_second && gap <= most) {
-        gaps.push_back(gap);
-        last.counted = true;
-      }
-      last = {run.row, true, of_second, last.counted};
+      Column& column = columns[static_cast<size_t>(x)];
+      if (column.any && column.of_second != of_second)
+        column.narrowest = std::min(column.narrowest, run.row - column.row - 1);
+      column = {run.row, column.narrowest, true, of_second};
     }
+  }
+  std::vector<int> gaps;
+  for (const Column& column : columns) {
+    if (column.narrowest <= most) gaps.push_back(column.narrowest);
   }
   return gaps;
 }

@@ -12,7 +12,7 @@ namespace multireach::vision {
 /// one's diameter. A union is an object if it has a compactness of at least 0.7, above the mean of its parts by area,
 /// and a diameter of at least 40 pixels; what makes it less compact is left out first, as a hand. Adjacent blobs that
 /// are no object together are returned unchanged, with `whole_area` and `whole_centroid` of their union, except
-/// complete ones (compactness above 0.85). By decreasing area.
+/// complete ones (compactness above 0.85). By decreasing area; `blobs` as well, for a group begins at the largest.
 std::vector<Blob> join_parts(std::span<const Blob> blobs);
 
 }  // namespace multireach::vision
