@@ -196,7 +196,7 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
   std::vector<std::string> names;
   for (const size_t k : agreeing.left_out) names.push_back(pictures[k].name);
   const std::string without = fmt::format("; without {} the rest passes", fmt::join(names, ", "));
-  if (agreeing.doubt.empty()) return without + ": correct the clicks or rectangles there, or leave that out";
+  if (agreeing.doubt.empty()) return without + ": correct the clicks or rectangles there, or leave them out";
   return fmt::format(
       "{}, but {}: correct the clicks or rectangles there or, if they are right, choose another object or another "
       "light",
