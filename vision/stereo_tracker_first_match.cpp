@@ -2,6 +2,15 @@
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach::vision {
+namespace {
+
+/// Whether the distance exceeds its standard deviation: else the viewing rays are parallel within their errors.
+bool has_distance(const StereoMatch& match, const StereoRig& rig) {
+  const Eigen::Vector3d line = match.point.p_W - rig.X_WL.translation(), along = line.normalized();
+  return along.dot(match.covariance() * along) < line.squaredNorm();
+}
+
+}  // namespace
 
 void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located,
                                       const View& left, const View& right, Found& found) const {
@@ -22,6 +31,10 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
              "its size and its two images hardly fit");
     else
       refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
+    return;
+  }
+  if (!has_distance(candidate.match, options_.rig)) {
+    refuse(candidate.match, Status::kBehindCameras, "its two viewing rays are parallel within their errors");
     return;
   }
   const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options_.rig, located);

@@ -1,7 +1,9 @@
 // Things of the target's colour that stand still, and the target that moves among them.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -152,6 +154,24 @@ vision::TrackerOptions options_with_radius(const StereoRig& rig) {
 
 bool is_at(const vision::TargetReport& report, const Eigen::Vector3d& place) {
   return report.status == Status::kTracked && (report.estimate.position - place).norm() < 0.05;
+}
+
+TEST(StaticScene, OfTwoThingsThatLookLikeOneEachMayBeTheTarget) {
+  const StereoRig rig = level_rig();
+  const std::array<cv::Rect, 2> folders{cv::Rect(60, 100, 26, 52), cv::Rect(89, 100, 26, 52)};
+  const Room room(rig, {folders[0], folders[1]});
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < 60; ++k) room.look(k, std::nullopt, vision);
+  const vision::StereoVision::Target& target = vision.targets().front();
+  ASSERT_EQ(target.report.status, Status::kTracked) << target.report.reason;
+  ASSERT_EQ(target.views[0].blobs.size(), 1U) << "or this test shows nothing";
+  constexpr double kDepth = kFocal * kBaseline / 14;  // cvRound(kFocal * kBaseline / 2.5) pixels of disparity
+  for (const cv::Rect& folder : folders) {
+    const double x = folder.x + 0.5 * (folder.width - 1) - 160, y = folder.y + 0.5 * (folder.height - 1) - 120;
+    const Eigen::Vector3d apart = target.report.estimate.position - kDepth / kFocal * Eigen::Vector3d(x, y, kFocal);
+    EXPECT_GT(apart.norm(), 0.1);
+    EXPECT_LT(apart.dot(target.report.estimate.covariance.ldlt().solve(apart)), 9) << "three standard deviations";
+  }
 }
 
 TEST(StaticScene, ALargerThingIsNotFollowedBesideABallThatMovesLater) {

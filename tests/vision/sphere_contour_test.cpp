@@ -364,17 +364,17 @@ TEST(SphereContourFit, TellsHowFarTheCentreOfALargerObjectMayBe) {
   cv::ellipse(image, {150, 120}, {60, 14}, 30, 0, 360, cv::Scalar(60, 50, 210), cv::FILLED);  // a panel
   Blob blob = red_blobs(image).at(0);
   SphereContourFitter fitter(c);
-  EXPECT_EQ(fitter.fit(image, blob).to_whole, Eigen::Vector3d::Zero());
-  blob.whole_area = blob.area;
-  blob.whole_centroid = blob.centroid;
-  EXPECT_EQ(fitter.fit(image, blob).to_whole, Eigen::Vector3d::Zero()) << "the blob is all of it";
-  blob.whole_area = 4 * blob.area;
-  blob.whole_centroid += Eigen::Vector2d(-10, 20);
+  EXPECT_EQ(fitter.fit(image, blob).to_alternative, Eigen::Vector3d::Zero());
+  blob.alternative_area = blob.area;
+  blob.alternative_centroid = blob.centroid;
+  EXPECT_EQ(fitter.fit(image, blob).to_alternative, Eigen::Vector3d::Zero()) << "the blob is all of it";
+  blob.alternative_area = 4 * blob.area;
+  blob.alternative_centroid += Eigen::Vector2d(-10, 20);
   const SphereContour part = fitter.fit(image, blob);
   ASSERT_EQ(part.kind, Kind::kCentroid);
-  EXPECT_NEAR(part.to_whole.x() * c.fx, -10, 1e-6);
-  EXPECT_NEAR(part.to_whole.y() * c.fy, 20, 1e-6);
-  EXPECT_NEAR(part.to_whole.z(), part.value.z(), 1e-9) << "twice the radius";
+  EXPECT_NEAR(part.to_alternative.x() * c.fx, -10, 1e-6);
+  EXPECT_NEAR(part.to_alternative.y() * c.fy, 20, 1e-6);
+  EXPECT_NEAR(part.to_alternative.z(), part.value.z(), 1e-9) << "twice the radius";
 }
 
 TEST(SphereContourFit, AnswersWhateverTheBlobIs) {

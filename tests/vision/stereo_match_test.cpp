@@ -252,7 +252,7 @@ TEST(StereoMatching, APartOfAnObjectIsTrustedLess) {
     std::array<SphereContour, 2> sides{blob_of(disc_of(r.left, panel, 0.5 * kRadius)),
                                        blob_of(disc_of(r.right, r.X_RL * panel, 0.5 * kRadius))};
     const std::array<SphereContour, 2> whole{disc_of(r.left, kBall), disc_of(r.right, r.X_RL * kBall)};
-    for (size_t k = 0; k < 2 && told; ++k) sides[k].to_whole = whole[k].value - sides[k].value;
+    for (size_t k = 0; k < 2 && told; ++k) sides[k].to_alternative = whole[k].value - sides[k].value;
     return squared_sigmas_of_ball(match_candidates({sides[0]}, {sides[1]}, std::nullopt, {}));
   };
   EXPECT_LT(squared_sigmas(true), k95);
@@ -268,13 +268,44 @@ TEST(StereoMatching, ThePartThatOneImageShowsIsInThatCamerasFrame) {
   const Eigen::Vector3d p_R = turned.X_RL * kBall;
   const SphereContour left = blob_of(disc_of(turned.left, kBall));
   SphereContour right = blob_of(disc_of(turned.right, p_R));
-  right.to_whole = {0.1, 0, 0};
+  right.to_alternative = {0.1, 0, 0};
   const StereoMatch match =
       vision::match_candidates(turned, std::vector{left}, std::vector{right}, std::nullopt, MatchOptions{});
   ASSERT_EQ(match.status, StereoMatch::Status::kSeen) << description(match.status);
   const Eigen::Vector3d to_centre =
       turned.X_WL.linear() * (turned.X_RL.linear().transpose() * Eigen::Vector3d(0.1 * p_R.z(), 0, 0));
   EXPECT_LT((match.contradiction - to_centre * to_centre.transpose()).norm(), 1e-9);
+}
+
+// A strip, nearly along the rows, whose centre is known across it only, and cameras whose rows are 2 px off: moving its
+// images along it explains that.
+TEST(StereoMatching, AnElongatedBlobThatRowsMoveAlongItselfIsTrustedLess) {
+  const Pair ball = pair_of(kBall);
+  std::array<SphereContour, 2> sides{blob_of(ball.left), blob_of(ball.right)};
+  const Eigen::Vector2d along = Eigen::Vector2d(1, -0.15).normalized(), across(-along.y(), along.x());
+  for (SphereContour& side : sides) {
+    side.covariance.topLeftCorner<2, 2>() =
+        (std::pow(8 / 500.0, 2) * along * along.transpose() + std::pow(0.5 / 500.0, 2) * across * across.transpose());
+  }
+  sides[1].value.y() += 2 / 500.0;
+  const StereoMatch match = match_candidates({sides[0]}, {sides[1]}, std::nullopt, {});
+  ASSERT_EQ(match.status, Status::kSeen) << description(match.status);
+  EXPECT_LT(squared_sigmas_of_ball(match), k95);
+  const Eigen::Vector3d off = match.point.p_W - rig().X_WL * kBall;
+  EXPECT_GT(off.dot(match.point.covariance.inverse() * off), k95) << "or this test shows nothing";
+}
+
+// A strip 30 m away, 1 px of disparity, whose images may be anywhere along it.
+TEST(StereoMatching, WhatIsInfinitelyFarWithinItsErrorsIsNotSeen) {
+  const StereoRig r = rig();
+  const Eigen::Vector3d far(0.2, 0.1, 30);
+  std::array<SphereContour, 2> sides{blob_of(disc_of(r.left, far)), blob_of(disc_of(r.right, r.X_RL * far))};
+  const Eigen::Vector2d along = Eigen::Vector2d(1, -0.15).normalized();
+  for (SphereContour& side : sides)
+    side.covariance.topLeftCorner<2, 2>() += std::pow(60 / 500.0, 2) * along * along.transpose();
+  sides[1].value.y() += 7 / 500.0;
+  const StereoMatch match = match_candidates({sides[0]}, {sides[1]}, std::nullopt, {});
+  EXPECT_EQ(match.status, Status::kBehindCameras) << match.point.depth_left_m << " m";
 }
 
 // Cameras that are not synchronised, and an object that moves 4 px across the rows and as far along them in between.

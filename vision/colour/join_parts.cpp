@@ -182,12 +182,18 @@ bool make_object(std::span<const Blob* const> parts, const Blob& whole) {
   return compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
 }
 
-/// Adds the objects of a group of blobs that seams connect. Where it makes none, each blob may be a part of it all.
+/// Adds the objects of a group of blobs that seams connect. Two objects beside each other may look like one: of a
+/// union, the largest part may be the object. Where the group makes none, each blob may be a part of it all.
 void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {
   std::vector<const Blob*> parts = group;
   leave_out_others(parts);
   if (const Blob whole = joined(parts); make_object(parts, whole)) {
     objects.push_back(whole);
+    if (parts.size() > 1) {
+      const Blob& largest = **std::ranges::max_element(parts, {}, [](const Blob* part) { return part->area; });
+      objects.back().alternative_area = largest.area;
+      objects.back().alternative_centroid = largest.centroid;
+    }
     std::erase_if(group, [&](const Blob* blob) { return std::ranges::find(parts, blob) != parts.end(); });
     while (!group.empty()) add_objects(take_group(group), objects);
     return;
@@ -196,8 +202,8 @@ void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {
   for (const Blob* blob : group) {
     objects.push_back(*blob);
     if (group.size() == 1 || compactness(*blob) > kComplete) continue;
-    objects.back().whole_area = all.area;
-    objects.back().whole_centroid = all.centroid;
+    objects.back().alternative_area = all.area;
+    objects.back().alternative_centroid = all.centroid;
   }
 }
 

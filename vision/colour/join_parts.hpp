@@ -10,8 +10,9 @@ namespace multireach::vision {
 /// The blobs of one image, with those joined that are parts of one compact object, as the panels of a basketball
 /// between its dark seams. Adjacent blobs have a gap of at most a seam's width between them, for most of the smaller
 /// one's diameter. A union is an object if it has a compactness of at least 0.7, above the mean of its parts by area,
-/// and a diameter of at least 40 pixels; what makes it less compact is left out first, as a hand. Adjacent blobs that
-/// are no object together are returned unchanged, with `whole_area` and `whole_centroid` of their union, except
+/// and a diameter of at least 40 pixels; what makes it less compact is left out first, as a hand. Its
+/// `alternative_area` and `alternative_centroid` are those of its largest part. Adjacent blobs that
+/// are no object together are returned unchanged, with those of their union, except
 /// complete ones (compactness above 0.85). By decreasing area; `blobs` as well, for a group begins at the largest.
 std::vector<Blob> join_parts(std::span<const Blob> blobs);
 

@@ -441,11 +441,11 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
     result.occlusion = in_image ? std::max(result.occlusion, centre.cut_off_share) : BlobCentre::kNotLocated;
 }
 
-/// SphereContour::to_whole of a centroid with this size, `value.z()`.
-Eigen::Vector3d SphereContourFitter::to_whole(const Blob& blob, double size) const {
+/// SphereContour::to_alternative of a centroid with this size, `value.z()`.
+Eigen::Vector3d SphereContourFitter::to_alternative(const Blob& blob, double size) const {
   const Eigen::Vector2d aside =
-      ray_of(camera_, blob.whole_centroid, middle_ray_) - ray_of(camera_, blob.centroid, middle_ray_);
-  return {aside.x(), aside.y(), (std::sqrt(blob.whole_area / blob.area) - 1) * size};
+      ray_of(camera_, blob.alternative_centroid, middle_ray_) - ray_of(camera_, blob.centroid, middle_ray_);
+  return {aside.x(), aside.y(), (std::sqrt(blob.alternative_area / blob.area) - 1) * size};
 }
 
 SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,
@@ -486,7 +486,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     // Occlusion is meaningful only for objects known to be spheres.
     if (least_seen_ > kOfASphere || part.visible_fraction == 0) result = {.occlusion = SphereContour::kUnknown};
     use_centroid(result);
-    if (blob.whole_area > 0) result.to_whole = to_whole(blob, result.value.z());
+    if (blob.alternative_area > 0) result.to_alternative = to_alternative(blob, result.value.z());
     if (verdict == Verdict::kPart) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
       result.shared.col(kHidden) = part.value - result.value;

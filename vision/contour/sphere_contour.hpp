@@ -32,8 +32,9 @@ struct SphereContour {
   SharedErrors shared = SharedErrors::Zero();            ///< the errors that the other image of a pair shares
   /// `value` minus what the blob's centroid gives: 0 where this is what `value` is.
   Eigen::Vector3d from_centroid{0, 0, 0};
-  /// What is to be added to `value` if the blob is only a part of the object (Blob::whole_area); not in `covariance`.
-  Eigen::Vector3d to_whole{0, 0, 0};
+  /// What is to be added to `value` if the object is what the blob may be instead (Blob::alternative_area); not in
+  /// `covariance`. 0 where edges were fitted.
+  Eigen::Vector3d to_alternative{0, 0, 0};
   Eigen::Vector2d centre_px{0, 0};  ///< image of the sphere's centre
   double radius_px = 0;             ///< approximate, in pixels at the image centre
   double visible_fraction = 0;      ///< share of the contour's length with a fitting edge
@@ -107,7 +108,7 @@ class SphereContourFitter {
   double describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;
   void use_centroid(SphereContour& result) const;
-  Eigen::Vector3d to_whole(const Blob& blob, double size) const;
+  Eigen::Vector3d to_alternative(const Blob& blob, double size) const;
 
   CameraModel camera_;
   double least_seen_;

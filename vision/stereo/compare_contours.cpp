@@ -176,6 +176,7 @@ class ContourComparison {
     scored.radius_sigma_m = free->radius_sigma_m;
     (prior ? match.point.covariance : match.contradiction) +=
         covariance_of_contradiction(left, right, *free, {match.epipolar_px, match.epipolar_sigma_px});
+    if (!prior) match.contradiction += covariance_by_midpoint(left, right, sphere->p_W);
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
@@ -240,25 +241,38 @@ class ContourComparison {
     };
     widen(wider_left, left, free.depth_left_m, right, free.depth_right_m);
     widen(wider_right, right, free.depth_right_m, left, free.depth_left_m);
-    const Eigen::Matrix3d of_part = known ? Eigen::Matrix3d::Zero().eval() : covariance_of_part(left, right, free);
-    if (!any) return of_part;
+    const Eigen::Matrix3d of_alternative =
+        known ? Eigen::Matrix3d::Zero().eval() : covariance_of_alternative(left, right, free);
+    if (!any) return of_alternative;
     const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
-    return wider ? Eigen::Matrix3d(of_part + wider->covariance - free.covariance) : of_part;
+    return wider ? Eigen::Matrix3d(of_alternative + wider->covariance - free.covariance) : of_alternative;
   }
 
-  /// Both images may show the same part of an object: the object's centre is then to one side of it, and farther away
-  /// by about as much as the object is larger than the part. By the image that shows the smaller part.
-  Eigen::Matrix3d covariance_of_part(const SphereContour& left, const SphereContour& right,
-                                     const SphereTriangulation& free) const {
-    const double left_m = left.to_whole.norm() * free.depth_left_m,
-                 right_m = right.to_whole.norm() * free.depth_right_m;
+  /// Both images may show the same part of an object, or the object with something beside it: its centre is then to one
+  /// side, and farther away or nearer by about as much as the object is larger or smaller. By the image in which it
+  /// differs more.
+  Eigen::Matrix3d covariance_of_alternative(const SphereContour& left, const SphereContour& right,
+                                            const SphereTriangulation& free) const {
+    const double left_m = left.to_alternative.norm() * free.depth_left_m,
+                 right_m = right.to_alternative.norm() * free.depth_right_m;
     const bool by_left = left_m >= right_m;
-    const SphereContour& part = by_left ? left : right;
-    const Eigen::Vector3d aside(part.to_whole.x(), part.to_whole.y(), 0),
-        along = part.to_whole.z() * part.ray().homogeneous();
+    const SphereContour& contour = by_left ? left : right;
+    const Eigen::Vector3d aside(contour.to_alternative.x(), contour.to_alternative.y(), 0),
+        along = contour.to_alternative.z() * contour.ray().homogeneous();
     Eigen::Matrix3d from_camera = rig_.X_WL.linear() * (by_left ? free.depth_left_m : free.depth_right_m);
     if (!by_left) from_camera *= rig_.X_RL.linear().transpose();
     return from_camera * (aside * aside.transpose() + along * along.transpose()) * from_camera.transpose();
+  }
+
+  /// The estimate may move the image of an elongated blob far along the blob, to where both rays meet. So may it
+  /// wrongly explain rays that miss each other: it may be off by as much as it differs from the midpoint of the
+  /// measured rays.
+  Eigen::Matrix3d covariance_by_midpoint(const SphereContour& left, const SphereContour& right,
+                                         const Eigen::Vector3d& p_W) const {
+    const auto midpoint = midpoint_of(rig_, left.ray(), right.ray());
+    if (!midpoint) return Eigen::Matrix3d::Zero();
+    const Eigen::Vector3d apart = p_W - *midpoint;
+    return apart * apart.transpose();
   }
 
   /// Whether the radius that contours and distance give is the known one. A centroid's size is a rough estimate.

@@ -19,13 +19,13 @@ struct StereoMatch {
     kColourEverywhere,  ///< most of an image has the object's colour
     kNotInLeft,         ///< no blob of the object's colour
     kNotInRight,
-    kCutOff,                 ///< too much of the object is outside an image
-    kInconsistentPair,       ///< the blobs differ in size or violate the epipolar constraint
-    kEpipolarMismatch,       ///< a contour of the same size in each image, but they violate the epipolar constraint
-    kBehindCameras,          ///< the viewing rays do not meet in front of the cameras
-    kImagesSwapped,          ///< the best pair does not fit, but would if left and right image were exchanged
-    kOccludedTooMuch,        ///< too much is occluded to locate the centre
-    kWrongRadius,            ///< the measured radius differs from the known one
+    kCutOff,            ///< too much of the object is outside an image
+    kInconsistentPair,  ///< the blobs differ in size or violate the epipolar constraint
+    kEpipolarMismatch,  ///< a contour of the same size in each image, but they violate the epipolar constraint
+    kBehindCameras,     ///< the viewing rays do not meet in front of the cameras, or are parallel within their errors
+    kImagesSwapped,     ///< the best pair does not fit, but would if left and right image were exchanged
+    kOccludedTooMuch,   ///< too much is occluded to locate the centre
+    kWrongRadius,       ///< the measured radius differs from the known one
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
     kOutsideRegion,          ///< something was found, but outside of the search region
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
@@ -40,7 +40,7 @@ struct StereoMatch {
   /// also when kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
   /// Covariance of `p_W` besides that of `point`, where the radius is not known and the images contradict each other:
-  /// by sizes (a blob shows a part, or something else as well) or rows (a motion between the exposures). Not in
+  /// by sizes or rows (a motion between the exposures), or where the object may be more or less than the blob. Not in
   /// `point`, by which candidates are compared with the prediction, the search region and each other: the images of two
   /// things differ, too. The track's gates and filter use covariance(), and so does what is reported.
   Eigen::Matrix3d contradiction = Eigen::Matrix3d::Zero();

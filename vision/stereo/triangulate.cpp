@@ -9,6 +9,9 @@ namespace multireach::vision {
 namespace {
 
 constexpr int kSteps = 5;  // enough: quadratic convergence from a start whose error is second order in the noise
+// Share of the distance by which the last step may still move the estimate: else it does not converge, but goes to
+// infinity, where rays are parallel within their errors. A convergent one's moves it by less than the noise.
+constexpr double kConverged = 1e-3;
 
 /// Midpoint between two rays where they are closest, in the left camera's frame, and the gap between them.
 struct Meeting {
@@ -57,13 +60,19 @@ Eigen::Matrix2d ray_covariance(const CameraModel& camera, double sigma_px) {
   return Eigen::Matrix2d(sigma.square().matrix().asDiagonal());
 }
 
+std::optional<Eigen::Vector3d> midpoint_of(const StereoRig& rig, const Eigen::Vector2d& left_ray,
+                                           const Eigen::Vector2d& right_ray) {
+  const auto meeting = meeting_of(rig, left_ray, right_ray);
+  return meeting ? std::optional<Eigen::Vector3d>(rig.X_WL * meeting->p_L) : std::nullopt;
+}
+
 std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
                                          const RayMeasurement& right) {
   const auto meeting = meeting_of(rig, left.ray, right.ray);
   if (!meeting) return std::nullopt;
   const Eigen::Isometry3d X_LL = Eigen::Isometry3d::Identity();
   const Eigen::Matrix2d left_weight = left.covariance.inverse(), right_weight = right.covariance.inverse();
-  Eigen::Vector3d p_L = meeting->p_L;
+  Eigen::Vector3d p_L = meeting->p_L, step = Eigen::Vector3d::Zero();
   Eigen::Matrix3d information;
   Triangulation result;
   for (int k = 0; k <= kSteps; ++k) {
@@ -81,8 +90,11 @@ std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurem
     };
     take(X_LL, left.ray, left_weight);
     take(rig.X_RL, right.ray, right_weight);
-    if (k < kSteps) p_L += information.ldlt().solve(gradient);
+    if (k == kSteps) break;
+    step = information.ldlt().solve(gradient);
+    p_L += step;
   }
+  if (!(step.norm() <= kConverged * p_L.norm())) return std::nullopt;
   if (!finish(rig, *meeting, p_L, information.inverse(), result)) return std::nullopt;
   return result;
 }
@@ -101,7 +113,7 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
   joint.topRightCorner<3, 3>() = left.shared * right.shared.transpose();
   joint.bottomLeftCorner<3, 3>() = right.shared * left.shared.transpose();
   const Joint weight = joint.ldlt().solve(Joint::Identity());
-  Eigen::Vector4d x;  // the centre in the left camera's frame, and the radius
+  Eigen::Vector4d x, step;  // the centre in the left camera's frame, and the radius
   x << meeting->p_L, prior ? prior->radius_m : left.value.z() * meeting->p_L.norm();
   Eigen::Matrix4d information;
   SphereTriangulation result;
@@ -130,8 +142,11 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
       gradient[3] += of_prior * apart;
       result.chi2 += of_prior * apart * apart;
     }
-    if (k < kSteps) x += information.ldlt().solve(gradient);
+    if (k == kSteps) break;
+    step = information.ldlt().solve(gradient);
+    x += step;
   }
+  if (!(step.head<3>().norm() <= kConverged * x.head<3>().norm())) return std::nullopt;
   const Eigen::Matrix4d covariance = information.inverse();
   result.degrees_of_freedom = prior ? 3 : 2;
   result.radius_m = x[3];

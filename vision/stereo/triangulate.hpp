@@ -35,9 +35,15 @@ struct Triangulation {
   int degrees_of_freedom = 1;    ///< of chi2; equals its mean when both measurements show one object
 };
 
+/// The midpoint between two undistorted viewing rays where they are closest, m, in W. Nothing when they are parallel or
+/// do not approach each other in front of both cameras.
+[[nodiscard]] std::optional<Eigen::Vector3d> midpoint_of(const StereoRig& rig, const Eigen::Vector2d& left_ray,
+                                                         const Eigen::Vector2d& right_ray);
+
 /// Triangulates two undistorted image points: weighted least squares on the reprojection error, with Gauss-Newton steps
 /// from the midpoint of the rays. The covariance is (J^T S^-1 J)^-1 (Hartley & Zisserman, Multiple View Geometry,
-/// 2nd ed., Sect. 5.2 and 12.3). Nothing when the rays are parallel or the point is not in front of both cameras.
+/// 2nd ed., Sect. 5.2 and 12.3). Nothing when the rays are parallel, also within their errors, or the point is not in
+/// front of both cameras.
 [[nodiscard]] std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
                                                        const RayMeasurement& right);
 
@@ -55,7 +61,7 @@ struct SphereTriangulation : Triangulation {
 /// Triangulates a sphere: its centre and radius from both directions and both angular radii, by generalised least
 /// squares: the errors of both images correlate by what they share. The common size, and a known radius, improve the
 /// estimate where a direction is uncertain (partial occlusion); a large chi2 indicates that the measurements contradict
-/// each other.
+/// each other. Nothing as above.
 [[nodiscard]] std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, const SphereMeasurement& left,
                                                                     const SphereMeasurement& right,
                                                                     const std::optional<RadiusPrior>& prior);
