@@ -206,6 +206,25 @@ TEST(ObjectColourOf, WhatIsBeyondTheSearchedPartMayHaveItsColours) {
   EXPECT_NEAR(std::stoi(other.substr(at + 28)), near.centre.x, 3) << "in the whole picture";
 }
 
+// Vision does not answer with what the border cuts off, so that a smaller object of the colour wins.
+TEST(ObjectColourOf, IsRefusedWhereVisionWouldTakeSomethingElseForTheObject) {
+  const Ball ball{{kWidth - 8, 110}, 24, kOrange}, small{{80, 60}, 16, kOrange};
+  EXPECT_EQ(learned(picture({ball}, {}, 15), ball).fault, "");
+  const cv::Mat two = picture({ball, small}, {}, 15);
+  const auto is_named = [](const std::string& fault) {
+    const size_t at = fault.find("vision would take what is at ");
+    return at != std::string::npos && std::abs(std::stoi(fault.substr(at + 29)) - 80) <= 3;
+  };
+  EXPECT_PRED1(is_named, learned(two, ball).fault);
+
+  const cv::Rect box(kWidth - 32, 86, 32, 48);
+  const Ball beside{{kWidth - 52, 110}, 12, kOrange};
+  const std::string fault =
+      learn_object({.bgr = picture({ball, beside}, {}, 15), .region = ObjectRegion{box, {}}}).fault;
+  EXPECT_NE(fault.find("vision would take what is at "), std::string::npos)
+      << fault << ": what is beside a rectangle is not a part of the object";
+}
+
 TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   const Ball ball{{150, 110}, 24, kOrange};
   cv::Mat image = picture({ball}, {}, 7);

@@ -85,10 +85,11 @@ bool was_clicked(const vision::Blob& blob, const Part& part) {
   return area_inside(blob, *part.region) > (part.boxes.size() > 1 ? kClickedOfSeveral : kClicked) * blob.area;
 }
 
-/// Whether something is no farther from a part of the region than twice its length.
+/// Whether something may be a part of the object that a click did not reach: it is no farther from a part of the
+/// region than twice its length. A rectangle is drawn around all of the object: only what reaches into it is near.
 bool is_near(const cv::Rect& other, const Part& part) {
   return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) {
-    const int margin = 2 * std::max(box.width, box.height);
+    const int margin = part.region->mask.empty() ? 0 : 2 * std::max(box.width, box.height);
     const cv::Rect around = box + cv::Size(2 * margin, 2 * margin) - cv::Point(margin, margin);
     return !(around & other).empty();
   });
@@ -235,6 +236,7 @@ std::optional<vision::StereoTracker::Found> found_by_vision(const Part& part, co
   cv::copyMakeBorder(bgr.colRange(kShift, bgr.cols), shifted, 0, 0, 0, kShift, cv::BORDER_REPLICATE);
   vision::TrackerOptions options;
   options.rig = parallel_rig(bgr.cols, bgr.rows, bgr.cols, 0.06);
+  options.rig.right.cx += 0.1 * bgr.cols;  // the shift is of something half a metre away, as in an arm's reach
   options.colour = {model, model};
   vision::StereoTracker tracker(options);
   return tracker.find(bgr, shifted);
@@ -268,17 +270,24 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
                                        : "what is at " + position_of(other->match.left_px, part.corner));
 }
 
-/// That vision would take something else for the object, as a clause; empty where it would not. What is near a region
-/// may be the object: of a picture that is refused, a click may be beside it, or show a part.
-std::string taken_for_it(const ObjectPicture& picture, const vision::ColourModel& model) {
-  const Part part = part_of(picture);
+/// Where vision would take something else for the object, as "X,Y" in the picture; empty where it would not. What is
+/// near the region may be the object: the click may be beside it, or show a part.
+std::string taken_for_it(const Part& part, const vision::ColourModel& model) {
   const auto found = found_by_vision(part, model);
   if (!found || found->match.status != vision::StereoMatch::Status::kSeen) return {};
   const Eigen::Vector2d& px = found->match.left_px;
   if (is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) return {};
-  const std::string in_picture = picture.name.empty() ? "" : " in " + picture.name;
-  return fmt::format("by their colours vision would take what is at {}{} for the object", position_of(px, part.corner),
-                     in_picture);
+  return position_of(px, part.corner);
+}
+
+/// Why the colours do not serve to find the object in a picture that has it; empty when they do.
+std::string fault_of(const Part& part, const vision::ColourModel& model) {
+  const std::string fault = finder_fault(part, model);
+  if (!fault.empty()) return fault;
+  const std::string other = taken_for_it(part, model);
+  return other.empty()
+             ? ""
+             : fmt::format("by the colours alone vision would take what is at {} for it: {}", other, kIfOther);
 }
 
 /// What is doubtful about the colours in one picture.
@@ -318,7 +327,7 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     if (!object.fault.empty()) continue;
     const Part& part = parts[k];
     const std::string fault =
-        part.region ? finder_fault(part, colour.model) : finder_fault(part.bgr, colour.model, smallest, part.corner);
+        part.region ? fault_of(part, colour.model) : finder_fault(part.bgr, colour.model, smallest, part.corner);
     if (fault.empty()) {
       if (!part.region) continue;
       for (const std::string& doubt : {doubt_of_parts(part, colour.model), doubt_of_region(part, colour.model),
@@ -396,7 +405,11 @@ AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
   std::ranges::sort(agreeing.left_out);
   if (object.colour.status != vision::LearnedColour::Status::kLearned) return agreeing;
   for (const size_t k : agreeing.left_out) {
-    if (agreeing.doubt.empty()) agreeing.doubt = taken_for_it(pictures[k], object.colour.model);
+    const std::string other = taken_for_it(part_of(pictures[k]), object.colour.model);
+    if (other.empty() || !agreeing.doubt.empty()) continue;
+    const std::string in_picture = pictures[k].name.empty() ? "" : " in " + pictures[k].name;
+    agreeing.doubt =
+        fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
   }
   return agreeing;
 }
