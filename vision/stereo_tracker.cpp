@@ -12,9 +12,6 @@ namespace {
 
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
-constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
-constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
-constexpr double kWindowMargin = 8;    // pixels
 constexpr double kAround = 2;          // radii around the last position that are not learned as background
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
@@ -132,6 +129,7 @@ void StereoTracker::restart() {
   identity_ = {};
   calibration_ = {};
   radius_m_ = 0;
+  unoccluded_size_ = {};
   for (CameraState& camera_state : cameras_) {
     camera_state.gains = {};
     camera_state.background.forget();
@@ -144,37 +142,6 @@ void StereoTracker::restart() {
 cv::Rect StereoTracker::whole_image(Side side) const {
   const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
   return {0, 0, camera.width, camera.height};
-}
-
-cv::Rect StereoTracker::window(Side side, int64_t utime) const {
-  const cv::Rect whole = search_area(side);
-  const CameraState& camera_state = cameras_[index(side)];
-  const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
-  if (look) return whole;
-  const cv::Rect window = predicted_window(side, utime).value_or(whole);
-  return window.area() > kWorthwhile * whole.area() ? whole : window;
-}
-
-std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime) const {
-  const auto predicted = track_.predicted(utime);
-  if (!predicted || radius_m_ <= 0 || !identity_.confirmed()) return std::nullopt;
-  const StereoRig& rig = options_.rig;
-  const bool left = side == Side::kLeft;
-  const CameraModel& camera = left ? rig.left : rig.right;
-  Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
-  if (!left) p = rig.X_RL * p;
-  // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
-  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
-  const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
-  if (!(near > radius_m_)) return std::nullopt;
-  const double half =
-      std::max(camera.fx, camera.fy) * (kWindowRadii * radius_m_ + kWindowSigmas * sigma_m) / near + kWindowMargin;
-  const Eigen::Vector2d centre = camera.project(p);
-  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return std::nullopt;
-  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
-  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
-  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & search_area(side);
-  return window.empty() ? std::nullopt : std::optional(window);
 }
 
 View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
@@ -286,45 +253,30 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
       pair.match.status = StereoMatch::Status::kInconsistentPair;
   }
+  // What is seen of an object of unknown size does not tell what is occluded.
+  const auto add_occlusion = [&](StereoMatch& match) {
+    if (options_.match.radius_m > 0 || match.both_by_contour || !is_located(match.status)) return;
+    match.model_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right));
+  };
   Found found;
   found.match = best_match(contours[0], contours[1], pairs);
   found.candidates = candidates_of(pairs, left.appearance, right.appearance, history, options_.match);
-  if (found.candidates.empty()) return found;
+  if (found.candidates.empty()) {
+    add_occlusion(found.match);
+    return found;
+  }
+  for (size_t k = 0; k < found.candidates.size(); ++k) {
+    StereoMatch& match = found.candidates[k].match;
+    add_occlusion(match);
+    if (!(options_.match.radius_m > 0) && !match.both_by_contour)
+      match.model_covariance += covariance_of_parts(found.candidates, k);
+  }
   const auto chosen = choose(found.candidates, others.sought);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
   const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
   if (chosen && !history.agile) check_first_match(*chosen, pairs, located, left, right, found);
   return found;
-}
-
-/// What is known of the target at the time of the left image, to which rig_at() refers a match. A prediction over a
-/// time after which the target counts as lost says nothing.
-TargetHistory StereoTracker::history_at(const PairTimes& times) const {
-  TargetHistory history;
-  const auto seen = track_.last_seen_utime();
-  if (track_.status() == TargetTrack::Status::kLost || !seen) return history;
-  if (static_cast<double>(times.pair - *seen) > 1e6 * options_.track.coast_s) return history;
-  history.steady = track_.predicted_steady(times.pair);
-  history.agile = track_.predicted(times.pair);
-  for (auto* predicted : {&history.steady, &history.agile}) {
-    if (*predicted) (*predicted)->position += track_.velocity() * offset_s(times.left, times.pair);
-  }
-  history.radius_m = radius_m_;
-  return history;
-}
-
-std::optional<std::array<Eigen::Vector3d, 2>> StereoTracker::expected_in_cameras(const PairTimes& times) const {
-  const TargetHistory history = history_at(times);
-  if (!history.steady) return std::nullopt;
-  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = rig_at(times).X_RL * p_L;
-  return p_L.z() > 0 && p_R.z() > 0 ? std::optional(std::array{p_L, p_R}) : std::nullopt;
-}
-
-std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
-  const auto p_C = expected_in_cameras(times);
-  if (!p_C) return std::nullopt;
-  return std::array{options_.rig.left.project((*p_C)[0]), options_.rig.right.project((*p_C)[1])};
 }
 
 bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,
@@ -339,6 +291,16 @@ bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch&
   };
   return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
          whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, search_area(Side::kRight));
+}
+
+double StereoTracker::radius_by_area(const StereoMatch& match, const View& left, const View& right) const {
+  const StereoRig& rig = options_.rig;
+  const Eigen::Vector3d p_L = rig.X_WL.inverse() * match.point.p_W;
+  const auto radius_m = [](const SphereContour& contour, const CameraModel& camera, double distance_m) {
+    return std::sqrt(contour.area / std::numbers::pi / (camera.fx * camera.fy)) * distance_m;
+  };
+  return std::min(radius_m(left.contours[static_cast<size_t>(match.left)], rig.left, p_L.norm()),
+                  radius_m(right.contours[static_cast<size_t>(match.right)], rig.right, (rig.X_RL * p_L).norm()));
 }
 
 /// Status to report when a pair was rejected. The track ignores a pair that is not newer and may still be tracked then.
@@ -442,6 +404,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
     return unseen;
   }
   const int64_t before = track_.utime();
+  const int64_t last_seen = track_.last_seen_utime().value_or(before);
   const PositionEstimate estimate = estimate_at_pair(times, match);
   using Jump = TargetTrack::Jump;
   const Jump jump = !seen                                                           ? Jump::kNever
@@ -454,10 +417,11 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                   past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
   }
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
-  TargetReport tracked = report(TargetTrack::Status::kTracked, description(Status::kSeen));
+  TargetReport tracked = report(TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
   tracked.estimate = estimate;
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;
+  unoccluded_size_.update(radius_by_area(match, left, right), offset_s(times.pair, last_seen));
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();

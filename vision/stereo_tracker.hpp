@@ -14,6 +14,7 @@
 #include "vision/track/search_region.hpp"
 #include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
+#include "vision/track/unoccluded_size.hpp"
 
 namespace multireach::vision {
 
@@ -193,6 +194,8 @@ class StereoTracker {
   void check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located, const View& left,
                          const View& right, Found& found) const;
   TargetHistory history_at(const PairTimes& times) const;
+  /// Radius of a disc of the matched object's area, in the image where it is smaller, m.
+  double radius_by_area(const StereoMatch& match, const View& left, const View& right) const;
   /// Where the target is expected, in the frames of the left and of the right camera, if it is before both.
   std::optional<std::array<Eigen::Vector3d, 2>> expected_in_cameras(const PairTimes& times) const;
 
@@ -201,6 +204,7 @@ class StereoTracker {
   TargetTrack track_;
   TargetIdentity identity_;
   double radius_m_ = 0;  // of the object, from the last match
+  UnoccludedSize unoccluded_size_;
   CalibrationCheck calibration_;
 };
 

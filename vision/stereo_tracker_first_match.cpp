@@ -4,7 +4,7 @@
 namespace multireach::vision {
 namespace {
 
-/// Whether the distance exceeds its standard deviation: else the viewing rays are parallel within their errors.
+/// Whether the distance exceeds its standard deviation.
 bool has_distance(const StereoMatch& match, const StereoRig& rig) {
   const Eigen::Vector3d line = match.point.p_W - rig.X_WL.translation(), along = line.normalized();
   return along.dot(match.covariance() * along) < line.squaredNorm();
@@ -23,18 +23,19 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
     candidate.chosen = false;
     candidate.reason = reason;
   };
-  if (!is_likely(candidate, options_.match)) {
+  if (known && !fits_known_radius(candidate)) {
     const auto& term = candidate.evidence.term;
     const bool wrong_size = term[Evidence::kSize] < term[Evidence::kStereo];
-    if (known)
-      refuse(candidate.match, wrong_size ? Status::kWrongRadius : Status::kInconsistentPair,
-             "its size and its two images hardly fit");
-    else
-      refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
+    refuse(candidate.match, wrong_size ? Status::kWrongRadius : Status::kInconsistentPair,
+           "its size and its two images hardly fit");
+    return;
+  }
+  if (!known && !is_likely(candidate)) {
+    refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
     return;
   }
   if (!has_distance(candidate.match, options_.rig)) {
-    refuse(candidate.match, Status::kBehindCameras, "its two viewing rays are parallel within their errors");
+    refuse(candidate.match, Status::kNoDistance, description(Status::kNoDistance));
     return;
   }
   const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options_.rig, located);

@@ -18,14 +18,14 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
   const std::vector<double> identity = identity_.serialize(utime);
   state.insert(state.end(), identity.begin(), identity.end());
   state.push_back(static_cast<double>(track_.utime() - utime));
-  state.push_back(radius_m_);
+  state.insert(state.end(), {radius_m_, unoccluded_size_.radius_m()});
   for (const CameraState& camera_state : cameras_)
     state.insert(state.end(), {camera_state.gains.red, camera_state.gains.blue});
   return state;
 }
 
 bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr size_t kOwn = 6, kIdentity = TargetIdentity::kSerializedSize;
+  constexpr size_t kOwn = 7, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
   constexpr size_t kLooks = 2;       // numbers of looks, after each background
   std::array<size_t, 2> backgrounds{}, pictures{};
@@ -41,7 +41,9 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   };
   const auto own = state.last(kOwn);
   if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
-  if (!(own[1] >= 0 && own[1] < 1e6)) return false;
+  for (const double radius_m : own.subspan(1, 2)) {
+    if (!(radius_m >= 0 && radius_m < 1e6)) return false;
+  }
   for (const double gain : own.last(4)) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
@@ -71,8 +73,9 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     camera_state.since_look = static_cast<int>(of_camera[side].looks[1]);
   }
   radius_m_ = own[1];
-  cameras_[0].gains = {own[2], own[3]};
-  cameras_[1].gains = {own[4], own[5]};
+  unoccluded_size_.set_radius_m(own[2]);
+  cameras_[0].gains = {own[3], own[4]};
+  cameras_[1].gains = {own[5], own[6]};
   return true;
 }
 

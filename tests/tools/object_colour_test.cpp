@@ -183,9 +183,9 @@ TEST(ObjectColourOf, SaysWhereTheRestOfThePictureHasItsColours) {
         {{160 + k % 16 * 10, k / 16 * 20, 10, 20}, {bright * kOrange.r, bright * kOrange.g, bright * kOrange.b}});
   }
   const ObjectColour object = learned(picture({ball}, wall, 8), ball);
-  const size_t at = object.fault.find("other objects have the same colours, e.g. at ");
+  const size_t at = object.fault.find("; what is at ");
   ASSERT_NE(at, std::string::npos) << object.fault;
-  EXPECT_GE(std::stoi(object.fault.substr(object.fault.find("e.g. at ") + 8)), 160) << "the wall's first column";
+  EXPECT_GE(std::stoi(object.fault.substr(at + 13)), 160) << "the wall's first column";
 }
 
 TEST(ObjectColourOf, WhatIsBeyondTheSearchedPartMayHaveItsColours) {
@@ -204,6 +204,13 @@ TEST(ObjectColourOf, WhatIsBeyondTheSearchedPartMayHaveItsColours) {
   const size_t at = other.find("another object is found, at ");
   ASSERT_NE(at, std::string::npos) << other;
   EXPECT_NEAR(std::stoi(other.substr(at + 28)), near.centre.x, 3) << "in the whole picture";
+}
+
+// At the left border as well, or where all that counts begins just beside it.
+TEST(ObjectColourOf, VisionIsAskedAlsoAboutWhatIsAtTheBorder) {
+  const Ball ball{{8, 110}, 24, kOrange}, small{{180, 60}, 16, kOrange};
+  const std::string fault = learned(picture({ball, small}, {}, 15), ball).fault;
+  EXPECT_NE(fault.find("vision would take what is at 1"), std::string::npos) << fault;
 }
 
 // Vision does not answer with what the border cuts off, so that a smaller object of the colour wins.
@@ -225,6 +232,16 @@ TEST(ObjectColourOf, IsRefusedWhereVisionWouldTakeSomethingElseForTheObject) {
       << fault << ": what is beside a rectangle is not a part of the object";
 }
 
+TEST(ObjectColourOf, IsThatOfTheSameObjectInTheOtherPicture) {
+  const Ball ball{{60, 110}, 20, kOrange}, other{{200, 110}, 20, {40, 90, 180}};
+  const cv::Mat left = picture({ball, other}, {}, 16), right = picture({ball, other}, {}, 17);
+  const ObjectColour object = learned(left, ball);
+  EXPECT_GT(largest_share(std::array{ObjectPicture{right, region_around(right, ball.centre)}}, object.colour.model),
+            0.8);
+  EXPECT_LT(largest_share(std::array{ObjectPicture{right, region_around(right, other.centre)}}, object.colour.model),
+            0.1);
+}
+
 TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   const Ball ball{{150, 110}, 24, kOrange};
   cv::Mat image = picture({ball}, {}, 7);
@@ -233,6 +250,7 @@ TEST(ObjectColourOf, TakesTheTwoSidesOfAStripeForOneObject) {
   region.mask = cv::Mat::zeros(image.size(), CV_8UC1);
   cv::circle(region.mask, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
   cv::rectangle(region.mask, {120, 106, 60, 9}, cv::Scalar(0), cv::FILLED);
+  region.box = cv::boundingRect(region.mask);
   EXPECT_EQ(learn_object({.bgr = image, .region = region}).fault, "");
 }
 
@@ -431,6 +449,16 @@ TEST(ObjectColourOf, PicturesThatAgreeIsLearnedWithoutTheOthers) {
   EXPECT_EQ(misled.left_out, std::vector<size_t>{1});
   EXPECT_EQ(misled.object.fault, "");
   EXPECT_EQ(misled.doubt.find("by their colours vision would take what is at "), 0U) << misled.doubt;
+}
+
+TEST(ObjectColourOf, PicturesThatAgreeAreDoubtedWhereVisionWouldNotFindTheObjectInAnother) {
+  const Ball ball{{60, 110}, 20, kOrange}, grey{{60, 110}, 20, {150, 152, 150}};
+  const std::vector<ObjectPicture> pictures{clicked(picture({ball}, {}, 87), ball, "good.png"),
+                                            clicked(picture({ball}, {}, 89), ball, "also good.png"),
+                                            clicked(picture({grey}, {}, 88), grey, "grey.png")};
+  const AgreeingPictures agreeing = learn_agreeing(pictures);
+  ASSERT_EQ(agreeing.left_out, std::vector<size_t>{2});
+  EXPECT_EQ(agreeing.doubt.find("by their colours vision would not find the object in grey.png"), 0U) << agreeing.doubt;
 }
 
 TEST(ObjectColourOf, PicturesWithoutTheObjectAreNotLeftOut) {

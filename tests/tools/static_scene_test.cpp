@@ -174,6 +174,30 @@ TEST(StaticScene, OfTwoThingsThatLookLikeOneEachMayBeTheTarget) {
   }
 }
 
+// A plate is pushed before a folder that stands still, until it hides two thirds of it. The size of a folder is not
+// known, so what is seen is still taken for all of it, but it was larger before.
+TEST(StaticScene, WhatIsGraduallyHiddenIsUncertain) {
+  const StereoRig rig = level_rig();
+  const cv::Rect folder(60, 100, 40, 60);
+  StereoVision vision({options_for(rig)});
+  constexpr double kDepth = kFocal * kBaseline / 14;  // cvRound(kFocal * kBaseline / 2.5) pixels of disparity
+  const Eigen::Vector3d there =
+      kDepth / kFocal *
+      Eigen::Vector3d(folder.x + 0.5 * (folder.width - 1) - 160, folder.y + 0.5 * (folder.height - 1) - 120, kFocal);
+  double farthest = 0;
+  for (int k = 0; k < 90; ++k) {
+    const int hidden = std::clamp(k - 40, 0, 40);  // rows
+    const Room room(rig, {cv::Rect(folder.x, folder.y, folder.width, folder.height - hidden)});
+    room.look(k, std::nullopt, vision);
+    const vision::TargetReport& report = vision.targets().front().report;
+    if (report.status != Status::kTracked) continue;
+    const Eigen::Vector3d apart = report.estimate.position - there;
+    farthest = std::max(farthest, apart.norm());
+    EXPECT_LT(apart.dot(report.estimate.covariance.ldlt().solve(apart)), 9) << k << ": three standard deviations";
+  }
+  EXPECT_GT(farthest, 0.1) << "or this test shows nothing";
+}
+
 TEST(StaticScene, ALargerThingIsNotFollowedBesideABallThatMovesLater) {
   const StereoRig rig = level_rig();
   const Room room(rig, {cv::Rect(60, 120, 34, 80)});  // five times the area of the ball

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "vision/track/unoccluded_size.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -133,23 +135,23 @@ TEST(Candidates, ARaggedSpeckIsNoTargetButASmallBallIs) {
   const Thing ragged{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
   const Thing ball{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.9, .colour_share = 0.8}};
   const Thing pen{.p_L = kHere, .radius_m = 6 * kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
-  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0), {}));
-  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0), {}));
-  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0), {})) << "a long thing may be the target, if it is large";
+  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0)));
+  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0)));
+  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0))) << "a long thing may be the target, if it is large";
 }
 
 // What passes every gate, but just so, is no first match.
 TEST(Candidates, WhatHardlyFitsAKnownRadiusIsNoFirstMatch) {
   const MatchOptions options{.radius_m = kRadius};
   Candidate candidate = judge({{kHere}}, {}, options).candidates.at(0);
-  EXPECT_TRUE(is_likely(candidate, options));
+  EXPECT_TRUE(fits_known_radius(candidate));
   // The logarithms of the likelihoods of rows, sizes and radius are half of chi^2, whose 99.9 per cent with three
   // degrees of freedom is 16.27.
   candidate.evidence.term[Evidence::kStereo] = -3;
   candidate.evidence.term[Evidence::kSize] = 3 - 0.5 * 16.2;
-  EXPECT_TRUE(is_likely(candidate, options));
+  EXPECT_TRUE(fits_known_radius(candidate));
   candidate.evidence.term[Evidence::kSize] = 3 - 0.5 * 16.3;
-  EXPECT_FALSE(is_likely(candidate, options));
+  EXPECT_FALSE(fits_known_radius(candidate));
 }
 
 // A ball that moves before cameras that are not synchronised fits no pair: a speck that fits is not the target.
@@ -230,6 +232,38 @@ TEST(Candidates, PartsOfOneThingAreNotTwo) {
   const Thing upper{kHere - Eigen::Vector3d(0, 0.011, 0), 0.6 * kRadius},
       lower{kHere + Eigen::Vector3d(0, 0.011, 0), 0.6 * kRadius};
   EXPECT_TRUE(judge({upper, lower}, {}, {}).chosen);
+}
+
+// A bar hides the middle of a box: the centre is between what is seen on its two sides.
+TEST(Candidates, WhatMayBeTwoPartsOfOneThingIsUncertain) {
+  constexpr double kPart = 0.02;
+  const Eigen::Vector3d apart(0, 0.018, 0);
+  const Judged judged = judge({{kHere - apart, kPart}, {kHere + apart, 0.9 * kPart}}, {}, {});
+  ASSERT_TRUE(judged.chosen.has_value());
+  ASSERT_EQ(judged.candidates.size(), 2U);
+  const Eigen::Matrix3d covariance = covariance_of_parts(judged.candidates, *judged.chosen);
+  const double share = 0.81 / 1.81;  // of the areas
+  EXPECT_NEAR(std::sqrt(covariance(1, 1)), 2 * apart.y() * share, 1e-4);
+  EXPECT_LT(covariance(0, 0), 1e-9);
+  const Judged far = judge({{kHere, kPart}, {kThere, 0.3 * kPart}}, {}, {});
+  ASSERT_TRUE(far.chosen.has_value());
+  EXPECT_EQ(covariance_of_parts(far.candidates, *far.chosen).norm(), 0) << "two things";
+}
+
+TEST(UnoccludedSize, WhatLooksSmallerThanBeforeIsUncertain) {
+  UnoccludedSize size;
+  EXPECT_EQ(size.occlusion_covariance(0.01).norm(), 0) << "nothing is known";
+  for (int k = 0; k < 30; ++k) size.update(0.02, 0.1);
+  EXPECT_NEAR(size.radius_m(), 0.02, 1e-12);
+  EXPECT_EQ(size.occlusion_covariance(0.02).norm(), 0);
+  EXPECT_EQ(size.occlusion_covariance(0.03).norm(), 0);
+  // The centre of a disc of which half is hidden is 0.42 of its radius off, and that of a square half of its side.
+  const double sigma = std::sqrt(size.occlusion_covariance(0.02 * std::sqrt(0.5))(0, 0));
+  EXPECT_NEAR(sigma, 0.5 * 0.02, 1e-9);
+  for (int k = 0; k < 10; ++k) size.update(0.014, 0.1);
+  EXPECT_GT(size.radius_m(), 0.0195) << "a second hides nothing for ever";
+  size.update(0.014, 1e6);
+  EXPECT_EQ(size.radius_m(), 0.014) << "after long, it is another size";
 }
 
 }  // namespace

@@ -248,5 +248,28 @@ TEST(SphereContourFit, AnEllipseThatTheBorderCutsOffIsWhereItsCovarianceSays) {
   }
 }
 
+// Whatever hides the half of a disc or of a square: the middle of the rest is within 2.2 standard deviations of the
+// centre, and of a whole disc, about nothing may be hidden.
+TEST(BlobCentre, UpToHalfOfAnObjectMayBeHidden) {
+  const Eigen::Vector2d middle(100, 75);
+  for (double degrees = 0; degrees < 360; degrees += 20) {
+    const double angle = degrees * M_PI / 180;
+    const Eigen::Vector2d side(std::cos(angle), std::sin(angle)), across(-side.y(), side.x());
+    for (const bool disc : {true, false}) {
+      const auto half = [&](const Eigen::Vector2d& px) {
+        const Eigen::Vector2d to(side.dot(px - middle), across.dot(px - middle));
+        return to.x() > 0 && (disc ? to.norm() < 40 : to.cwiseAbs().maxCoeff() < 30);
+      };
+      const BlobCentre centre = centre_of_pixels(half);
+      const Eigen::Vector2d off = centre.px - middle;
+      const Eigen::Matrix2d covariance = centre.covariance + centre.occlusion_covariance;
+      EXPECT_LT(off.dot(covariance.inverse() * off), 2.2 * 2.2) << degrees << (disc ? " disc" : " square");
+      EXPECT_GT(off.dot(centre.covariance.inverse() * off), 16) << "or this test shows nothing";
+    }
+  }
+  const BlobCentre whole = centre_of_pixels([&](const Eigen::Vector2d& px) { return (px - middle).norm() < 40; });
+  EXPECT_LT(whole.occlusion_covariance.trace(), 0.1);
+}
+
 }  // namespace
 }  // namespace multireach::vision

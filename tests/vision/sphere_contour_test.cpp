@@ -364,17 +364,21 @@ TEST(SphereContourFit, TellsHowFarTheCentreOfALargerObjectMayBe) {
   cv::ellipse(image, {150, 120}, {60, 14}, 30, 0, 360, cv::Scalar(60, 50, 210), cv::FILLED);  // a panel
   Blob blob = red_blobs(image).at(0);
   SphereContourFitter fitter(c);
-  EXPECT_EQ(fitter.fit(image, blob).to_alternative, Eigen::Vector3d::Zero());
+  EXPECT_EQ(fitter.fit(image, blob).alternative_size, 0);
   blob.alternative_area = blob.area;
-  blob.alternative_centroid = blob.centroid;
-  EXPECT_EQ(fitter.fit(image, blob).to_alternative, Eigen::Vector3d::Zero()) << "the blob is all of it";
+  const SphereContour all = fitter.fit(image, blob);
+  EXPECT_GT(all.alternative_spread.trace(), 0) << "something may hide a part of it";
+  EXPECT_EQ(all.alternative_size, all.value.z()) << "the blob is all of it";
   blob.alternative_area = 4 * blob.area;
-  blob.alternative_centroid += Eigen::Vector2d(-10, 20);
+  const Eigen::Vector2d apart(-10, 20);
+  blob.alternative_spread = apart * apart.transpose();
   const SphereContour part = fitter.fit(image, blob);
   ASSERT_EQ(part.kind, Kind::kCentroid);
-  EXPECT_NEAR(part.to_alternative.x() * c.fx, -10, 1e-6);
-  EXPECT_NEAR(part.to_alternative.y() * c.fy, 20, 1e-6);
-  EXPECT_NEAR(part.to_alternative.z(), part.value.z(), 1e-9) << "twice the radius";
+  const Eigen::Vector2d focal(c.fx, c.fy);
+  const Eigen::Matrix2d spread_px =
+      focal.asDiagonal() * (part.alternative_spread - all.alternative_spread) * focal.asDiagonal();
+  EXPECT_LT((spread_px - blob.alternative_spread).norm(), 1e-6);
+  EXPECT_NEAR(part.alternative_size, 2 * part.value.z(), 1e-9);
 }
 
 TEST(SphereContourFit, AnswersWhateverTheBlobIs) {

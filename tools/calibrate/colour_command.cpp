@@ -299,6 +299,12 @@ int learn_both(const ColourOptions& options, const std::vector<std::string>& ord
       one ? std::vector<ObjectPicture>() : read_pictures(options.right, order, options.in_window);
   const Learned left = learn(left_pictures), right = one ? left : learn(right_pictures);
   const vision::LearnedColour &in_left = left.object.colour, &in_right = right.object.colour;
+  constexpr double kFew = 0.1;  // share of the object that has the other camera's colours: of the same object, most has
+  if (!one && largest_share(right_pictures, in_left.model) < kFew &&
+      largest_share(left_pictures, in_right.model) < kFew)
+    spdlog::warn(
+        "the object has other colours in the left than in the right pictures: correct the clicks or rectangles if they "
+        "are on two objects, else the cameras' white balance");
   if (one) spdlog::info("no --right: both cameras are taken to see the same colours");
   if (!options.check_picture.empty()) {
     const std::vector<uint8_t> png = encode_png(

@@ -119,12 +119,12 @@ std::string others_like_it(const Part& part) {
     if (!largest || blob.area > largest->area) largest = &blob;
   }
   if (!largest)
-    return ": click in the middle of it, give it more light, or choose one that differs from what is around it";
+    return ": draw a rectangle around all of it, give it more light, or choose one that differs from what is around it";
   const auto longest =
       std::ranges::max_element(largest->runs, {}, [](const vision::Run& run) { return run.end - run.begin; });
   return fmt::format(
-      "; other objects have the same colours, e.g. at {}: take a picture without them, or set search_region_m in "
-      "vision.yaml and give --within-left and --within-right",
+      "; what is at {} has the same colours: if it is the object, draw a rectangle around all of it; else take a "
+      "picture without it, or set search_region_m in vision.yaml and give --within-left and --within-right",
       position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner));
 }
 
@@ -154,7 +154,9 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
                        position_of(blobs[0].centroid, part.corner));
   }
   if (inside < 0.5 * object->area) {
-    return "with the learned colours the object is found together with much of what is around it";
+    return "with the learned colours the object is found together with much of what is around it: click on a patch "
+           "that "
+           "differs from that, or show the object before something else";
   }
   for (const vision::Blob& blob : blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
@@ -175,7 +177,7 @@ std::string finder_fault(const cv::Mat& bgr, const vision::ColourModel& model, d
   vision::BlobFinder finder;
   const vision::FoundBlobs found = finder.find(bgr, {0, 0, bgr.cols, bgr.rows}, vision::ColourTable(model));
   if (found.too_many_runs) return "the learned colours are all over the picture, which does not have the object";
-  for (const vision::Blob& blob : found.blobs) {
+  for (const vision::Blob& blob : vision::join_parts(found.blobs)) {
     if (blob.area < kFewest * area) continue;
     return fmt::format(
         "with the learned colours something is found at {}, {:.0f} % as large as the object, which is not there",
@@ -197,21 +199,27 @@ std::string doubt_of_region(const Part& part, const vision::ColourModel& model) 
   return {};
 }
 
+/// Adds the number of the region's pixels in a box, and of those of them that have the learned colours.
+void count_learned(const Part& part, const cv::Rect& box, const vision::ColourTable& members, int& pixels,
+                   int& learned) {
+  const cv::Mat& mask = part.region->mask;
+  for (int row = box.y; row < box.br().y; ++row) {
+    for (int column = box.x; column < box.br().x; ++column) {
+      if (!mask.empty() && mask.at<uint8_t>(row, column) == 0) continue;
+      const auto& p = part.bgr.at<cv::Vec3b>(row, column);
+      ++pixels;
+      learned += members.contains(p[0], p[1], p[2]);
+    }
+  }
+}
+
 /// Where something was clicked that has none of the learned colours, as a sentence; empty where all has some of them.
 /// The share of the whole region does not tell that of a small part.
 std::string doubt_of_parts(const Part& part, const vision::ColourModel& model) {
-  const ObjectRegion& region = *part.region;
   const vision::ColourTable members(model);
   for (const cv::Rect& box : part.boxes) {
     int pixels = 0, learned = 0;
-    for (int row = box.y; row < box.br().y; ++row) {
-      for (int column = box.x; column < box.br().x; ++column) {
-        if (!region.mask.empty() && region.mask.at<uint8_t>(row, column) == 0) continue;
-        const auto& p = part.bgr.at<cv::Vec3b>(row, column);
-        ++pixels;
-        learned += members.contains(p[0], p[1], p[2]);
-      }
-    }
+    count_learned(part, box, members, pixels, learned);
     if (learned >= kPart * pixels) continue;
     const cv::Point at = part.corner + (box.tl() + box.br()) / 2;
     return fmt::format(
@@ -226,20 +234,18 @@ std::string about(const ObjectPicture& picture, const std::string& sentence) {
   return picture.name.empty() ? sentence : picture.name + ": " + sentence;
 }
 
-/// What vision, knowing only the colours, finds in a picture and a copy as seen from a little to the right. Nothing
-/// where the copy would cut the object off.
+/// What vision, knowing only the colours, finds in a picture where the other camera sees just the same, as of things
+/// half a metre away: its optical axis passes to the right of the middle. Nothing of a picture that is too small.
 std::optional<vision::StereoTracker::Found> found_by_vision(const Part& part, const vision::ColourModel& model) {
-  constexpr int kShift = 10, kLeast = 40;  // pixels
+  constexpr int kLeast = 40;  // pixels
   const cv::Mat& bgr = part.bgr;
-  if (std::min(bgr.cols, bgr.rows) < kLeast || part.region->box.x < kShift) return std::nullopt;
-  cv::Mat shifted;
-  cv::copyMakeBorder(bgr.colRange(kShift, bgr.cols), shifted, 0, 0, 0, kShift, cv::BORDER_REPLICATE);
+  if (std::min(bgr.cols, bgr.rows) < kLeast) return std::nullopt;
   vision::TrackerOptions options;
   options.rig = parallel_rig(bgr.cols, bgr.rows, bgr.cols, 0.06);
-  options.rig.right.cx += 0.1 * bgr.cols;  // the shift is of something half a metre away, as in an arm's reach
+  options.rig.right.cx += 0.12 * bgr.cols;
   options.colour = {model, model};
   vision::StereoTracker tracker(options);
-  return tracker.find(bgr, shifted);
+  return tracker.find(bgr, bgr);
 }
 
 /// Whether a point of the part is in a box around what was clicked.
@@ -254,9 +260,9 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
   if (!found) return {};
   using Status = vision::StereoMatch::Status;
   if (found->match.status == Status::kSeen) {
-    if (is_clicked(found->match.left_px, part)) return {};
-    return fmt::format("by the colours alone vision would take what is at {} for it",
-                       position_of(found->match.left_px, part.corner));
+    const Eigen::Vector2d& px = found->match.left_px;
+    if (is_clicked(px, part) || part.region->box.contains(cv::Point(cvRound(px.x()), cvRound(px.y())))) return {};
+    return fmt::format("by the colours alone vision would take what is at {} for it", position_of(px, part.corner));
   }
   if (found->match.status != Status::kAmbiguous)
     return std::string("by the colours alone vision would say: ") + description(found->match.status);
@@ -265,7 +271,8 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
   });
   if (other == found->candidates.end() && part.boxes.size() > 1) return {};  // several that look alike
   return fmt::format(
-      "by the colours alone vision would not choose between it and {}: set ball_radius_m or search_region_m",
+      "by the colours alone vision would not choose between it and {}, and where it is hidden or cut off, not notice: "
+      "set search_region_m, or ball_radius_m of a ball",
       other == found->candidates.end() ? "a part of it"
                                        : "what is at " + position_of(other->match.left_px, part.corner));
 }
@@ -288,6 +295,25 @@ std::string fault_of(const Part& part, const vision::ColourModel& model) {
   return other.empty()
              ? ""
              : fmt::format("by the colours alone vision would take what is at {} for it: {}", other, kIfOther);
+}
+
+/// Why vision would not find the object by the colours in a picture that they were not learned from, as a clause; empty
+/// where it would, or where the border cuts off the object.
+std::string not_found(const ObjectPicture& picture, const vision::ColourModel& model) {
+  using Status = vision::StereoMatch::Status;
+  const Part part = part_of(picture);
+  const std::string in_picture = picture.name.empty() ? "" : " in " + picture.name;
+  if (const std::string other = taken_for_it(part, model); !other.empty())
+    return fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
+  const auto found = found_by_vision(part, model);
+  if (!found || found->match.status == Status::kSeen || found->match.status == Status::kCutOff) return {};
+  if (found->match.status == Status::kAmbiguous && std::ranges::any_of(found->candidates, [&](const auto& candidate) {
+        const Eigen::Vector2d& px = candidate.match.left_px;
+        return is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part);
+      }))
+    return {};
+  return fmt::format("by their colours vision would not find the object{} ({})", in_picture,
+                     description(found->match.status));
 }
 
 /// What is doubtful about the colours in one picture.
@@ -396,22 +422,32 @@ AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
     if (!agreeing.left_out.empty()) object = learn_object(taken);
   }
   constexpr size_t kFew = 6;  // pictures, of which it takes seconds to learn from all but one, for each
-  while (object.faulty_picture) {
+  while (!object.fault.empty()) {
     const auto among = taken.size() > kFew ? std::nullopt : faulty_among(taken);
-    if (!leave_out(among.value_or(*object.faulty_picture))) break;
+    const auto faulty = among ? among : object.faulty_picture;
+    if (!faulty || !leave_out(*faulty)) break;
     object = learn_object(taken);
   }
   if (object.faulty_picture) object.faulty_picture = numbers[*object.faulty_picture];
   std::ranges::sort(agreeing.left_out);
   if (object.colour.status != vision::LearnedColour::Status::kLearned) return agreeing;
   for (const size_t k : agreeing.left_out) {
-    const std::string other = taken_for_it(part_of(pictures[k]), object.colour.model);
-    if (other.empty() || !agreeing.doubt.empty()) continue;
-    const std::string in_picture = pictures[k].name.empty() ? "" : " in " + pictures[k].name;
-    agreeing.doubt =
-        fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
+    if (agreeing.doubt.empty()) agreeing.doubt = not_found(pictures[k], object.colour.model);
   }
   return agreeing;
+}
+
+double largest_share(std::span<const ObjectPicture> pictures, const vision::ColourModel& model) {
+  const vision::ColourTable members(model);
+  double largest = 0;
+  for (const ObjectPicture& picture : pictures) {
+    if (!picture.region) continue;
+    const Part part = part_of(picture);
+    int pixels = 0, learned = 0;
+    for (const cv::Rect& box : part.boxes) count_learned(part, box, members, pixels, learned);
+    if (pixels > 0) largest = std::max(largest, static_cast<double>(learned) / pixels);
+  }
+  return largest;
 }
 
 cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model) {

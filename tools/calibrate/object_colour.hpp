@@ -47,7 +47,7 @@ struct AgreeingPictures {
   ObjectColour object;             ///< its `faulty_picture` is a number of all pictures
   std::vector<size_t> left_out{};  ///< numbers of the pictures that it is not learned from, in their order
   /// Why these colours are not to be relied on, as a clause; empty where they are. Most pictures of the object are
-  /// refused even alone, or vision would take something else for it, by these colours, in one that is left out.
+  /// refused even alone, or vision would not find it by these colours in one that is left out.
   std::string doubt{};
 };
 
@@ -55,6 +55,10 @@ struct AgreeingPictures {
 /// is about where it tells nothing or more than six are left, until the others are learned without a fault or one
 /// picture of the object is left.
 AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures);
+
+/// The largest share, over the pictures of an object, of its pixels that these colours contain, as those that the other
+/// camera shows: where it is small, something else was clicked.
+double largest_share(std::span<const ObjectPicture> pictures, const vision::ColourModel& model);
 
 /// The picture, with pixels outside the colour class shown grey and dark, and the object's region, if any, drawn.
 cv::Mat members_picture(const ObjectPicture& picture, const vision::ColourModel& model);

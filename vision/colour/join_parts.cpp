@@ -17,7 +17,7 @@ constexpr double kMixed = 1;       // pixels on each side of a seam that also sh
 constexpr double kAlong = 0.6;     // least length of the seam, in diameters of the smaller part
 constexpr double kLeastSize = 40;  // pixels, diameter of the object: seams of smaller ones are narrower than two pixels
 constexpr double kCompact = 0.7;   // least compactness of the object
-constexpr double kComplete = 0.85;  // compactness from which on a blob is no part: of an ellipse of 1 : 0.85
+constexpr double kDisc = 0.96;     // compactness from which on a blob is a disc, and no part: a square has 0.955
 
 double diameter_of(double area) {
   return 2 * std::sqrt(area / std::numbers::pi);
@@ -87,28 +87,24 @@ std::vector<int> gaps_in_columns(const std::vector<PartRun>& runs, const cv::Rec
   return gaps;
 }
 
-double median(std::vector<int> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// The length along which two blobs face each other across at most a seam of an object of this area, pixels.
 double seam_length(const Blob& a, const Blob& b, double area) {
   const double widest = kSeam * diameter_of(area) + 2 * kMixed;
-  // A gap that is turned by 30 degrees or more is at most twice as wide along the rows and along the columns as across.
+  // Along the rows or along the columns, or both, a gap is at most twice as wide as across.
   const int most = static_cast<int>(2 * widest);
   const cv::Rect part = grown(a.box, most + 1) & grown(b.box, most + 1);
   if (part.empty()) return 0;
   const std::vector<PartRun> runs = runs_inside(a, b, part);
   const std::vector<int> in_rows = gaps_in_rows(runs, most), in_columns = gaps_in_columns(runs, part, most);
-  // A gap of width w that is turned by an angle is w / cos wide along the rows and w / sin along the columns.
-  double across = 0;
-  for (const std::vector<int>* gaps : {&in_rows, &in_columns}) {
-    if (!gaps->empty()) across += 1 / std::pow(std::max(1.0, median(*gaps)), 2);
-  }
-  if (across * widest * widest < 1) return 0;
-  return std::hypot(in_rows.size(), in_columns.size());
+  const double length = std::hypot(in_rows.size(), in_columns.size());
+  if (length == 0) return 0;
+  // A gap along an edge that is turned by an angle is as wide as along the rows times the cosine, and as along the
+  // columns times the sine: the edge's shares of rows and columns.
+  const auto seams = [&](const std::vector<int>& gaps) {
+    const double across = static_cast<double>(gaps.size()) / length;
+    return std::ranges::count_if(gaps, [&](int gap) { return gap * across <= widest; });
+  };
+  return std::hypot(seams(in_rows), seams(in_columns));
 }
 
 Blob joined(const Blob& a, const Blob& b) {
@@ -173,26 +169,30 @@ void leave_out_others(std::vector<const Blob*>& parts) {
   }
 }
 
-/// Whether parts make an object that is more compact than they are in the mean, or one of them is complete.
+/// Whether parts make an object that is more compact than they are in the mean, or the only one is a disc.
 bool make_object(std::span<const Blob* const> parts, const Blob& whole) {
   const double compact = compactness(whole);
-  if (parts.size() == 1) return compact > kComplete;
+  if (parts.size() == 1) return compact >= kDisc;
   double mean = 0;  // by their areas
   for (const Blob* part : parts) mean += part->area / whole.area * compactness(*part);
   return compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
 }
 
-/// Adds the objects of a group of blobs that seams connect. Two objects beside each other may look like one: of a
-/// union, the largest part may be the object. Where the group makes none, each blob may be a part of it all.
+void add_alternative(const Blob& other, double probability, Blob& blob) {
+  const Eigen::Vector2d apart = other.centroid - blob.centroid;
+  blob.alternative_area += probability * other.area;
+  blob.alternative_spread += probability * apart * apart.transpose();
+}
+
+/// Adds the objects of a group of blobs that seams connect. Objects beside each other may look like one: of a union,
+/// each part may be the object. Where the group makes no object, each blob may be a part of it all.
 void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {
   std::vector<const Blob*> parts = group;
   leave_out_others(parts);
   if (const Blob whole = joined(parts); make_object(parts, whole)) {
     objects.push_back(whole);
-    if (parts.size() > 1) {
-      const Blob& largest = **std::ranges::max_element(parts, {}, [](const Blob* part) { return part->area; });
-      objects.back().alternative_area = largest.area;
-      objects.back().alternative_centroid = largest.centroid;
+    for (const Blob* part : parts) {
+      if (parts.size() > 1) add_alternative(*part, part->area / whole.area, objects.back());
     }
     std::erase_if(group, [&](const Blob* blob) { return std::ranges::find(parts, blob) != parts.end(); });
     while (!group.empty()) add_objects(take_group(group), objects);
@@ -201,9 +201,7 @@ void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {
   const Blob all = joined(group);
   for (const Blob* blob : group) {
     objects.push_back(*blob);
-    if (group.size() == 1 || compactness(*blob) > kComplete) continue;
-    objects.back().alternative_area = all.area;
-    objects.back().alternative_centroid = all.centroid;
+    if (group.size() > 1 && compactness(*blob) < kDisc) add_alternative(all, 1, objects.back());
   }
 }
 

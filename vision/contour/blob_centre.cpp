@@ -1,5 +1,6 @@
 #include "vision/contour/blob_centre.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -31,6 +32,19 @@ struct CutEllipse {
     shift = half_axis * 2 / 3 * chord * chord * chord / (std::numbers::pi * (1 - beyond));
   }
 };
+
+/// BlobCentre::occlusion_covariance of a blob with these central second moments. Half of a disc or of a square lacks
+/// about as much of its length as its centre is to its side: two standard deviations. What is hidden is at most the
+/// half.
+Eigen::Matrix2d occlusion_covariance(const Eigen::Matrix2d& second) {
+  const double half_trace = 0.5 * second.trace();
+  const double root = std::sqrt(std::max(0.0, half_trace * half_trace - second.determinant()));
+  if (!(root > 0)) return Eigen::Matrix2d::Zero();
+  const double longer = 2 * std::sqrt(half_trace + root), shorter = 2 * std::sqrt(std::max(0.0, half_trace - root));
+  const double sigma = 0.5 * std::min(longer - shorter, shorter);
+  const Eigen::Matrix2d across = ((half_trace + root) * Eigen::Matrix2d::Identity() - second) / (2 * root);
+  return sigma * sigma * across;
+}
 
 /// Number of the blob's pixels in each of the columns of its box.
 std::vector<int> column_lengths(std::span<const BlobExtent> rows, const cv::Rect& box) {
@@ -97,6 +111,7 @@ BlobCentre centre_of(std::span<const BlobExtent> rows, const cv::Rect& box, cons
   result.px = sum / area;
   second = second / area - result.px * result.px.transpose();
   result.covariance = kShare * kShare * second + kPixel * kPixel * Eigen::Matrix2d::Identity();
+  result.occlusion_covariance = occlusion_covariance(second);
   result.radius_px = std::sqrt(area / std::numbers::pi);
 
   const bool left = box.x == readable.x, right = box.br().x == readable.br().x;

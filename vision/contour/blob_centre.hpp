@@ -17,6 +17,8 @@ struct BlobCentre {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of `px`, including `shape_sigma`
   /// Error of `px` by one standard deviation of the object's shape, where the border cuts it off; otherwise 0.
   Eigen::Vector2d shape_sigma{0, 0};
+  /// Covariance of `px`, if something may hide up to half of an object as wide as it is long; not in `covariance`.
+  Eigen::Matrix2d occlusion_covariance = Eigen::Matrix2d::Zero();
   double radius_px = 0;                     ///< of a disc of the object's area
   bool cut_off = false;                     ///< the blob reaches the border of the readable pixels
   double cut_off_share = 0;                 ///< share of the object's area that is beyond the border

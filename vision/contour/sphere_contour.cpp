@@ -429,6 +429,7 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
   result.shared.setZero();
   result.shared.col(kShape).head<2>() = d_ray_d_pixel_ * centre.shape_sigma;
   result.covariance.topLeftCorner<2, 2>() = d_ray_d_pixel_ * centre.covariance * d_ray_d_pixel_.transpose();
+  result.alternative_spread = d_ray_d_pixel_ * centre.occlusion_covariance * d_ray_d_pixel_.transpose();
   constexpr double kSize = 0.3, kPixel = 0.5;  // the size is a rough estimate
   const double sigma_size = kSize * result.value.z() + kPixel / focal;
   result.covariance(2, 2) = sigma_size * sigma_size;
@@ -439,13 +440,6 @@ void SphereContourFitter::use_centroid(SphereContour& result) const {
                         (box_.br().y < readable_.br().y || readable_.br().y == camera_.height);
   if (centre.cut_off)
     result.occlusion = in_image ? std::max(result.occlusion, centre.cut_off_share) : BlobCentre::kNotLocated;
-}
-
-/// SphereContour::to_alternative of a centroid with this size, `value.z()`.
-Eigen::Vector3d SphereContourFitter::to_alternative(const Blob& blob, double size) const {
-  const Eigen::Vector2d aside =
-      ray_of(camera_, blob.alternative_centroid, middle_ray_) - ray_of(camera_, blob.centroid, middle_ray_);
-  return {aside.x(), aside.y(), (std::sqrt(blob.alternative_area / blob.area) - 1) * size};
 }
 
 SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, const cv::Rect& readable,
@@ -486,7 +480,10 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     // Occlusion is meaningful only for objects known to be spheres.
     if (least_seen_ > kOfASphere || part.visible_fraction == 0) result = {.occlusion = SphereContour::kUnknown};
     use_centroid(result);
-    if (blob.alternative_area > 0) result.to_alternative = to_alternative(blob, result.value.z());
+    if (blob.alternative_area > 0) {
+      result.alternative_spread += d_ray_d_pixel_ * blob.alternative_spread * d_ray_d_pixel_.transpose();
+      result.alternative_size = std::sqrt(blob.alternative_area / blob.area) * result.value.z();
+    }
     if (verdict == Verdict::kPart) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
       result.shared.col(kHidden) = part.value - result.value;

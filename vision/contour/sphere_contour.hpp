@@ -32,9 +32,11 @@ struct SphereContour {
   SharedErrors shared = SharedErrors::Zero();            ///< the errors that the other image of a pair shares
   /// `value` minus what the blob's centroid gives: 0 where this is what `value` is.
   Eigen::Vector3d from_centroid{0, 0, 0};
-  /// What is to be added to `value` if the object is what the blob may be instead (Blob::alternative_area); not in
-  /// `covariance`. 0 where edges were fitted.
-  Eigen::Vector3d to_alternative{0, 0, 0};
+  /// Of what the object may be instead of the blob, by adjacent blobs (Blob::alternative_area) and by what may hide a
+  /// part of it (BlobCentre::occlusion_covariance): the mean of the outer products of the differences of its direction,
+  /// and, by adjacent blobs, its size, as in `value`, or 0. Not in `covariance`. 0 where edges were fitted.
+  Eigen::Matrix2d alternative_spread = Eigen::Matrix2d::Zero();
+  double alternative_size = 0;
   Eigen::Vector2d centre_px{0, 0};  ///< image of the sphere's centre
   double radius_px = 0;             ///< approximate, in pixels at the image centre
   double visible_fraction = 0;      ///< share of the contour's length with a fitting edge
@@ -108,7 +110,6 @@ class SphereContourFitter {
   double describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;
   void use_centroid(SphereContour& result) const;
-  Eigen::Vector3d to_alternative(const Blob& blob, double size) const;
 
   CameraModel camera_;
   double least_seen_;

@@ -61,7 +61,7 @@ nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat
                         {"status", seen                                 ? "tracked"
                                    : match.status == Status::kAmbiguous ? "ambiguous"
                                                                         : "lost"},
-                        {"reason", description(match.status)},
+                        {"reason", seen ? description_of_seen(match, target.options.match) : description(match.status)},
                         {"left_px", vector(match.left_px)},
                         {"right_px", vector(match.right_px)},
                         {"occlusion", match.occlusion}};

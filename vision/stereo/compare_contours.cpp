@@ -174,9 +174,9 @@ class ContourComparison {
     match.point = *sphere;
     scored.radius_m = free->radius_m;
     scored.radius_sigma_m = free->radius_sigma_m;
-    (prior ? match.point.covariance : match.contradiction) +=
+    (prior ? match.point.covariance : match.model_covariance) +=
         covariance_of_contradiction(left, right, *free, {match.epipolar_px, match.epipolar_sigma_px});
-    if (!prior) match.contradiction += covariance_by_midpoint(left, right, sphere->p_W);
+    if (!prior) match.model_covariance += covariance_by_rays(left, right, sphere->p_W);
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
@@ -249,30 +249,39 @@ class ContourComparison {
   }
 
   /// Both images may show the same part of an object, or the object with something beside it: its centre is then to one
-  /// side, and farther away or nearer by about as much as the object is larger or smaller. By the image in which it
-  /// differs more.
+  /// side. The centre of a ball is behind a patch on its front, by the root of the difference of their squared radii.
+  /// An object beside something else may be nearer or farther away than both, by how much smaller it is: a choice. By
+  /// the image in which it differs more.
   Eigen::Matrix3d covariance_of_alternative(const SphereContour& left, const SphereContour& right,
                                             const SphereTriangulation& free) const {
-    const double left_m = left.to_alternative.norm() * free.depth_left_m,
-                 right_m = right.to_alternative.norm() * free.depth_right_m;
-    const bool by_left = left_m >= right_m;
+    const auto deeper = [](const SphereContour& contour) {
+      const double size = contour.value.z(), other = contour.alternative_size;
+      if (other == 0) return 0.0;
+      return other > size ? std::sqrt(other * other - size * size) : other - size;
+    };
+    const auto variance = [&](const SphereContour& contour, double depth_m) {
+      return depth_m * depth_m * (contour.alternative_spread.trace() + deeper(contour) * deeper(contour));
+    };
+    const bool by_left = variance(left, free.depth_left_m) >= variance(right, free.depth_right_m);
     const SphereContour& contour = by_left ? left : right;
-    const Eigen::Vector3d aside(contour.to_alternative.x(), contour.to_alternative.y(), 0),
-        along = contour.to_alternative.z() * contour.ray().homogeneous();
+    const Eigen::Vector3d along = deeper(contour) * contour.ray().homogeneous();
+    Eigen::Matrix3d by_contour = along * along.transpose();
+    by_contour.topLeftCorner<2, 2>() += contour.alternative_spread;
     Eigen::Matrix3d from_camera = rig_.X_WL.linear() * (by_left ? free.depth_left_m : free.depth_right_m);
     if (!by_left) from_camera *= rig_.X_RL.linear().transpose();
-    return from_camera * (aside * aside.transpose() + along * along.transpose()) * from_camera.transpose();
+    return from_camera * by_contour * from_camera.transpose();
   }
 
-  /// The estimate may move the image of an elongated blob far along the blob, to where both rays meet. So may it
-  /// wrongly explain rays that miss each other: it may be off by as much as it differs from the midpoint of the
-  /// measured rays.
-  Eigen::Matrix3d covariance_by_midpoint(const SphereContour& left, const SphereContour& right,
-                                         const Eigen::Vector3d& p_W) const {
-    const auto midpoint = midpoint_of(rig_, left.ray(), right.ray());
-    if (!midpoint) return Eigen::Matrix3d::Zero();
-    const Eigen::Vector3d apart = p_W - *midpoint;
-    return apart * apart.transpose();
+  /// The estimate may move the images of an elongated blob far along it, to where both rays meet, and so wrongly
+  /// explain rays that miss each other. It may be off by as much as it differs from the midpoint between the measured
+  /// rays, and this by as much as it is from each of them.
+  Eigen::Matrix3d covariance_by_rays(const SphereContour& left, const SphereContour& right,
+                                     const Eigen::Vector3d& p_W) const {
+    const auto points = closest_points(rig_, left.ray(), right.ray());
+    if (!points) return Eigen::Matrix3d::Zero();
+    const auto& [on_left, on_right] = *points;
+    const Eigen::Vector3d apart = p_W - 0.5 * (on_left + on_right), across = 0.5 * (on_left - on_right);
+    return apart * apart.transpose() + across * across.transpose();
   }
 
   /// Whether the radius that contours and distance give is the known one. A centroid's size is a rough estimate.

@@ -99,6 +99,8 @@ const char* description(StereoMatch::Status status) {
       return "the contours agree in size, but violate the epipolar constraint";
     case Status::kBehindCameras:
       return "the two viewing rays do not meet in front of the cameras";
+    case Status::kNoDistance:
+      return "its distance does not exceed its standard deviation";
     case Status::kImagesSwapped:
       return "the left and the right image seem to be swapped";
     case Status::kOccludedTooMuch:
@@ -121,6 +123,11 @@ const char* description(StereoMatch::Status status) {
       return "this target and another one that looks the same are seen as one";
   }
   return "";
+}
+
+const char* description_of_seen(const StereoMatch& match, const MatchOptions& options) {
+  if (match.point.epipolar_error_px <= options.max_epipolar_px) return description(Status::kSeen);
+  return "seen, but its two images are off one epipolar line";
 }
 
 std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const SphereContour> left,

@@ -19,13 +19,14 @@ struct StereoMatch {
     kColourEverywhere,  ///< most of an image has the object's colour
     kNotInLeft,         ///< no blob of the object's colour
     kNotInRight,
-    kCutOff,            ///< too much of the object is outside an image
-    kInconsistentPair,  ///< the blobs differ in size or violate the epipolar constraint
-    kEpipolarMismatch,  ///< a contour of the same size in each image, but they violate the epipolar constraint
-    kBehindCameras,     ///< the viewing rays do not meet in front of the cameras, or are parallel within their errors
-    kImagesSwapped,     ///< the best pair does not fit, but would if left and right image were exchanged
-    kOccludedTooMuch,   ///< too much is occluded to locate the centre
-    kWrongRadius,       ///< the measured radius differs from the known one
+    kCutOff,                 ///< too much of the object is outside an image
+    kInconsistentPair,       ///< the blobs differ in size or violate the epipolar constraint
+    kEpipolarMismatch,       ///< a contour of the same size in each image, but they violate the epipolar constraint
+    kBehindCameras,          ///< the viewing rays do not meet in front of the cameras, or no estimate converges
+    kNoDistance,             ///< the distance does not exceed its standard deviation
+    kImagesSwapped,          ///< the best pair does not fit, but would if left and right image were exchanged
+    kOccludedTooMuch,        ///< too much is occluded to locate the centre
+    kWrongRadius,            ///< the measured radius differs from the known one
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
     kOutsideRegion,          ///< something was found, but outside of the search region
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
@@ -39,11 +40,11 @@ struct StereoMatch {
   /// kOutsidePredictionGate, kOutsideRegion or kCutOff (for a filter that gates by covariance); `epipolar_error_px`
   /// also when kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
-  /// Covariance of `p_W` besides that of `point`, where the radius is not known and the images contradict each other:
-  /// by sizes or rows (a motion between the exposures), or where the object may be more or less than the blob. Not in
+  /// Covariance of `p_W` besides that of `point`, where the radius is not known: of what sizes or rows contradict (a
+  /// motion between the exposures), and of what the object may be more or less than the blob. Not in
   /// `point`, by which candidates are compared with the prediction, the search region and each other: the images of two
   /// things differ, too. The track's gates and filter use covariance(), and so does what is reported.
-  Eigen::Matrix3d contradiction = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d model_covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
   double occlusion = 0;          ///< share occluded or cut off, the larger of both contours; -1: not known
@@ -57,7 +58,7 @@ struct StereoMatch {
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 
-  Eigen::Matrix3d covariance() const { return point.covariance + contradiction; }  ///< of `p_W`
+  Eigen::Matrix3d covariance() const { return point.covariance + model_covariance; }  ///< of `p_W`
 };
 
 /// The status as a sentence.
@@ -72,6 +73,10 @@ struct MatchOptions {
   double max_occlusion = 0.22;    ///< share of the target's area that is occluded or beyond the border
   double max_prediction_sigmas = 5;
 };
+
+/// As description(), of a match that is kSeen: also tells where its viewing rays miss each other by more than
+/// `max_epipolar_px`, though not by more than their errors allow.
+const char* description_of_seen(const StereoMatch& match, const MatchOptions& options);
 
 /// Predicted position of the object, in W.
 struct Prediction {

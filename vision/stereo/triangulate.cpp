@@ -9,13 +9,17 @@ namespace multireach::vision {
 namespace {
 
 constexpr int kSteps = 5;  // enough: quadratic convergence from a start whose error is second order in the noise
-// Share of the distance by which the last step may still move the estimate: else it does not converge, but goes to
-// infinity, where rays are parallel within their errors. A convergent one's moves it by less than the noise.
+// Share of the distance by which the last step may still move the estimate. Else it goes to infinity, or far away from
+// the measured rays, as that of elongated blobs whose rows contradict each other.
 constexpr double kConverged = 1e-3;
 
-/// Midpoint between two rays where they are closest, in the left camera's frame, and the gap between them.
+bool has_converged(const Eigen::Vector3d& step, const Eigen::Vector3d& p_L) {
+  return step.norm() <= kConverged * p_L.norm();
+}
+
+/// The closest points of two rays and their midpoint, in the left camera's frame, and the gap between them.
 struct Meeting {
-  Eigen::Vector3d p_L;
+  Eigen::Vector3d on_left, on_right, p_L;
   double gap_m;
 };
 
@@ -29,7 +33,8 @@ std::optional<Meeting> meeting_of(const StereoRig& rig, const Eigen::Vector2d& l
   if (!(area2 > 1e-18)) return std::nullopt;
   const double s = right_L.cross(b).dot(normal) / area2, t = right_L.cross(a).dot(normal) / area2;
   if (!(s > 0 && t > 0)) return std::nullopt;
-  return Meeting{0.5 * (s * a + right_L + t * b), (s * a - right_L - t * b).norm()};
+  const Eigen::Vector3d on_left = s * a, on_right = right_L + t * b;
+  return Meeting{on_left, on_right, 0.5 * (on_left + on_right), (on_left - on_right).norm()};
 }
 
 /// (x/z, y/z) of a point, and its derivative with respect to the point in the left camera's frame.
@@ -60,10 +65,11 @@ Eigen::Matrix2d ray_covariance(const CameraModel& camera, double sigma_px) {
   return Eigen::Matrix2d(sigma.square().matrix().asDiagonal());
 }
 
-std::optional<Eigen::Vector3d> midpoint_of(const StereoRig& rig, const Eigen::Vector2d& left_ray,
-                                           const Eigen::Vector2d& right_ray) {
+std::optional<std::array<Eigen::Vector3d, 2>> closest_points(const StereoRig& rig, const Eigen::Vector2d& left_ray,
+                                                             const Eigen::Vector2d& right_ray) {
   const auto meeting = meeting_of(rig, left_ray, right_ray);
-  return meeting ? std::optional<Eigen::Vector3d>(rig.X_WL * meeting->p_L) : std::nullopt;
+  if (!meeting) return std::nullopt;
+  return std::array<Eigen::Vector3d, 2>{rig.X_WL * meeting->on_left, rig.X_WL * meeting->on_right};
 }
 
 std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
@@ -94,7 +100,7 @@ std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurem
     step = information.ldlt().solve(gradient);
     p_L += step;
   }
-  if (!(step.norm() <= kConverged * p_L.norm())) return std::nullopt;
+  if (!has_converged(step, p_L)) return std::nullopt;
   if (!finish(rig, *meeting, p_L, information.inverse(), result)) return std::nullopt;
   return result;
 }
@@ -146,7 +152,7 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
     step = information.ldlt().solve(gradient);
     x += step;
   }
-  if (!(step.head<3>().norm() <= kConverged * x.head<3>().norm())) return std::nullopt;
+  if (!has_converged(step.head<3>(), x.head<3>())) return std::nullopt;
   const Eigen::Matrix4d covariance = information.inverse();
   result.degrees_of_freedom = prior ? 3 : 2;
   result.radius_m = x[3];

@@ -35,15 +35,16 @@ struct Triangulation {
   int degrees_of_freedom = 1;    ///< of chi2; equals its mean when both measurements show one object
 };
 
-/// The midpoint between two undistorted viewing rays where they are closest, m, in W. Nothing when they are parallel or
-/// do not approach each other in front of both cameras.
-[[nodiscard]] std::optional<Eigen::Vector3d> midpoint_of(const StereoRig& rig, const Eigen::Vector2d& left_ray,
-                                                         const Eigen::Vector2d& right_ray);
+/// The points of two undistorted viewing rays, of the left and of the right camera, where they are closest, m, in W.
+/// Nothing when they are parallel or do not approach each other in front of both cameras.
+[[nodiscard]] std::optional<std::array<Eigen::Vector3d, 2>> closest_points(const StereoRig& rig,
+                                                                           const Eigen::Vector2d& left_ray,
+                                                                           const Eigen::Vector2d& right_ray);
 
 /// Triangulates two undistorted image points: weighted least squares on the reprojection error, with Gauss-Newton steps
 /// from the midpoint of the rays. The covariance is (J^T S^-1 J)^-1 (Hartley & Zisserman, Multiple View Geometry,
-/// 2nd ed., Sect. 5.2 and 12.3). Nothing when the rays are parallel, also within their errors, or the point is not in
-/// front of both cameras.
+/// 2nd ed., Sect. 5.2 and 12.3). Nothing when the rays are parallel, the steps do not converge, as where the estimate
+/// goes to infinity, or the point is not in front of both cameras.
 [[nodiscard]] std::optional<Triangulation> triangulate(const StereoRig& rig, const RayMeasurement& left,
                                                        const RayMeasurement& right);
 

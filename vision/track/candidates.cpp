@@ -168,6 +168,19 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought) {
   return enough ? std::optional<size_t>(0) : std::nullopt;
 }
 
+Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_t number) {
+  const Candidate& part = candidates[number];
+  Eigen::Vector3d farthest = Eigen::Vector3d::Zero();  // from this part to the centre of both
+  for (const Candidate& other : candidates) {
+    const bool apart = other.match.left != part.match.left && other.match.right != part.match.right;
+    if (other.mixed || !apart || !same_thing(part, other)) continue;
+    const double share = squared(other.radius_px) / (squared(other.radius_px) + squared(part.radius_px));
+    const Eigen::Vector3d to_both = share * (other.match.point.p_W - part.match.point.p_W);
+    if (to_both.squaredNorm() > farthest.squaredNorm()) farthest = to_both;
+  }
+  return farthest * farthest.transpose();
+}
+
 const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
                                std::span<const ComparedPair> pairs,
                                const std::array<std::span<const SphereContour>, 2>& contours,
@@ -194,10 +207,14 @@ const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candi
   return better == pairs.end() ? nullptr : &*better;
 }
 
-bool is_likely(const Candidate& candidate, const MatchOptions& options) {
+bool is_likely(const Candidate& candidate) {
   const auto& term = candidate.evidence.term;
-  if (options.radius_m > 0) return term[Evidence::kStereo] + term[Evidence::kSize] > kLeastFit;
   return term[Evidence::kRound] + term[Evidence::kColour] + term[Evidence::kSize] > kLikely;
+}
+
+bool fits_known_radius(const Candidate& candidate) {
+  const auto& term = candidate.evidence.term;
+  return term[Evidence::kStereo] + term[Evidence::kSize] > kLeastFit;
 }
 
 }  // namespace multireach::vision

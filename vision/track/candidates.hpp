@@ -59,6 +59,11 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
 /// reasons. Returns the chosen one's index; nothing where there is none, or where several could be the target.
 std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1);
 
+/// Covariance of the position of the candidate with this number, m^2, from others that may be parts of the same thing,
+/// as on the two sides of what occludes its middle: its centre may be that of both, of the other for which it is
+/// farthest away.
+[[nodiscard]] Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_t number);
+
 /// A pair that looks more like the target than a candidate does, by kLead in each image, but does not fit: what moves
 /// across the epipolar lines and is seen at different times is of one size in both images, and off the line by less
 /// than its diameter. What the border cuts off is no such pair. Null where there is none. `contours` and `appearance`
@@ -69,8 +74,12 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1)
                                              const std::array<std::span<const Appearance>, 2>& appearance,
                                              const MatchOptions& options);
 
-/// Whether a candidate that no prediction supports is enough like a target to be taken for it. Specks of unknown
-/// size that are small and ragged are not, nor what fits a known radius and the other image at the edge of all gates.
-[[nodiscard]] bool is_likely(const Candidate& candidate, const MatchOptions& options);
+/// Whether a candidate of unknown size is enough like a target to be taken for it where no prediction supports it:
+/// specks that are small and ragged are not.
+[[nodiscard]] bool is_likely(const Candidate& candidate);
+
+/// Whether a candidate fits a known radius and the other image well enough to be taken for the target where no
+/// prediction supports it: not at the edge of all gates.
+[[nodiscard]] bool fits_known_radius(const Candidate& candidate);
 
 }  // namespace multireach::vision

@@ -1,0 +1,76 @@
+// Where a tracked object is expected, and what of the images is searched for it.
+#include <algorithm>
+#include <cmath>
+
+#include "vision/stereo_tracker.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
+constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
+constexpr double kWindowMargin = 8;    // pixels
+
+}  // namespace
+
+cv::Rect StereoTracker::window(Side side, int64_t utime) const {
+  const cv::Rect whole = search_area(side);
+  const CameraState& camera_state = cameras_[index(side)];
+  const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
+  if (look) return whole;
+  const cv::Rect window = predicted_window(side, utime).value_or(whole);
+  return window.area() > kWorthwhile * whole.area() ? whole : window;
+}
+
+std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime) const {
+  const auto predicted = track_.predicted(utime);
+  if (!predicted || radius_m_ <= 0 || !identity_.confirmed()) return std::nullopt;
+  const StereoRig& rig = options_.rig;
+  const bool left = side == Side::kLeft;
+  const CameraModel& camera = left ? rig.left : rig.right;
+  Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
+  if (!left) p = rig.X_RL * p;
+  // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
+  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
+  const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
+  if (!(near > radius_m_)) return std::nullopt;
+  const double half =
+      std::max(camera.fx, camera.fy) * (kWindowRadii * radius_m_ + kWindowSigmas * sigma_m) / near + kWindowMargin;
+  const Eigen::Vector2d centre = camera.project(p);
+  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return std::nullopt;
+  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
+  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
+  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & search_area(side);
+  return window.empty() ? std::nullopt : std::optional(window);
+}
+
+/// What is known of the target at the time of the left image, to which rig_at() refers a match. A prediction over a
+/// time after which the target counts as lost says nothing.
+TargetHistory StereoTracker::history_at(const PairTimes& times) const {
+  TargetHistory history;
+  const auto seen = track_.last_seen_utime();
+  if (track_.status() == TargetTrack::Status::kLost || !seen) return history;
+  if (static_cast<double>(times.pair - *seen) > 1e6 * options_.track.coast_s) return history;
+  history.steady = track_.predicted_steady(times.pair);
+  history.agile = track_.predicted(times.pair);
+  for (auto* predicted : {&history.steady, &history.agile}) {
+    if (*predicted) (*predicted)->position += track_.velocity() * offset_s(times.left, times.pair);
+  }
+  history.radius_m = radius_m_;
+  return history;
+}
+
+std::optional<std::array<Eigen::Vector3d, 2>> StereoTracker::expected_in_cameras(const PairTimes& times) const {
+  const TargetHistory history = history_at(times);
+  if (!history.steady) return std::nullopt;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * history.steady->position, p_R = rig_at(times).X_RL * p_L;
+  return p_L.z() > 0 && p_R.z() > 0 ? std::optional(std::array{p_L, p_R}) : std::nullopt;
+}
+
+std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
+  const auto p_C = expected_in_cameras(times);
+  if (!p_C) return std::nullopt;
+  return std::array{options_.rig.left.project((*p_C)[0]), options_.rig.right.project((*p_C)[1])};
+}
+
+}  // namespace multireach::vision
