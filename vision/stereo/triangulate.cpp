@@ -34,7 +34,7 @@ std::optional<Meeting> meeting_of(const StereoRig& rig, const Eigen::Vector2d& l
   const double s = right_L.cross(b).dot(normal) / area2, t = right_L.cross(a).dot(normal) / area2;
   if (!(s > 0 && t > 0)) return std::nullopt;
   const Eigen::Vector3d on_left = s * a, on_right = right_L + t * b;
-  return Meeting{on_left, on_right, 0.5 * (on_left + on_right), (on_left - on_right).norm()};
+  return Meeting{on_left, on_right, 0.5 * (on_left + on_right), (s * a - right_L - t * b).norm()};
 }
 
 /// (x/z, y/z) of a point, and its derivative with respect to the point in the left camera's frame.
