@@ -256,7 +256,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   // What is seen of an object of unknown size does not tell what is occluded.
   const auto add_occlusion = [&](StereoMatch& match) {
     if (options_.match.radius_m > 0 || match.both_by_contour || !is_located(match.status)) return;
-    match.model_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right));
+    match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right));
   };
   Found found;
   found.match = best_match(contours[0], contours[1], pairs);
@@ -269,7 +269,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     StereoMatch& match = found.candidates[k].match;
     add_occlusion(match);
     if (!(options_.match.radius_m > 0) && !match.both_by_contour)
-      match.model_covariance += covariance_of_parts(found.candidates, k);
+      match.shape_covariance += covariance_of_parts(found.candidates, k);
   }
   const auto chosen = choose(found.candidates, others.sought);
   found.match = found.candidates[chosen.value_or(0)].match;
@@ -308,9 +308,10 @@ TargetTrack::Status StereoTracker::unseen_status() const {
   return track_.status() == TargetTrack::Status::kTracked ? TargetTrack::Status::kCoasting : track_.status();
 }
 
-/// The matched position, moved to the time of the pair; its covariance includes the unknown motion between exposures.
+/// The matched position, moved to the time of the pair; its covariance is that of noise and includes the unknown motion
+/// between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
-  PositionEstimate estimate{match.point.p_W, match.covariance()};
+  PositionEstimate estimate{match.point.p_W, match.noise_covariance()};
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!lost) estimate.position -= track_.velocity() * left;
@@ -418,7 +419,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   }
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
   TargetReport tracked = report(TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
-  tracked.estimate = estimate;
+  tracked.estimate = {estimate.position, estimate.covariance + match.shape_covariance};
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;
   unoccluded_size_.update(radius_by_area(match, left, right), offset_s(times.pair, last_seen));

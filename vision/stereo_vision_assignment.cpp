@@ -88,7 +88,7 @@ Eigen::Vector3d relative_when_seen(const TargetTrack& a, const TargetTrack& b) {
 
 bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
   return pass_through(relative_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
-                      match_a.covariance() + match_b.covariance(), smaller_radius(a, b));
+                      match_a.noise_covariance() + match_b.noise_covariance(), smaller_radius(a, b));
 }
 
 /// Whether two solid targets cannot both keep their motion, because they would go through each other.
@@ -130,7 +130,7 @@ bool is_expected(const Target& target, const PairTimes& times) {
 /// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
 /// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
-  const PositionEstimate there{target.match.point.p_W, target.match.covariance()};
+  const PositionEstimate there{target.match.point.p_W, target.match.noise_covariance()};
   return is_expected(target, times) && target.tracker.track().was_just_seen(times.pair) &&
          target.tracker.track().is_near(times.pair, there);
 }
@@ -264,7 +264,7 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
     StereoTracker::Found found =
         target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
-      return !target.tracker.track().is_near(times.pair, {each.match.point.p_W, each.match.covariance()});
+      return !target.tracker.track().is_near(times.pair, {each.match.point.p_W, each.match.noise_covariance()});
     });
     if (found.candidates.empty()) continue;
     target.candidates = std::move(found.candidates);

@@ -296,7 +296,7 @@ TEST(StereoMatching, ThePartThatOneImageShowsIsInThatCamerasFrame) {
   ASSERT_EQ(match.status, StereoMatch::Status::kSeen) << description(match.status);
   const Eigen::Vector3d to_centre =
       turned.X_WL.linear() * (turned.X_RL.linear().transpose() * Eigen::Vector3d(0.1 * p_R.z(), 0, 0));
-  EXPECT_LT((match.model_covariance - to_centre * to_centre.transpose()).norm(), 1e-9);
+  EXPECT_LT((match.shape_covariance - to_centre * to_centre.transpose()).norm(), 1e-9);
 }
 
 // Strips, nearly along the rows, whose centres are known across them only, and cameras whose rows are off: moving the

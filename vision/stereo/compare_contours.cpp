@@ -176,7 +176,10 @@ class ContourComparison {
     scored.radius_sigma_m = free->radius_sigma_m;
     (prior ? match.point.covariance : match.model_covariance) +=
         covariance_of_contradiction(left, right, *free, {match.epipolar_px, match.epipolar_sigma_px});
-    if (!prior) match.model_covariance += covariance_by_rays(left, right, sphere->p_W);
+    if (!prior) {
+      match.model_covariance += covariance_by_rays(left, right, sphere->p_W);
+      match.shape_covariance += covariance_of_alternative(left, right, *free);
+    }
     if (prior) {
       match.size_share = free->radius_m / prior->radius_m - 1;
       match.size_sigma =
@@ -241,11 +244,9 @@ class ContourComparison {
     };
     widen(wider_left, left, free.depth_left_m, right, free.depth_right_m);
     widen(wider_right, right, free.depth_right_m, left, free.depth_left_m);
-    const Eigen::Matrix3d of_alternative =
-        known ? Eigen::Matrix3d::Zero().eval() : covariance_of_alternative(left, right, free);
-    if (!any) return of_alternative;
+    if (!any) return Eigen::Matrix3d::Zero();
     const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
-    return wider ? Eigen::Matrix3d(of_alternative + wider->covariance - free.covariance) : of_alternative;
+    return wider ? Eigen::Matrix3d(wider->covariance - free.covariance) : Eigen::Matrix3d::Zero().eval();
   }
 
   /// Both images may show the same part of an object, or the object with something beside it: its centre is then to one

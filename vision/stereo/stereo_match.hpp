@@ -40,11 +40,13 @@ struct StereoMatch {
   /// kOutsidePredictionGate, kOutsideRegion or kCutOff (for a filter that gates by covariance); `epipolar_error_px`
   /// also when kInconsistentPair or kEpipolarMismatch.
   SphereTriangulation point;
-  /// Covariance of `p_W` besides that of `point`, where the radius is not known: of what sizes or rows contradict (a
-  /// motion between the exposures), and of what the object may be more or less than the blob. Not in
-  /// `point`, by which candidates are compared with the prediction, the search region and each other: the images of two
-  /// things differ, too. The track's gates and filter use covariance(), and so does what is reported.
+  /// Covariance of `p_W` besides that of `point`, where the radius is not known, of what sizes or rows contradict (a
+  /// motion between the exposures). Not in `point`, by which candidates are compared with the prediction, the search
+  /// region and each other: the images of two things differ, too. The track's gates and filter use it.
   Eigen::Matrix3d model_covariance = Eigen::Matrix3d::Zero();
+  /// The same, of what the object may be more or less than its blob. It stays the same from image to image, so that the
+  /// track does not count it as noise; what is reported contains it.
+  Eigen::Matrix3d shape_covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
   double occlusion = 0;          ///< share occluded or cut off, the larger of both contours; -1: not known
@@ -58,7 +60,9 @@ struct StereoMatch {
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 
-  Eigen::Matrix3d covariance() const { return point.covariance + model_covariance; }  ///< of `p_W`
+  /// Of `p_W`: of noise, and with what is the same from image to image.
+  Eigen::Matrix3d noise_covariance() const { return point.covariance + model_covariance; }
+  Eigen::Matrix3d covariance() const { return noise_covariance() + shape_covariance; }
 };
 
 /// The status as a sentence.
