@@ -130,6 +130,7 @@ void StereoTracker::restart() {
   calibration_ = {};
   radius_m_ = 0;
   unoccluded_size_ = {};
+  shape_covariance_.setZero();
   for (CameraState& camera_state : cameras_) {
     camera_state.gains = {};
     camera_state.background.forget();
@@ -327,8 +328,9 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
 }
 
 TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
+  const PositionEstimate estimate = track_.estimate();
   return {.status = status,
-          .estimate = track_.estimate(),
+          .estimate = {estimate.position, estimate.covariance + shape_covariance_},
           .velocity = track_.velocity(),
           .velocity_covariance = track_.velocity_covariance(),
           .last_seen_utime = track_.last_seen_utime(),
@@ -417,9 +419,10 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
     return report(unseen_status(),
                   past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
   }
+  shape_covariance_ = match.shape_covariance;
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
   TargetReport tracked = report(TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
-  tracked.estimate = {estimate.position, estimate.covariance + match.shape_covariance};
+  tracked.estimate = {estimate.position, estimate.covariance + shape_covariance_};
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;
   unoccluded_size_.update(radius_by_area(match, left, right), offset_s(times.pair, last_seen));

@@ -205,6 +205,7 @@ class StereoTracker {
   TargetIdentity identity_;
   double radius_m_ = 0;  // of the object, from the last match
   UnoccludedSize unoccluded_size_;
+  Eigen::Matrix3d shape_covariance_ = Eigen::Matrix3d::Zero();  // of the last match: as uncertain is what coasts
   CalibrationCheck calibration_;
 };
 

@@ -1,4 +1,5 @@
 // What a tracker carries from one pair to the next, as numbers.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -19,13 +20,16 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
   state.insert(state.end(), identity.begin(), identity.end());
   state.push_back(static_cast<double>(track_.utime() - utime));
   state.insert(state.end(), {radius_m_, unoccluded_size_.radius_m()});
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column <= row; ++column) state.push_back(shape_covariance_(row, column));
+  }
   for (const CameraState& camera_state : cameras_)
     state.insert(state.end(), {camera_state.gains.red, camera_state.gains.blue});
   return state;
 }
 
 bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr size_t kOwn = 7, kIdentity = TargetIdentity::kSerializedSize;
+  constexpr size_t kOwn = 13, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
   constexpr size_t kLooks = 2;       // numbers of looks, after each background
   std::array<size_t, 2> backgrounds{}, pictures{};
@@ -44,6 +48,8 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   for (const double radius_m : own.subspan(1, 2)) {
     if (!(radius_m >= 0 && radius_m < 1e6)) return false;
   }
+  const auto shape = own.subspan(3, 6);  // the lower triangle
+  if (!std::ranges::all_of(shape, [](double v) { return std::isfinite(v); })) return false;
   for (const double gain : own.last(4)) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
@@ -74,8 +80,12 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   }
   radius_m_ = own[1];
   unoccluded_size_.set_radius_m(own[2]);
-  cameras_[0].gains = {own[3], own[4]};
-  cameras_[1].gains = {own[5], own[6]};
+  for (int row = 0, k = 0; row < 3; ++row) {
+    for (int column = 0; column <= row; ++column)
+      shape_covariance_(row, column) = shape_covariance_(column, row) = shape[static_cast<size_t>(k++)];
+  }
+  cameras_[0].gains = {own[9], own[10]};
+  cameras_[1].gains = {own[11], own[12]};
   return true;
 }
 

@@ -179,7 +179,9 @@ TEST(StaticScene, OfTwoThingsThatLookLikeOneEachMayBeTheTarget) {
 TEST(StaticScene, WhatIsGraduallyHiddenIsUncertain) {
   const StereoRig rig = level_rig();
   const cv::Rect folder(60, 100, 40, 60);
-  StereoVision vision({options_for(rig)});
+  vision::TrackerOptions options = options_for(rig);
+  options.track.coast_sigma_m = 1;  // far away for the rig
+  StereoVision vision({options});
   constexpr double kDepth = kFocal * kBaseline / 14;  // cvRound(kFocal * kBaseline / 2.5) pixels of disparity
   const Eigen::Vector3d there =
       kDepth / kFocal *
@@ -196,6 +198,11 @@ TEST(StaticScene, WhatIsGraduallyHiddenIsUncertain) {
     EXPECT_LT(apart.dot(report.estimate.covariance.ldlt().solve(apart)), 9) << k << ": three standard deviations";
   }
   EXPECT_GT(farthest, 0.1) << "or this test shows nothing";
+  Room(rig, {}).look(90, std::nullopt, vision);
+  const vision::TargetReport& report = vision.targets().front().report;
+  ASSERT_EQ(report.status, Status::kCoasting);
+  const Eigen::Vector3d apart = report.estimate.position - there;
+  EXPECT_LT(apart.dot(report.estimate.covariance.ldlt().solve(apart)), 9) << "all of it is hidden";
 }
 
 TEST(StaticScene, ALargerThingIsNotFollowedBesideABallThatMovesLater) {

@@ -154,9 +154,8 @@ std::string finder_fault(const Part& part, const vision::ColourModel& model) {
                        position_of(blobs[0].centroid, part.corner));
   }
   if (inside < 0.5 * object->area) {
-    return "with the learned colours the object is found together with much of what is around it: click on a patch "
-           "that "
-           "differs from that, or show the object before something else";
+    return "with the learned colours the object is found together with much of what is around it: click where "
+           "it differs from that, or show it before something else";
   }
   for (const vision::Blob& blob : blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
@@ -255,8 +254,7 @@ bool is_clicked(const Eigen::Vector2d& px, const Part& part) {
 }
 
 /// Why vision would not answer with the object; empty when it would.
-std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) {
-  const auto found = found_by_vision(part, model);
+std::string doubt_of_vision(const std::optional<vision::StereoTracker::Found>& found, const Part& part) {
   if (!found) return {};
   using Status = vision::StereoMatch::Status;
   if (found->match.status == Status::kSeen) {
@@ -279,19 +277,19 @@ std::string doubt_of_vision(const Part& part, const vision::ColourModel& model) 
 
 /// Where vision would take something else for the object, as "X,Y" in the picture; empty where it would not. What is
 /// near the region may be the object: the click may be beside it, or show a part.
-std::string taken_for_it(const Part& part, const vision::ColourModel& model) {
-  const auto found = found_by_vision(part, model);
+std::string taken_for_it(const std::optional<vision::StereoTracker::Found>& found, const Part& part) {
   if (!found || found->match.status != vision::StereoMatch::Status::kSeen) return {};
   const Eigen::Vector2d& px = found->match.left_px;
   if (is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) return {};
   return position_of(px, part.corner);
 }
 
-/// Why the colours do not serve to find the object in a picture that has it; empty when they do.
-std::string fault_of(const Part& part, const vision::ColourModel& model) {
+/// Why the colours do not serve to find the object in a picture that has it; empty when they do. `found`: by vision.
+std::string fault_of(const std::optional<vision::StereoTracker::Found>& found, const Part& part,
+                     const vision::ColourModel& model) {
   const std::string fault = finder_fault(part, model);
   if (!fault.empty()) return fault;
-  const std::string other = taken_for_it(part, model);
+  const std::string other = taken_for_it(found, part);
   return other.empty()
              ? ""
              : fmt::format("by the colours alone vision would take what is at {} for it: {}", other, kIfOther);
@@ -303,9 +301,9 @@ std::string not_found(const ObjectPicture& picture, const vision::ColourModel& m
   using Status = vision::StereoMatch::Status;
   const Part part = part_of(picture);
   const std::string in_picture = picture.name.empty() ? "" : " in " + picture.name;
-  if (const std::string other = taken_for_it(part, model); !other.empty())
-    return fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
   const auto found = found_by_vision(part, model);
+  if (const std::string other = taken_for_it(found, part); !other.empty())
+    return fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
   if (!found || found->match.status == Status::kSeen || found->match.status == Status::kCutOff) return {};
   if (found->match.status == Status::kAmbiguous && std::ranges::any_of(found->candidates, [&](const auto& candidate) {
         const Eigen::Vector2d& px = candidate.match.left_px;
@@ -352,12 +350,13 @@ ObjectColour learn_object(std::span<const ObjectPicture> pictures) {
     warn(pictures[k], colour.rates[k], object.warnings);
     if (!object.fault.empty()) continue;
     const Part& part = parts[k];
+    const auto found = part.region ? found_by_vision(part, colour.model) : std::nullopt;
     const std::string fault =
-        part.region ? fault_of(part, colour.model) : finder_fault(part.bgr, colour.model, smallest, part.corner);
+        part.region ? fault_of(found, part, colour.model) : finder_fault(part.bgr, colour.model, smallest, part.corner);
     if (fault.empty()) {
       if (!part.region) continue;
-      for (const std::string& doubt : {doubt_of_parts(part, colour.model), doubt_of_region(part, colour.model),
-                                       doubt_of_vision(part, colour.model)}) {
+      for (const std::string& doubt :
+           {doubt_of_parts(part, colour.model), doubt_of_region(part, colour.model), doubt_of_vision(found, part)}) {
         if (!doubt.empty()) object.warnings.push_back(about(pictures[k], doubt));
       }
       continue;
