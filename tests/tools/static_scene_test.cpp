@@ -268,28 +268,6 @@ TEST(StaticScene, ATrackedBallKeepsItsNameWhileAnEqualOneAppearsAndPasses) {
   EXPECT_EQ(ambiguous, 0);
 }
 
-TEST(StaticScene, AHiddenBallIsNotReplacedByAnEqualOneThatRestsBesideIt) {
-  const StereoRig rig = level_rig();
-  const Room room(rig, {});
-  const Eigen::Vector3d resting(0.1, 0.1, 1.2);
-  for (const bool known : {true, false}) {
-    StereoVision vision({known ? options_with_radius(rig) : options_for(rig)});
-    int k = 0, right = 0;
-    for (; k < 80; ++k) {
-      const Eigen::Vector3d target(-0.2 + 0.003 * k, -0.04, 1.2);
-      std::vector<Eigen::Vector3d> others;
-      if (k >= 20) others.push_back(resting);
-      room.look(k, target, vision, others);
-      right += is_at(vision.targets().front().report, target);
-    }
-    EXPECT_EQ(right, 80) << known;
-    for (; k < 140; ++k) {
-      room.look(k, std::nullopt, vision, {resting});
-      EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << known << " " << k;
-    }
-  }
-}
-
 TEST(StaticScene, OfTwoEqualBallsTheOneInTheSearchRegionIsTracked) {
   const StereoRig rig = level_rig();
   const Room room(rig, {});
