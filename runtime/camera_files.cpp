@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -74,6 +75,9 @@ void set_distortion(CameraModel& camera, const double* values, Eigen::Index coun
   const auto known = static_cast<Eigen::Index>(camera.distortion.size());
   for (Eigen::Index k = known; k < count; ++k) {
     if (values[k] != 0) file.fail(key, "a lens without thin prism and tilt: only zeros after k6");
+  }
+  for (Eigen::Index k = 0; k < std::min(count, known); ++k) {
+    if (!(std::abs(values[k]) <= kLargestDistortion)) file.fail(key, "numbers of -1e9 to 1e9");
   }
   std::copy_n(values, std::min(count, known), camera.distortion.begin());
 }

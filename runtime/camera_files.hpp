@@ -9,6 +9,9 @@
 
 namespace multireach {
 
+/// The largest plausible coefficient of a lens, also of one with a narrow view, whose powers of the radius are small.
+constexpr double kLargestDistortion = 1e9;
+
 /// File format of a stereo calibration.
 enum class CameraFormat {
   kVision,  ///< vision.yaml, section `cameras`: left, right, left_to_right, errors, left_to_robot

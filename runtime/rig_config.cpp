@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "numeric/trigonometry.hpp"
@@ -36,6 +37,9 @@ ConfigKeys<CameraModel> camera_keys() {
                const std::vector<double> values = config.numbers("distortion", -1, std::vector<double>{});
                if (values.size() > camera.distortion.size())
                  config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
+               for (const double value : values) {
+                 if (std::abs(value) > kLargestDistortion) config.fail("distortion", "numbers of -1e9 to 1e9");
+               }
                std::copy(values.begin(), values.end(), camera.distortion.begin());
              });
   return keys;

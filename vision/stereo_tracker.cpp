@@ -221,10 +221,11 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   return found;
 }
 
-/// Matches the contours that are no other target, with those in the background or without. In a confirmed track a
-/// sphere's contour counts also before background of its colour.
+/// Matches the contours that are no other target, with those in the background or without. Where a confirmed target is
+/// expected that the last pair showed, a sphere's contour counts also before background of its colour.
 StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
                                                 const OtherTargets& others, bool background, bool predicted) const {
+  const bool followed = identity_.confirmed() && track_.status() == TargetTrack::Status::kTracked;
   std::array<std::vector<SphereContour>, 2> contours;
   std::array<std::vector<int>, 2> from;
   for (const Side side : {Side::kLeft, Side::kRight}) {
@@ -232,7 +233,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const std::vector<bool>& taken = others.taken[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
       if (k < taken.size() && taken[k]) continue;
-      const bool sphere = identity_.confirmed() && view.contours[k].kind == SphereContour::Kind::kEdges;
+      const bool sphere = followed && view.contours[k].kind == SphereContour::Kind::kEdges;
       if (!background && !sphere && view.appearance[k].background > kBackgroundShare) continue;
       contours[index(side)].push_back(view.contours[k]);
       // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
@@ -244,6 +245,13 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   std::optional<Prediction> prediction;
   if (history.agile) prediction = {history.agile->position, history.agile->covariance};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
+  // Elsewhere, a sphere before background of its colour may be an equal one that has been there.
+  std::erase_if(pairs, [&](const ComparedPair& pair) {
+    return !background && pair.match.status == StereoMatch::Status::kOutsidePredictionGate &&
+           std::max(left.appearance[static_cast<size_t>(from[0][static_cast<size_t>(pair.match.left)])].background,
+                    right.appearance[static_cast<size_t>(from[1][static_cast<size_t>(pair.match.right)])].background) >
+               kBackgroundShare;
+  });
   for (ComparedPair& pair : pairs) {
     if (options_.search_region && is_located(pair.match.status) &&
         !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
@@ -254,21 +262,15 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
       pair.match.status = StereoMatch::Status::kInconsistentPair;
   }
-  // What is seen of an object of unknown size does not tell what is occluded.
-  const auto add_occlusion = [&](StereoMatch& match) {
-    if (options_.match.radius_m > 0 || match.both_by_contour || !is_located(match.status)) return;
-    match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right));
-  };
   Found found;
   found.match = best_match(contours[0], contours[1], pairs);
   found.candidates = candidates_of(pairs, left.appearance, right.appearance, history, options_.match);
   if (found.candidates.empty()) {
-    add_occlusion(found.match);
+    add_occlusion(times.pair, left, right, found.match);
     return found;
   }
   for (size_t k = 0; k < found.candidates.size(); ++k) {
     StereoMatch& match = found.candidates[k].match;
-    add_occlusion(match);
     if (!(options_.match.radius_m > 0) && !match.both_by_contour)
       match.shape_covariance += covariance_of_parts(found.candidates, k);
   }
@@ -277,7 +279,23 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
   const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
   if (chosen && !history.agile) check_first_match(*chosen, pairs, located, left, right, found);
+  // After the checks of a first match: it may be another object than the one whose size is remembered.
+  add_occlusion(times.pair, left, right, found.match);
+  for (Candidate& candidate : found.candidates) add_occlusion(times.pair, left, right, candidate.match);
   return found;
+}
+
+/// Adds what may be occluded to the covariance of a match by the area of an object of unknown size. Where the border of
+/// an image cuts it off, its covariance has that already.
+void StereoTracker::add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const {
+  if (match.both_by_contour || !is_located(match.status) || !tells_size(match, left, right)) return;
+  match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right), utime);
+}
+
+/// Whether the areas of a match tell how large an object of unknown size is.
+bool StereoTracker::tells_size(const StereoMatch& match, const View& left, const View& right) const {
+  return !(options_.match.radius_m > 0) && !left.contours[static_cast<size_t>(match.left)].cut_off &&
+         !right.contours[static_cast<size_t>(match.right)].cut_off;
 }
 
 bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,
@@ -353,8 +371,11 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     if (followed) calibration_.update(match);
     notice_motion(Side::kLeft, left, times.pair);
     notice_motion(Side::kRight, right, times.pair);
-    learn_background(Side::kLeft, left, followed ? match.left : -1, others[0]);
-    learn_background(Side::kRight, right, followed ? match.right : -1, others[1]);
+    // What the track has not accepted may be the target that jumps, until further matches tell.
+    const bool may_be_target = followed || match.status == StereoMatch::Status::kSeen ||
+                               match.status == StereoMatch::Status::kOutsidePredictionGate;
+    learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0]);
+    learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1]);
   }
   return result;
 }
@@ -373,7 +394,8 @@ void StereoTracker::notice_motion(Side side, const View& view, int64_t utime) {
 }
 
 /// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be
-/// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched.
+/// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched; and
+/// where it may have jumped to, it may be.
 void StereoTracker::learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects) {
   CameraState& camera_state = cameras_[index(side)];
   if (!view.fits || view.filled || view.dark || view.wider) return;
@@ -395,6 +417,8 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen, st
 TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMatch& match, const View& left,
                                          const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   using Status = StereoMatch::Status;
+  if (track_.begun() && times.pair <= track_.utime())
+    return report(unseen_status(), "the pair is not newer than the last one");
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it, or at once.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
@@ -406,26 +430,22 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
     unseen.ambiguous = match.status == Status::kAmbiguous;
     return unseen;
   }
-  const int64_t before = track_.utime();
-  const int64_t last_seen = track_.last_seen_utime().value_or(before);
   const PositionEstimate estimate = estimate_at_pair(times, match);
   using Jump = TargetTrack::Jump;
   const Jump jump = !seen                                                           ? Jump::kNever
                     : has_bounced(times.pair, estimate, match, left, right, others) ? Jump::kAtOnce
                                                                                     : Jump::kIfConfirmed;
   if (!track_.update(times.pair, estimate, jump)) {
-    const bool past = track_.utime() == before && times.pair <= before;
-    if (!past) identity_.update_unseen(times.pair, track_.status() == TargetTrack::Status::kLost);
-    return report(unseen_status(),
-                  past ? "the pair is not newer than the last one" : description(Status::kOutsidePredictionGate));
+    identity_.update_unseen(times.pair, track_.status() == TargetTrack::Status::kLost);
+    return report(unseen_status(), description(Status::kOutsidePredictionGate));
   }
-  shape_covariance_ = match.shape_covariance;
+  shape_covariance_ = match.shape_covariance.selfadjointView<Eigen::Lower>();  // exactly symmetric, as is restored
   if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
   TargetReport tracked = report(TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
   tracked.estimate = {estimate.position, estimate.covariance + shape_covariance_};
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;
-  unoccluded_size_.update(radius_by_area(match, left, right), offset_s(times.pair, last_seen));
+  if (tells_size(match, left, right)) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();

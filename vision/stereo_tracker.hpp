@@ -194,6 +194,8 @@ class StereoTracker {
   void check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located, const View& left,
                          const View& right, Found& found) const;
   TargetHistory history_at(const PairTimes& times) const;
+  void add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const;
+  bool tells_size(const StereoMatch& match, const View& left, const View& right) const;
   /// Radius of a disc of the matched object's area, in the image where it is smaller, m.
   double radius_by_area(const StereoMatch& match, const View& left, const View& right) const;
   /// Where the target is expected, in the frames of the left and of the right camera, if it is before both.

@@ -19,7 +19,9 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
   const std::vector<double> identity = identity_.serialize(utime);
   state.insert(state.end(), identity.begin(), identity.end());
   state.push_back(static_cast<double>(track_.utime() - utime));
-  state.insert(state.end(), {radius_m_, unoccluded_size_.radius_m()});
+  const double unoccluded_m = unoccluded_size_.radius_m();
+  const int64_t measured = unoccluded_m > 0 ? unoccluded_size_.utime() - utime : 0;
+  state.insert(state.end(), {radius_m_, unoccluded_m, static_cast<double>(measured)});
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column) state.push_back(shape_covariance_(row, column));
   }
@@ -29,7 +31,7 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
 }
 
 bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr size_t kOwn = 13, kIdentity = TargetIdentity::kSerializedSize;
+  constexpr size_t kOwn = 14, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
   constexpr size_t kLooks = 2;       // numbers of looks, after each background
   std::array<size_t, 2> backgrounds{}, pictures{};
@@ -44,11 +46,13 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     return value >= 0 && value <= most && value == std::floor(value);
   };
   const auto own = state.last(kOwn);
-  if (!(own[0] >= -kLongest && own[0] <= kLongest && own[0] == std::floor(own[0]))) return false;
+  for (const double time : {own[0], own[3]}) {
+    if (!(time >= -kLongest && time <= kLongest && time == std::floor(time))) return false;
+  }
   for (const double radius_m : own.subspan(1, 2)) {
     if (!(radius_m >= 0 && radius_m < 1e6)) return false;
   }
-  const auto shape = own.subspan(3, 6);  // the lower triangle
+  const auto shape = own.subspan(4, 6);  // the lower triangle
   if (!std::ranges::all_of(shape, [](double v) { return std::isfinite(v); })) return false;
   for (const double gain : own.last(4)) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
@@ -79,13 +83,13 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     camera_state.since_look = static_cast<int>(of_camera[side].looks[1]);
   }
   radius_m_ = own[1];
-  unoccluded_size_.set_radius_m(own[2]);
+  unoccluded_size_.restore(own[2], utime + static_cast<int64_t>(own[3]));
   for (int row = 0, k = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column)
       shape_covariance_(row, column) = shape_covariance_(column, row) = shape[static_cast<size_t>(k++)];
   }
-  cameras_[0].gains = {own[9], own[10]};
-  cameras_[1].gains = {own[11], own[12]};
+  cameras_[0].gains = {own[10], own[11]};
+  cameras_[1].gains = {own[12], own[13]};
   return true;
 }
 

@@ -190,7 +190,9 @@ def make_thrown(out, clone):
             if things.count(thing) == 1 and is_whole_ball(contour, image.shape[1::-1]):
                 m = cv2.moments(contour)
                 labels.append((name, thing, m["m10"] / m["m00"], m["m01"] / m["m00"]))
-    write_video(out / "thrown", settings_of("thrown in a room", "tuning", 30, 28), images, labels)
+    settings = settings_of("thrown in a room", "tuning", 30, 28)
+    # A picture of 16 : 9 in 640 x 480 pixels: a ball at rest is four thirds as high as wide.
+    write_video(out / "thrown", settings + ["fx_px: 600", "fy_px: 800"], images, labels)
 
 
 # Sequences of the visual object tracking challenge

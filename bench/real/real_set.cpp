@@ -112,6 +112,7 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
   const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);
   set.rig = rig_of(config, read_image(set.images.front()).size(), fx, baseline);
+  set.rig.left.fy = set.rig.right.fy = config.number("fy_px", 1, 1e6, fx);  // differs where pixels are not square
 }
 
 /// Reads lines `image,object,left_x,left_y,right_x,right_y` of images that are there; the first line names the columns.

@@ -39,6 +39,16 @@ TEST(RigConfig, ACameraLooksAtAPoint) {
   EXPECT_LT(above.y(), -0.05);
 }
 
+TEST(RigConfig, RefusesADistortionThatNoLensHas) {
+  const auto with = [](const std::string& k2) {
+    const std::string size = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120";
+    return Config::parse("vision.yaml", "left: " + size + ", distortion: [-0.1, " + k2 + "]}\nright: " + size +
+                                            "}\nleft_to_right: {translation_m: [-0.06, 0, 0]}\n");
+  };
+  EXPECT_NO_THROW(load_rig(with("1e4")));
+  EXPECT_THROW(load_rig(with("1e20")), InputError);
+}
+
 TEST(RigConfig, RefusesALineOfSightAlongUp) {
   EXPECT_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 0]}}")), InputError);
   EXPECT_NO_THROW(load_rig(cameras("{look_at: {from_m: [0, 0, 1], at_m: [0, 0, 0], up: [1, 0, 0]}}")));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
@@ -359,9 +360,19 @@ TEST(ObjectColourOf, SaysWhereVisionWouldNotKnowIt) {
   const ObjectColour object = learned(picture({ball, smaller}, {}, 70), ball);
   EXPECT_EQ(object.fault, "") << "the other is a third as large";
   ASSERT_EQ(object.warnings.size(), 1U);
-  EXPECT_NE(object.warnings[0].find("vision would not choose between it and what is at 2"), std::string::npos)
-      << object.warnings[0];
+  EXPECT_NE(object.warnings[0].find("vision may take what is at 2"), std::string::npos) << object.warnings[0];
   EXPECT_TRUE(learned(picture({ball}, {}, 71), ball).warnings.empty());
+}
+
+TEST(ObjectColourOf, SaysWhereVisionWouldTakeWhatIsBetweenTwoClicks) {
+  const Ball between{{160, 120}, 10, kOrange};
+  const cv::Mat image = picture({between}, {{{30, 75, 80, 7}, kOrange}, {{210, 160, 80, 7}, kOrange}}, 72);
+  const ObjectColour object =
+      learn_object({.bgr = image, .region = region_around(image, std::vector<cv::Point>{{70, 78}, {250, 163}})});
+  EXPECT_EQ(object.fault, "");
+  EXPECT_TRUE(std::ranges::any_of(object.warnings, [](const std::string& warning) {
+    return warning.find("by the colours alone vision would take what is at 1") != std::string::npos;
+  }));
 }
 
 TEST(ObjectColourOf, SeveralPicturesIsRefusedWithTheNameOfTheFaultyOne) {

@@ -268,6 +268,51 @@ TEST(StaticScene, ATrackedBallKeepsItsNameWhileAnEqualOneAppearsAndPasses) {
   EXPECT_EQ(ambiguous, 0);
 }
 
+TEST(StaticScene, AHiddenBallIsNotReplacedByAnEqualOneThatRestsBesideIt) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  const Eigen::Vector3d resting(0.1, 0.1, 1.2);
+  for (const bool known : {true, false}) {
+    StereoVision vision({known ? options_with_radius(rig) : options_for(rig)});
+    int k = 0, right = 0;
+    for (; k < 80; ++k) {
+      const Eigen::Vector3d target(-0.2 + 0.003 * k, -0.04, 1.2);
+      std::vector<Eigen::Vector3d> others;
+      if (k >= 20) others.push_back(resting);
+      room.look(k, target, vision, others);
+      right += is_at(vision.targets().front().report, target);
+    }
+    EXPECT_EQ(right, 80) << known;
+    for (; k < 140; ++k) {
+      room.look(k, std::nullopt, vision, {resting});
+      EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << known << " " << k;
+    }
+  }
+}
+
+// Every eighth pair the whole image is searched, also for background: it must not become background where a jump waits
+// for the matches that confirm it.
+TEST(StaticScene, ABallThatJumpsIsFoundWhicheverPairLooksForBackground) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  for (const double distance : {0.8, 2.0}) {
+    for (int pairs = 60; pairs < 69; ++pairs) {
+      StereoVision vision({options_for(rig)});
+      const vision::TargetReport& report = vision.targets().front().report;
+      int k = 0;
+      for (; k < pairs; ++k) room.look(k, Eigen::Vector3d(-0.2 + 0.005 * k, -0.05 * distance, distance), vision);
+      ASSERT_EQ(report.status, Status::kTracked);
+      const Eigen::Vector3d there(-0.1 * distance, 0.1 * distance, 0.9 * distance);
+      int found = 0;
+      for (const int end = k + 33; k < end; ++k) {
+        room.look(k, there, vision);
+        found += report.status == Status::kTracked && (report.estimate.position - there).norm() < 0.05;
+      }
+      EXPECT_GE(found, 30) << "of 33, from pair " << pairs << " on, at " << distance << " m: " << report.reason;
+    }
+  }
+}
+
 TEST(StaticScene, OfTwoEqualBallsTheOneInTheSearchRegionIsTracked) {
   const StereoRig rig = level_rig();
   const Room room(rig, {});

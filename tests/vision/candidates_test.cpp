@@ -251,18 +251,21 @@ TEST(Candidates, WhatMayBeTwoPartsOfOneThingIsUncertain) {
 }
 
 TEST(UnoccludedSize, WhatLooksSmallerThanBeforeIsUncertain) {
+  constexpr int64_t kSecond = 1'000'000;
   UnoccludedSize size;
-  EXPECT_EQ(size.occlusion_covariance(0.01).norm(), 0) << "nothing is known";
-  for (int k = 0; k < 30; ++k) size.update(0.02, 0.1);
+  EXPECT_EQ(size.occlusion_covariance(0.01, 0).norm(), 0) << "nothing is known";
+  int64_t utime = kSecond;
+  for (int k = 0; k < 30; ++k) size.update(0.02, utime += kSecond / 10);
   EXPECT_NEAR(size.radius_m(), 0.02, 1e-12);
-  EXPECT_EQ(size.occlusion_covariance(0.02).norm(), 0);
-  EXPECT_EQ(size.occlusion_covariance(0.03).norm(), 0);
+  EXPECT_EQ(size.occlusion_covariance(0.02, utime).norm(), 0);
+  EXPECT_EQ(size.occlusion_covariance(0.03, utime).norm(), 0);
   // The centre of a disc of which half is hidden is 0.42 of its radius off, and that of a square half of its side.
-  const double sigma = std::sqrt(size.occlusion_covariance(0.02 * std::sqrt(0.5))(0, 0));
-  EXPECT_NEAR(sigma, 0.5 * 0.02, 1e-9);
-  for (int k = 0; k < 10; ++k) size.update(0.014, 0.1);
+  const double half = 0.02 * std::sqrt(0.5);
+  EXPECT_NEAR(std::sqrt(size.occlusion_covariance(half, utime)(0, 0)), 0.5 * 0.02, 1e-9);
+  EXPECT_EQ(size.occlusion_covariance(half, utime + 30 * kSecond).norm(), 0) << "by then, it is another size";
+  for (int k = 0; k < 10; ++k) size.update(0.014, utime += kSecond / 10);
   EXPECT_GT(size.radius_m(), 0.0195) << "a second hides nothing for ever";
-  size.update(0.014, 1e6);
+  size.update(0.014, utime += 30 * kSecond);
   EXPECT_EQ(size.radius_m(), 0.014) << "after long, it is another size";
 }
 

@@ -182,7 +182,7 @@ StereoMatch best_match(std::span<const SphereContour> left, std::span<const Sphe
   if (!left.empty()) none.left_px = largest(left).centre_px;
   if (!right.empty()) none.right_px = largest(right).centre_px;
   none.status = left.empty() ? Status::kNotInLeft : Status::kNotInRight;
-  if (left.empty() || right.empty()) return none;
+  if (left.empty() || right.empty() || pairs.empty()) return none;
   const ComparedPair* best = nullptr;
   for (const ComparedPair& scored : pairs) {
     const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;

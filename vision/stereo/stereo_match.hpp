@@ -79,7 +79,7 @@ struct MatchOptions {
 };
 
 /// As description(), of a match that is kSeen: also tells where its viewing rays miss each other by more than
-/// `max_epipolar_px`, though not by more than their errors allow.
+/// `max_epipolar_px`, which the standard deviations that are allowed in addition let pass.
 const char* description_of_seen(const StereoMatch& match, const MatchOptions& options);
 
 /// Predicted position of the object, in W.
@@ -124,7 +124,7 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
 StereoMatch match_candidates(const StereoRig& rig, std::span<const SphereContour> left,
                              std::span<const SphereContour> right, const std::optional<Prediction>& prediction,
                              const MatchOptions& options);
-/// The same for pairs that were compared.
+/// The same for pairs that were compared, or for some of them.
 StereoMatch best_match(std::span<const SphereContour> left, std::span<const SphereContour> right,
                        std::span<const ComparedPair> pairs);
 

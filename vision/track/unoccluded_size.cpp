@@ -10,18 +10,23 @@ constexpr double kGrow_s = 0.5, kShrink_s = 30;  // time constants: choices
 
 }  // namespace
 
-void UnoccludedSize::update(double radius_m, double elapsed_s) {
-  if (radius_m_ <= 0) {
-    radius_m_ = radius_m;
-    return;
-  }
+/// The size of the whole object, as far as it is remembered when it is seen with a radius.
+double UnoccludedSize::updated(double radius_m, int64_t utime) const {
+  if (radius_m_ <= 0) return radius_m;
+  const double elapsed_s = 1e-6 * static_cast<double>(utime - utime_);
   const double time_s = radius_m > radius_m_ ? kGrow_s : kShrink_s;
-  radius_m_ += (radius_m - radius_m_) * std::clamp(elapsed_s / time_s, 0.0, 1.0);
+  return radius_m_ + (radius_m - radius_m_) * std::clamp(elapsed_s / time_s, 0.0, 1.0);
 }
 
-Eigen::Matrix3d UnoccludedSize::occlusion_covariance(double radius_m) const {
-  if (!(radius_m < radius_m_)) return Eigen::Matrix3d::Zero();
-  const double share = radius_m / radius_m_, sigma_m = (1 - share * share) * radius_m_;
+void UnoccludedSize::update(double radius_m, int64_t utime) {
+  radius_m_ = updated(radius_m, utime);
+  utime_ = utime;
+}
+
+Eigen::Matrix3d UnoccludedSize::occlusion_covariance(double radius_m, int64_t utime) const {
+  const double whole_m = updated(radius_m, utime);
+  if (!(radius_m < whole_m)) return Eigen::Matrix3d::Zero();
+  const double share = radius_m / whole_m, sigma_m = (1 - share * share) * whole_m;
   return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
 }
 

@@ -1,24 +1,32 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 
 namespace multireach::vision {
 
-/// The size of a tracked object that need not be a sphere, when all of it is seen. Where it looks smaller than before,
-/// it may have turned, or something occludes a part of it: its centre is then uncertain.
+/// The size of an object that need not be a sphere, when all of it is seen. Where it looks smaller than in the last
+/// half minute, it may have turned, or something occludes a part of it: its centre is then uncertain.
 class UnoccludedSize {
  public:
-  /// `radius_m`: of a disc of its area, at its distance. `elapsed_s`: since the last one.
-  void update(double radius_m, double elapsed_s);
-  /// Covariance of the centre of the object that now has this radius, m^2, in any frame: of one that is about as long
-  /// as wide, where what is not seen of its area is at one end.
-  Eigen::Matrix3d occlusion_covariance(double radius_m) const;
+  /// `radius_m`: of a disc of its area, at its distance. `utime`: when it was seen so, us.
+  void update(double radius_m, int64_t utime);
+  /// Covariance of the centre of the object that has this radius at a time, m^2, in any frame: of one that is about as
+  /// long as wide, where what is not seen of its area is at one end.
+  Eigen::Matrix3d occlusion_covariance(double radius_m, int64_t utime) const;
 
   double radius_m() const { return radius_m_; }  ///< 0: not known
-  void set_radius_m(double radius_m) { radius_m_ = radius_m; }
+  int64_t utime() const { return utime_; }       ///< of the last update, us
+  void restore(double radius_m, int64_t utime) {
+    radius_m_ = radius_m;
+    utime_ = utime;
+  }
 
  private:
+  double updated(double radius_m, int64_t utime) const;
+
   double radius_m_ = 0;
+  int64_t utime_ = 0;
 };
 
 }  // namespace multireach::vision
