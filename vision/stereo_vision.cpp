@@ -104,8 +104,8 @@ const char* StereoVision::measure(StereoImages& images) {
   };
   if (images.fingerprint(Side::kLeft) == images.fingerprint(Side::kRight) && !black(Side::kLeft))
     return "the left and the right image are the same";
-  const auto frozen = frozen_frames_.frozen();
-  return frozen && !black(*frozen) ? frozen_frames_.fault() : nullptr;
+  const auto repeats = frozen_frames_.repeats();
+  return repeats && !black(*repeats) ? frozen_frames_.fault() : nullptr;
 }
 
 /// Searches both images and matches. Returns false when an image cannot be decoded.

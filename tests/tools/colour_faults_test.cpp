@@ -33,5 +33,19 @@ TEST(ColourFaults, AnObjectThatTheBorderCutsOffIsNotTheOneThatWouldBeTaken) {
   EXPECT_EQ(fault_of(picture({{2, 120}}, {24}), {0, 96, 27, 49}), "") << "nothing else could be taken";
 }
 
+TEST(ColourFaults, AClickOnAHighlightShowsNotTheObject) {
+  cv::Mat image = picture({{150, 120}}, {40});
+  cv::Mat shine(image.size(), CV_8UC3, cv::Scalar::all(0));
+  cv::circle(shine, {140, 105}, 9, cv::Scalar(110, 90, 35), cv::FILLED, cv::LINE_AA);
+  cv::GaussianBlur(shine, shine, {0, 0}, 1.5);
+  cv::add(image, shine, image);
+  const auto learned = [&](const cv::Point& click) {
+    return learn_object({.bgr = image, .region = region_around(image, click)});
+  };
+  EXPECT_EQ(learned({160, 135}).fault, "");
+  const std::string fault = learned({140, 105}).fault;
+  EXPECT_EQ(fault.find("what is around the outline of the click has the same colour"), 0U) << fault;
+}
+
 }  // namespace
 }  // namespace multireach

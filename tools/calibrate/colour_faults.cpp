@@ -179,6 +179,48 @@ std::string doubt_of_parts(const PicturePart& part, const vision::ColourModel& m
   return {};
 }
 
+/// Why an outlined region is a part of a surface of the same colour, as a highlight is; empty where what is around it
+/// has another colour, or several.
+std::string fault_of_outline(const PicturePart& part) {
+  const cv::Mat& mask = part.region->mask;
+  if (mask.empty()) return {};
+  constexpr double kSameHue = 0.97;    // cosine of 14 degrees
+  constexpr double kSaturation = 1.4;  // largest ratio of the saturations of one surface
+  constexpr double kColoured = 8;      // chroma in Lab, from which on it has a hue
+  constexpr double kMost = 0.7;        // share of what is around
+  const int width = std::max(3, std::max(part.region->box.width, part.region->box.height) / 4);
+  const auto grown = [&](int by) {
+    cv::Mat larger;
+    cv::dilate(mask, larger, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * by + 1, 2 * by + 1}));
+    return larger;
+  };
+  cv::Mat around, lab;
+  cv::subtract(grown(2 + width), grown(2), around);  // 2 px: what the lens blurs
+  cv::cvtColor(part.bgr, lab, cv::COLOR_BGR2Lab);
+  const cv::Scalar mean = cv::mean(lab, mask);
+  const Eigen::Vector2d hue(mean[1] - 128, mean[2] - 128);
+  if (hue.norm() < kColoured) return {};
+  std::vector<double> saturation;  // of what has the hue and is darker
+  for (int row = 0; row < lab.rows; ++row) {
+    for (int column = 0; column < lab.cols; ++column) {
+      if (around.at<uint8_t>(row, column) == 0) continue;
+      const auto& p = lab.at<cv::Vec3b>(row, column);
+      const Eigen::Vector2d chroma(p[1] - 128, p[2] - 128);
+      if (p[0] < mean[0] && chroma.norm() > kColoured && chroma.dot(hue) > kSameHue * chroma.norm() * hue.norm())
+        saturation.push_back(chroma.norm() / p[0]);
+    }
+  }
+  if (saturation.empty()) return {};
+  const auto middle = saturation.begin() + static_cast<std::ptrdiff_t>(saturation.size() / 2);
+  std::ranges::nth_element(saturation, middle);
+  const double median = *middle;
+  const auto same =
+      std::ranges::count_if(saturation, [&](double s) { return s < kSaturation * median && s * kSaturation > median; });
+  if (static_cast<double>(same) < kMost * cv::countNonZero(around)) return {};
+  return "what is around the outline of the click has the same colour, but is darker, as around a highlight: click "
+         "beside the highlight, or draw a rectangle around the object";
+}
+
 /// Whether a point of the part is in a box around what was clicked.
 bool is_clicked(const Eigen::Vector2d& px, const PicturePart& part) {
   const cv::Point at(cvRound(px.x()), cvRound(px.y()));
@@ -288,8 +330,9 @@ FoundByVision found_by_vision(const PicturePart& part, const vision::ColourModel
 }
 
 std::string fault_of(const FoundByVision& found, const PicturePart& part, const vision::ColourModel& model) {
-  const std::string fault = finder_fault(part, model);
-  if (!fault.empty()) return fault;
+  for (const std::string& fault : {finder_fault(part, model), fault_of_outline(part)}) {
+    if (!fault.empty()) return fault;
+  }
   const std::string other = taken_for_it(found, part);
   if (!other.empty())
     return fmt::format("by the colours alone vision would take what is at {} for it: {}", other, if_other(part));

@@ -19,17 +19,20 @@ void FrozenFrameDetector::update(int64_t left, int64_t right) {
   last_ = now;
 }
 
-std::optional<Side> FrozenFrameDetector::frozen() const {
-  if (repeated_[0] >= kFrozen) return Side::kLeft;
-  if (repeated_[1] >= kFrozen) return Side::kRight;
+std::optional<Side> FrozenFrameDetector::repeats() const {
+  if (repeated_[0] > 0) return Side::kLeft;
+  if (repeated_[1] > 0) return Side::kRight;
   return std::nullopt;
 }
 
 const char* FrozenFrameDetector::fault() const {
-  const auto side = frozen();
+  const auto side = repeats();
   if (!side) return nullptr;
-  return *side == Side::kLeft ? "the left camera is frozen: it repeats the same image"
-                              : "the right camera is frozen: it repeats the same image";
+  const bool left = *side == Side::kLeft;
+  if (repeated_[left ? 0 : 1] < kFrozen)
+    return left ? "the left camera repeats its last image" : "the right camera repeats its last image";
+  return left ? "the left camera is frozen: it repeats the same image"
+              : "the right camera is frozen: it repeats the same image";
 }
 
 std::vector<double> FrozenFrameDetector::serialize() const {

@@ -10,14 +10,15 @@
 
 namespace multireach::vision {
 
-/// Detects a camera that repeats the same image while the other camera's image changes. A working sensor never gives
-/// the same bytes twice. When both sides repeat, as in a recording of a still picture, no camera counts as frozen.
+/// Detects a camera that repeats the same image while the other camera's image changes: the pair is not of one time. A
+/// working sensor never gives the same bytes twice. When both sides repeat, as in a recording of a still picture, the
+/// pair is of one time.
 class FrozenFrameDetector {
  public:
   /// Adds a pair, given as hashes of its images' bytes: whole numbers below 2^53.
   void update(int64_t left, int64_t right);
-  std::optional<Side> frozen() const;
-  /// Why the pair is unusable when a camera is frozen, as text; null when none is.
+  std::optional<Side> repeats() const;
+  /// Why the last pair is unusable when a camera repeats its image, as text; null when none does.
   const char* fault() const;
 
   /// The complete state.
