@@ -136,6 +136,24 @@ TEST_F(LogTool, TheReportCountsRestartsSumsCountersAndComparesClocks) {
   EXPECT_NE(table.find("clock of bridge: 3200 ms behind the recorder's"), std::string::npos) << table;
 }
 
+TEST_F(LogTool, TheReportSaysWhenTheBridgeIsSoLateThatTheArmMayCrawl) {
+  for (const size_t bucket : {7, 9}) {  // 1024 to 2048 us, 4096 to 8192 us
+    node_status_t message{};
+    message.node = "bridge";
+    message.utime = 1'700'000'000'000'000;
+    message.lateness[2] = 980;
+    message.lateness[bucket] = 20;
+    auto bytes = *encode(message);
+    set_checksum(bytes);
+    LogWriter log(path("run"));
+    log.write(message.utime, "NODE_STATUS", bytes);
+    log.close();
+    const std::string table =
+        table_of(report_on(path("run"), RobotConfig::load(MULTIREACH_SOURCE_DIR "/robots/hoap2/robot.yaml")).json);
+    EXPECT_EQ(table.find("the arm may crawl") != std::string::npos, bucket == 9) << table;
+  }
+}
+
 TEST_F(LogTool, TheReportNamesTheFaultsOfTheBridge) {
   LogWriter log(path("run"));
   int64_t k = 0;

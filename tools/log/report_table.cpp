@@ -11,6 +11,9 @@ using nlohmann::json;
 
 /// A clock that differs by more is reported: far more than a message takes on a busy machine.
 constexpr double kSameClock = 20;  // ms
+/// The shortest lateness that is counted and longer than the gap from which on the bridge's commands begin again from
+/// rest.
+constexpr double kBeginsAgain = 4096;  // us
 
 /// Lateness of the nodes' ticks, their clocks and restarts.
 std::string lines_on_nodes(const json& nodes) {
@@ -22,6 +25,11 @@ std::string lines_on_nodes(const json& nodes) {
     };
     lines += fmt::format("ticks of {} began late by {} (99 %), {} (99.9 %)\n", name, under("lateness_us_p99"),
                          under("lateness_us_p99.9"));
+    const json& late = node["lateness_us_p99"];
+    if (name == "bridge" && !(late.is_number() && late <= kBeginsAgain))
+      lines +=
+          "the bridge is late so often that the arm may crawl: after each gap of more than 3 ms it begins again from "
+          "rest\n";
   }
   std::string restarts;
   for (const auto& [name, node] : nodes.items()) {
