@@ -13,6 +13,12 @@
 #include "runtime/rig_config.hpp"
 
 namespace multireach {
+
+bool are_usable(std::span<const double> distortion) {
+  constexpr double kLargest = 1e9;
+  return std::ranges::all_of(distortion, [](double value) { return std::abs(value) <= kLargest; });
+}
+
 namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -76,10 +82,9 @@ void set_distortion(CameraModel& camera, const double* values, Eigen::Index coun
   for (Eigen::Index k = known; k < count; ++k) {
     if (values[k] != 0) file.fail(key, "a lens without thin prism and tilt: only zeros after k6");
   }
-  for (Eigen::Index k = 0; k < std::min(count, known); ++k) {
-    if (!(std::abs(values[k]) <= kLargestDistortion)) file.fail(key, "numbers of -1e9 to 1e9");
-  }
-  std::copy_n(values, std::min(count, known), camera.distortion.begin());
+  const std::span<const double> of_lens(values, static_cast<size_t>(std::min(count, known)));
+  if (!are_usable(of_lens)) file.fail(key, kUsableDistortion);
+  std::ranges::copy(of_lens, camera.distortion.begin());
 }
 
 int size_from(const Config* file, const char* key, const std::optional<int>& hint, const std::string& path) {

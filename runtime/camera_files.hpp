@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,8 +10,11 @@
 
 namespace multireach {
 
-/// The largest plausible coefficient of a lens, also of one with a narrow view, whose powers of the radius are small.
-constexpr double kLargestDistortion = 1e9;
+/// Whether coefficients of a lens's distortion can be computed with. Beyond 1e9, which no lens needs, finding a ray
+/// takes seconds.
+bool are_usable(std::span<const double> distortion);
+/// What are_usable() expects, for error messages.
+constexpr char kUsableDistortion[] = "numbers of -1e9 to 1e9";
 
 /// File format of a stereo calibration.
 enum class CameraFormat {

@@ -37,9 +37,7 @@ ConfigKeys<CameraModel> camera_keys() {
                const std::vector<double> values = config.numbers("distortion", -1, std::vector<double>{});
                if (values.size() > camera.distortion.size())
                  config.fail("distortion", "at most 8 numbers: k1, k2, p1, p2, k3, k4, k5, k6");
-               for (const double value : values) {
-                 if (std::abs(value) > kLargestDistortion) config.fail("distortion", "numbers of -1e9 to 1e9");
-               }
+               if (!are_usable(values)) config.fail("distortion", kUsableDistortion);
                std::copy(values.begin(), values.end(), camera.distortion.begin());
              });
   return keys;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
-constexpr double kAround = 2;          // radii around the last position that are not learned as background
+constexpr double kAround = 2;          // radii around where the target is or is expected: no background there
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
 constexpr double kWider = 0.15;
@@ -222,10 +222,14 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
 }
 
 /// Matches the contours that are no other target, with those in the background or without. Where a confirmed target is
-/// expected that the last pair showed, a sphere's contour counts also before background of its colour.
+/// expected, a sphere's contour counts also before background of its colour.
 StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
                                                 const OtherTargets& others, bool background, bool predicted) const {
-  const bool followed = identity_.confirmed() && track_.status() == TargetTrack::Status::kTracked;
+  const auto expected_at = identity_.confirmed() && predicted ? expected_px(times) : std::nullopt;
+  const auto is_expected = [&](Side side, const SphereContour& contour) {
+    return expected_at && contour.kind == SphereContour::Kind::kEdges &&
+           (contour.centre_px - (*expected_at)[index(side)]).norm() < kAround * contour.radius_px;
+  };
   std::array<std::vector<SphereContour>, 2> contours;
   std::array<std::vector<int>, 2> from;
   for (const Side side : {Side::kLeft, Side::kRight}) {
@@ -233,8 +237,8 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const std::vector<bool>& taken = others.taken[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
       if (k < taken.size() && taken[k]) continue;
-      const bool sphere = followed && view.contours[k].kind == SphereContour::Kind::kEdges;
-      if (!background && !sphere && view.appearance[k].background > kBackgroundShare) continue;
+      if (!background && view.appearance[k].background > kBackgroundShare && !is_expected(side, view.contours[k]))
+        continue;
       contours[index(side)].push_back(view.contours[k]);
       // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
       if (view.appearance[k].background > kBackgroundShare) contours[index(side)].back().by_centroid = nullptr;
@@ -245,13 +249,6 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   std::optional<Prediction> prediction;
   if (history.agile) prediction = {history.agile->position, history.agile->covariance};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
-  // Elsewhere, a sphere before background of its colour may be an equal one that has been there.
-  std::erase_if(pairs, [&](const ComparedPair& pair) {
-    return !background && pair.match.status == StereoMatch::Status::kOutsidePredictionGate &&
-           std::max(left.appearance[static_cast<size_t>(from[0][static_cast<size_t>(pair.match.left)])].background,
-                    right.appearance[static_cast<size_t>(from[1][static_cast<size_t>(pair.match.right)])].background) >
-               kBackgroundShare;
-  });
   for (ComparedPair& pair : pairs) {
     if (options_.search_region && is_located(pair.match.status) &&
         !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))

@@ -92,7 +92,8 @@ const char* StereoVision::measure(StereoImages& images) {
   for (const Side side : {Side::kLeft, Side::kRight}) {
     if (!images.has(side, any.whole_image(side).size())) return description(StereoMatch::Status::kWrongImageSize);
   }
-  frozen_frames_.update(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
+  frozen_frames_.update({images.fingerprint(Side::kLeft), images.times().left},
+                        {images.fingerprint(Side::kRight), images.times().right});
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, &Target::found_inside_windows) && !search(images, true))
     return "an image cannot be decoded";

@@ -57,11 +57,13 @@ const char* TagVision::measure(StereoImages& images) {
     if (there && !images.has(side, targets_.front().tracker.whole_image(side).size()))
       return "an image does not have the size of the calibration";
   }
-  if (times.left >= 0 && times.right >= 0)
-    frozen_frames_.update(images.fingerprint(Side::kLeft), images.fingerprint(Side::kRight));
+  const bool both = times.left >= 0 && times.right >= 0;
+  if (both)
+    frozen_frames_.update({images.fingerprint(Side::kLeft), times.left},
+                          {images.fingerprint(Side::kRight), times.right});
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, found_in_both) && !search(images, true)) return "an image cannot be decoded";
-  return frozen_frames_.fault();
+  return both ? frozen_frames_.fault() : nullptr;
 }
 
 /// Searches both images and estimates the poses. Returns false when an image cannot be decoded.

@@ -2,6 +2,7 @@
 # A detector of one's own and vision publish TARGET at the same time, each under its names: the controller follows the one that
 # its configuration names, and the recorded run verifies.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 cp -r "$root/robots/hoap2" "$work/hoap2"

@@ -3,6 +3,7 @@
 # After a collision the robot stops by itself, the bridge is in a fault, and the documented commands lead back. MULTIREACH_DRIVERS names
 # the arms; by default one for each driver, and `tools/test.sh --full` has the others.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 declare -A pids
 run() { local name=$1; shift; "$@" 2>"$work/$name.err" & pids[$name]=$!; }

@@ -2,6 +2,7 @@
 # Processes with a key refuse unsigned, altered and replayed messages, and those of another key, and count each by name; stock LCM tools record
 # and play them; the whole loop runs, and its log is verified, as without a key.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 command -v python3 >/dev/null || { echo "skipped: python3 is not here"; exit 77; }
 unset MULTIREACH_KEY MULTIREACH_KEY_POLICY

@@ -7,6 +7,7 @@
 # which a process reads once at its start and puts into its messages, is the kernel's and the same in all namespaces: libfaketime
 # shifts it in the processes of the robot's computer. So covered are all programs and scripts of the loop and lcm-logger, not the kernel.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 . "$root/tests/live/hosts.sh"

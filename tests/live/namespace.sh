@@ -1,6 +1,7 @@
 # Sourced by the scripts of this folder: runs the calling script again in a network namespace of its own, so that no message
-# leaves the test, or skips it (exit code 77) where that is not allowed. A test that fails while the machine stops its processes
-# (multireach-test-lateness) is run three times, then skipped: the bridge begins again from rest after each gap of more than 3 ms.
+# leaves the test, or skips it (exit code 77) where that is not allowed. Where arms have to reach targets in time, a script sets
+# `timed=yes` before: if it fails while the machine stops its processes (multireach-test-lateness), it is run up to three times, then
+# skipped, for the bridge begins again from rest after each gap of more than 3 ms.
 if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   user=()
   [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
@@ -9,11 +10,13 @@ if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
     exit 77
   fi
   export MULTIREACH_ISOLATED=1
-  for _ in 1 2 3; do
-    unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' "$0" "$@"
+  isolated=(unshare "${user[@]}" --net -- sh -c 'ip link set lo up && ip route add 224.0.0.0/4 dev lo && exec "$0" "$@"' "$0" "$@")
+  [ "${timed:-}" = yes ] || exec "${isolated[@]}"
+  for pause in 0 10 10; do
+    sleep $pause
+    "${isolated[@]}"
     code=$?
     [ $code -eq 75 ] || exit $code
-    sleep 10
   done
   echo "skipped: this machine stops its processes too often"
   exit 77
@@ -24,13 +27,14 @@ export XDG_STATE_HOME="$work/state"  # unfinished recordings of launch.sh
 trap 'rm -rf "$work"' EXIT
 failures=0
 failed() { echo "FAILED: $1"; failures=$((failures + 1)); }
-if [ -x "$bin/multireach-test-lateness" ]; then
+if [ "${timed:-}" = yes ] && [ -x "$bin/multireach-test-lateness" ]; then
   lateness=$(readlink -f "$bin/multireach-test-lateness")
   # Not by its full path: tests look for processes whose command line has $work in it.
   (cd "$work" && exec "$lateness" lateness) & disown
 fi
-# Whether a process of the highest priority was stopped for more than 3 ms more than once per second.
+# Whether a process of the highest priority was stopped for more than 3 ms more than once a second.
 is_late_machine() {
+  [ "${timed:-}" = yes ] || return 1
   local seconds late
   read -r seconds late 2>/dev/null <"$work/lateness" || return 1
   [ "$late" -gt "$seconds" ] && echo "this machine was late by more than 3 ms $late times in $seconds s"

@@ -2,6 +2,7 @@
 # "An arm in ten minutes" (docs/your-robot.md), done literally with an arm that the project does not have: the robot.yaml printed there, with
 # the names of the Kinova Jaco of ../shared/robots, and the example of cameras of the UR5e. Every position is reached.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 urdf=$root/../shared/robots/kinova.urdf

@@ -2,6 +2,7 @@
 # A real stereo photograph, recorded by lcm-logger from multireach-camera, through the whole loop: the pink solid is seen within
 # its own range of true depth (1.876 to 1.930 m, 5 % to 95 %; tools/moebius_test computes it from the true disparity).
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tools/recorder.sh"
 photographs="$root/../shared/data/moebius"

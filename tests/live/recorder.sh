@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The recording survives when its recorders are killed, and when launch.sh is.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 log="$bin/multireach-log"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Two instances at once on one network, each with groups of its own: both reach, and neither receives the other's messages.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 declare -A processes

@@ -2,6 +2,7 @@
 # Stalled, foreign and broken processes: the commands keep the speed limit by arrival time, a second sender moves nothing, and the motion
 # resumes by itself or after a reset. Prints a table of docs/safety.md; with --all, the whole of it, some seven minutes.
 bin=$1 all=${2:-}
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/streams.sh"
 robot="$root/robots/hoap2/robot.yaml"

@@ -2,6 +2,7 @@
 # Each process that launch.sh started is killed: it is restarted and the motion resumes as docs/safety.md says; one that exits
 # repeatedly, or that refuses its configuration, ends the run.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 slow_enough() { awk -v speed="$(report max_command_speed_share)" 'BEGIN { exit !(speed > 0 && speed <= 1.06) }' || failed "$name: the commands move at $(report max_command_speed_share) of the speed limit"; }

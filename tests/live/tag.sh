@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # A rendered tag as a pose target through separate processes: the hand takes the tag's pose, and the recorded run verifies.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 "$root/tools/launch.sh" --no-setup --robot "$root/examples/tag" --record "$work/run.lcm" --json "$work/report.json" \

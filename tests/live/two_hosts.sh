@@ -2,6 +2,7 @@
 # Two computers on a switch, as network namespaces: cameras and controller on one, bridge and robot on the other. All positions are
 # reached; when the cable of the first is pulled for two seconds, the arm stops on a ramp and continues by itself.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 . "$root/tests/live/hosts.sh"

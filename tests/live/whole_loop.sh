@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The whole session through separate processes: every reachable position is reached, nothing is lost, no limit is passed.
 bin=$1
+timed=yes
 . "$(dirname "$0")/namespace.sh"
 [ "$bin" -ef "$root/build/release/bin" ] || { echo "skipped: launch.sh runs the release build"; exit 77; }
 "$root/tools/launch.sh" --no-setup --json "$work/report.json" --record "$work/run.lcm" 2>"$work/err" || failed "exit code $?: $(cat "$work/err")"

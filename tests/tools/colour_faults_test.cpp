@@ -1,8 +1,9 @@
-// Why learned colours do not serve: an object that the border of its picture cuts off.
+// Why learned colours do not serve: an object that the border of its picture cuts off, a click on a highlight.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
 
+#include "tools/calibrate/colour_faults.hpp"
 #include "tools/calibrate/object_colour.hpp"
 
 namespace multireach {
@@ -31,6 +32,19 @@ TEST(ColourFaults, AnObjectThatTheBorderCutsOffIsNotTheOneThatWouldBeTaken) {
   EXPECT_EQ(fault.find("the border cuts off the object, and by the colours alone vision may take what is at "), 0U)
       << fault;
   EXPECT_EQ(fault_of(picture({{2, 120}}, {24}), {0, 96, 27, 49}), "") << "nothing else could be taken";
+  EXPECT_EQ(fault_of(picture({{29, 120}, smaller[0], smaller[1]}, {24, 18, 18}), {0, 90, 56, 60}), "")
+      << "the rectangle reaches the border, but not the object";
+}
+
+TEST(ColourFaults, WhatIsNearAnObjectThatTheBorderCutsOffIsNotTheObject) {
+  const cv::Mat image = picture({{-20, 120}, {70, 80}}, {60, 14});
+  cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(0));
+  cv::circle(mask, {-20, 120}, 60, cv::Scalar(255), cv::FILLED);
+  const PicturePart part = part_of(image, ObjectRegion{cv::boundingRect(mask), mask}, {{}, image.size()});
+  const vision::ColourModel model = vision::model_of({.references = {{215, 110, 40}}, .tolerance = 0.5});
+  const std::string fault = fault_of(found_by_vision(part, model), part, model);
+  EXPECT_EQ(fault.find("the border cuts off the object, and by the colours alone vision may take what is at 70,80"), 0U)
+      << fault;
 }
 
 TEST(ColourFaults, AClickOnAHighlightShowsNotTheObject) {
@@ -45,6 +59,21 @@ TEST(ColourFaults, AClickOnAHighlightShowsNotTheObject) {
   EXPECT_EQ(learned({160, 135}).fault, "");
   const std::string fault = learned({140, 105}).fault;
   EXPECT_EQ(fault.find("what is around the outline of the click has the same colour"), 0U) << fault;
+}
+
+TEST(ColourFaults, ADarkerWallOfTheBallsHueIsNoBallAroundAHighlight) {
+  struct Case {
+    cv::Scalar ball, wall;  // BGR
+  };
+  // Orange and brown, yellow and olive, green and grey-green.
+  for (const Case& each : {Case{{40, 120, 225}, {62, 84, 110}}, Case{{40, 200, 225}, {70, 118, 120}},
+                           Case{{60, 170, 60}, {88, 112, 88}}}) {
+    cv::Mat image(240, 320, CV_8UC3);
+    cv::RNG(7).fill(image, cv::RNG::NORMAL, each.wall, cv::Scalar(4, 4, 4));
+    cv::circle(image, {150, 120}, 40, each.ball, cv::FILLED, cv::LINE_AA);
+    cv::GaussianBlur(image, image, {0, 0}, 0.8);
+    EXPECT_EQ(learn_object({.bgr = image, .region = region_around(image, {150, 120})}).fault, "") << each.wall;
+  }
 }
 
 }  // namespace

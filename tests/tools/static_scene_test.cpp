@@ -273,19 +273,50 @@ TEST(StaticScene, AHiddenBallIsNotReplacedByAnEqualOneThatRestsBesideIt) {
   const Room room(rig, {});
   const Eigen::Vector3d resting(0.1, 0.1, 1.2);
   for (const bool known : {true, false}) {
-    StereoVision vision({known ? options_with_radius(rig) : options_for(rig)});
-    int k = 0, right = 0;
-    for (; k < 80; ++k) {
-      const Eigen::Vector3d target(-0.2 + 0.003 * k, -0.04, 1.2);
-      std::vector<Eigen::Vector3d> others;
-      if (k >= 20) others.push_back(resting);
-      room.look(k, target, vision, others);
-      right += is_at(vision.targets().front().report, target);
+    for (const int missing : {0, 1, 2, 5, 12, 45}) {  // pairs, as it disappears; from 15 on the target is lost at once
+      StereoVision vision({known ? options_with_radius(rig) : options_for(rig)});
+      int k = 0, right = 0;
+      for (; k < 80; ++k) {
+        const Eigen::Vector3d target(-0.2 + 0.003 * k, -0.04, 1.2);
+        std::vector<Eigen::Vector3d> others;
+        if (k >= 20) others.push_back(resting);
+        room.look(k, target, vision, others);
+        right += is_at(vision.targets().front().report, target);
+      }
+      EXPECT_EQ(right, 80) << known;
+      k += missing;
+      for (const int end = k + 60; k < end; ++k) {
+        room.look(k, std::nullopt, vision, {resting});
+        EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << known << " " << missing << " " << k;
+      }
     }
-    EXPECT_EQ(right, 80) << known;
-    for (; k < 140; ++k) {
-      room.look(k, std::nullopt, vision, {resting});
-      EXPECT_NE(vision.targets().front().report.status, Status::kTracked) << known << " " << k;
+  }
+}
+
+TEST(StaticScene, ABallThatRestsBeforeAnEqualOneIsFoundAgainAfterAnUnusablePair) {
+  const StereoRig rig = level_rig();
+  const Room room(rig, {});
+  const Eigen::Vector3d equal(0.15, -0.06, 1.5), stop(0.1, -0.04, 1.0);  // on one line of sight of the left camera
+  for (const bool known : {true, false}) {
+    StereoVision vision({known ? options_with_radius(rig) : options_for(rig)});
+    const vision::TargetReport& report = vision.targets().front().report;
+    int k = 0;
+    const Eigen::Vector3d begin(-0.2, 0.12, 1.0), turn(-0.02, 0.12, 1.0);
+    for (; k < 60; ++k) {
+      std::vector<Eigen::Vector3d> others;
+      if (k >= 20) others.push_back(equal);
+      room.look(k, begin + k / 60.0 * (turn - begin), vision, others);
+    }
+    for (; k < 90; ++k) room.look(k, turn + (k - 59) / 30.0 * (stop - turn), vision, {equal});
+    for (; k < 120; ++k) room.look(k, stop, vision, {equal});
+    ASSERT_TRUE(is_at(report, stop)) << report.reason;
+    const cv::Mat grey(240, 320, CV_8UC3, cv::Scalar::all(128));
+    vision::DecodedImages same({k * kFrame, k * kFrame, k * kFrame}, grey, grey);
+    EXPECT_STREQ(vision.update(same), "the left and the right image are the same");
+    ++k;
+    for (const int end = k + 30; k < end; ++k) {
+      room.look(k, stop, vision, {equal});
+      EXPECT_TRUE(is_at(report, stop)) << known << " " << k << ": " << report.reason;
     }
   }
 }

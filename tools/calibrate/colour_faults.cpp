@@ -20,9 +20,6 @@ constexpr double kSimilar = 0.7;  // another object of this share of the object'
 // objects were: of one that moves, a click may show no more than the middle.
 constexpr double kClicked = 0.5, kClickedOfSeveral = 0.25;
 constexpr double kPart = 0.1;  // least share of the object's area of a part of it that is worth a click
-// What is near the object may be a part of it that the click did not reach, as beyond a highlight or on another face.
-constexpr char kIfPart[] = "if that is a part of the object, click there as well, or draw a rectangle around all of it";
-
 /// How many of a blob's pixels are in a region's mask, or box.
 double area_inside(const vision::Blob& blob, const ObjectRegion& region) {
   double area = 0;
@@ -48,6 +45,14 @@ std::vector<cv::Rect> boxes_of(const ObjectRegion& region) {
                        of[cv::CC_STAT_HEIGHT]);
   }
   return boxes;
+}
+
+/// What to do where something is found that may be a part of the object which the region does not reach, as beyond a
+/// highlight or on another face.
+std::string if_part(const PicturePart& part) {
+  const bool rectangle = part.region->mask.empty();
+  return rectangle ? "if that is a part of the object, draw the rectangle around all of it"
+                   : "if that is a part of the object, click there as well, or draw a rectangle around all of it";
 }
 
 /// What to do where another object is found.
@@ -97,14 +102,16 @@ std::string others_like_it(const PicturePart& part) {
     if (area_inside(blob, region) > 0.1 * blob.area) continue;
     if (!largest || blob.area > largest->area) largest = &blob;
   }
+  const bool rectangle = region.mask.empty();
   if (!largest)
-    return ": draw a rectangle around all of it, give it more light, or choose one that differs from what is around it";
+    return std::string(": ") + (rectangle ? "" : "draw a rectangle around all of it, ") +
+           "give it more light, or choose one that differs from what is around it";
   const auto longest =
       std::ranges::max_element(largest->runs, {}, [](const vision::Run& run) { return run.end - run.begin; });
   return fmt::format(
-      "; what is at {} has the same colours: if it is the object, draw a rectangle around all of it; else take a "
+      "; what is at {} has the same colours: if it is the object, draw {} rectangle around all of it; else take a "
       "picture without it, or set search_region_m in vision.yaml and give --within-left and --within-right",
-      position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner));
+      position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner), rectangle ? "the" : "a");
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
@@ -140,7 +147,7 @@ std::string finder_fault(const PicturePart& part, const vision::ColourModel& mod
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
     return fmt::format("with the learned colours another object is found, at {}, {:.0f} % as large as this one: {}",
                        position_of(blob.centroid, part.corner), 100 * blob.area / object->area,
-                       is_near(blob.box, part) ? kIfPart : if_other(part));
+                       (is_near(blob.box, part) ? if_part(part) + "; " : "") + if_other(part));
   }
   const double whole = area_of(region);
   if (all_inside < kFewest * whole)
@@ -157,7 +164,8 @@ std::string doubt_of_region(const PicturePart& part, const vision::ColourModel& 
   for (const vision::Blob& blob : found.blobs) {
     if (blob.area < kPart * area_of(*part.region) || was_clicked(blob, part)) continue;
     if (is_near(blob.box, part))
-      return fmt::format("what is at {} has its colours, too: {}", position_of(blob.centroid, part.corner), kIfPart);
+      return fmt::format("what is at {} has its colours, too: {}", position_of(blob.centroid, part.corner),
+                         if_part(part));
   }
   return {};
 }
@@ -179,35 +187,38 @@ std::string doubt_of_parts(const PicturePart& part, const vision::ColourModel& m
   return {};
 }
 
-/// Why an outlined region is a part of a surface of the same colour, as a highlight is; empty where what is around it
-/// has another colour, or several.
+/// Why an outlined region is a highlight: brighter and less saturated than what is around it, which is a surface of the
+/// same hue and of one saturation. Empty where it is none.
 std::string fault_of_outline(const PicturePart& part) {
-  const cv::Mat& mask = part.region->mask;
-  if (mask.empty()) return {};
+  if (part.region->mask.empty()) return {};
+  // Choices, set on rendered balls.
   constexpr double kSameHue = 0.97;    // cosine of 14 degrees
   constexpr double kSaturation = 1.4;  // largest ratio of the saturations of one surface
   constexpr double kColoured = 8;      // chroma in Lab, from which on it has a hue
   constexpr double kMost = 0.7;        // share of what is around
-  const int width = std::max(3, std::max(part.region->box.width, part.region->box.height) / 4);
-  const auto grown = [&](int by) {
-    cv::Mat larger;
-    cv::dilate(mask, larger, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * by + 1, 2 * by + 1}));
-    return larger;
-  };
-  cv::Mat around, lab;
-  cv::subtract(grown(2 + width), grown(2), around);  // 2 px: what the lens blurs
-  cv::cvtColor(part.bgr, lab, cv::COLOR_BGR2Lab);
+  constexpr int kBlurred = 2;          // pixels around the outline that the lens blurs
+  const cv::Rect& box = part.region->box;
+  const int width = std::max(3, std::max(box.width, box.height) / 4), margin = kBlurred + width + 1;
+  const cv::Rect window = cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+                          cv::Rect({}, part.bgr.size());
+  const cv::Mat mask = part.region->mask(window);
+  cv::Mat distance, lab;
+  cv::distanceTransform(mask == 0, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  cv::cvtColor(part.bgr(window), lab, cv::COLOR_BGR2Lab);
   const cv::Scalar mean = cv::mean(lab, mask);
   const Eigen::Vector2d hue(mean[1] - 128, mean[2] - 128);
   if (hue.norm() < kColoured) return {};
+  int around = 0;
   std::vector<double> saturation;  // of what has the hue and is darker
   for (int row = 0; row < lab.rows; ++row) {
     for (int column = 0; column < lab.cols; ++column) {
-      if (around.at<uint8_t>(row, column) == 0) continue;
+      const float away = distance.at<float>(row, column);
+      if (away <= kBlurred || away > static_cast<float>(kBlurred + width)) continue;
+      ++around;
       const auto& p = lab.at<cv::Vec3b>(row, column);
       const Eigen::Vector2d chroma(p[1] - 128, p[2] - 128);
       if (p[0] < mean[0] && chroma.norm() > kColoured && chroma.dot(hue) > kSameHue * chroma.norm() * hue.norm())
-        saturation.push_back(chroma.norm() / p[0]);
+        saturation.push_back(chroma.norm() / std::max<double>(p[0], 1));
     }
   }
   if (saturation.empty()) return {};
@@ -216,7 +227,7 @@ std::string fault_of_outline(const PicturePart& part) {
   const double median = *middle;
   const auto same =
       std::ranges::count_if(saturation, [&](double s) { return s < kSaturation * median && s * kSaturation > median; });
-  if (static_cast<double>(same) < kMost * cv::countNonZero(around)) return {};
+  if (hue.norm() > median * mean[0] || static_cast<double>(same) < kMost * around) return {};
   return "what is around the outline of the click has the same colour, but is darker, as around a highlight: click "
          "beside the highlight, or draw a rectangle around the object";
 }
@@ -227,9 +238,9 @@ bool is_clicked(const Eigen::Vector2d& px, const PicturePart& part) {
   return std::ranges::any_of(part.boxes, [&](const cv::Rect& box) { return box.contains(at); });
 }
 
-/// Whether what is found around a point was clicked. The centre of an object of which patches were clicked may be
+/// Whether what is found around a point was clicked. Of an object of which patches were clicked, the centre may be
 /// between them, as may that of something else.
-bool is_part_of_clicked(const Eigen::Vector2d& px, const PicturePart& part, const vision::ColourModel& model) {
+bool shows_clicked(const Eigen::Vector2d& px, const PicturePart& part, const vision::ColourModel& model) {
   const cv::Mat& bgr = part.bgr;
   vision::BlobFinder finder;
   std::vector<vision::Blob> blobs =
@@ -238,7 +249,8 @@ bool is_part_of_clicked(const Eigen::Vector2d& px, const PicturePart& part, cons
   std::erase_if(blobs, [&](const vision::Blob& blob) { return !blob.box.contains(at); });
   const auto nearest =
       std::ranges::min_element(blobs, {}, [&](const vision::Blob& blob) { return (blob.centroid - px).norm(); });
-  return nearest != blobs.end() && was_clicked(*nearest, part);
+  if (nearest == blobs.end()) return false;
+  return was_clicked(*nearest, part) || (is_clicked(px, part) && area_inside(*nearest, *part.region) > 0);
 }
 
 /// Why vision would not answer with the object; empty when it would.
@@ -247,7 +259,7 @@ std::string doubt_of_vision(const FoundByVision& found, const PicturePart& part,
   using Status = vision::StereoMatch::Status;
   if (found->match.status == Status::kSeen) {
     const Eigen::Vector2d& px = found->match.left_px;
-    if (is_clicked(px, part) || is_part_of_clicked(px, part, model)) return {};
+    if (shows_clicked(px, part, model)) return {};
     return fmt::format("by the colours alone vision would take what is at {} for it", position_of(px, part.corner));
   }
   if (found->match.status != Status::kAmbiguous)
@@ -272,21 +284,38 @@ std::string taken_for_it(const FoundByVision& found, const PicturePart& part) {
   return position_of(px, part.corner);
 }
 
+/// Whether what is found of the object reaches the border of the picture.
+bool is_cut_off(const PicturePart& part, const vision::ColourModel& model) {
+  const cv::Rect picture({}, part.bgr.size());
+  vision::BlobFinder finder;
+  const std::vector<vision::Blob> blobs =
+      vision::join_parts(finder.find(part.bgr, picture, vision::ColourTable(model)).blobs);
+  const auto object =
+      std::ranges::max_element(blobs, {}, [&](const vision::Blob& blob) { return area_inside(blob, *part.region); });
+  if (object == blobs.end()) return false;
+  const cv::Rect& box = object->box;
+  return box.x == 0 || box.y == 0 || box.br().x == picture.width || box.br().y == picture.height;
+}
+
 /// Why the object, which the border of the picture cuts off, is not the thing that vision would take; empty where it is
 /// not cut off, or nothing else could be taken.
-std::string fault_at_border(const FoundByVision& found, const PicturePart& part) {
-  const cv::Rect& box = part.region->box;
-  const bool inside = box.x > 0 && box.y > 0 && box.br().x < part.bgr.cols && box.br().y < part.bgr.rows;
-  if (inside || !found || found->match.status != vision::StereoMatch::Status::kAmbiguous) return {};
-  for (const vision::Candidate& candidate : found->candidates) {
-    const Eigen::Vector2d& px = candidate.match.left_px;
-    if (is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) continue;
-    return fmt::format(
-        "the border cuts off the object, and by the colours alone vision may take what is at {} for it: show all of "
-        "the object; {}",
-        position_of(px, part.corner), if_other(part));
+std::string fault_at_border(const FoundByVision& found, const PicturePart& part, const vision::ColourModel& model) {
+  using Status = vision::StereoMatch::Status;
+  if (!found || (found->match.status != Status::kAmbiguous && found->match.status != Status::kSeen)) return {};
+  std::optional<Eigen::Vector2d> other;
+  if (found->match.status == Status::kSeen) {
+    if (!shows_clicked(found->match.left_px, part, model)) other = found->match.left_px;
+  } else {
+    for (const vision::Candidate& candidate : found->candidates) {
+      const Eigen::Vector2d& px = candidate.match.left_px;
+      if (!other && !is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part)) other = px;
+    }
   }
-  return {};
+  if (!other || !is_cut_off(part, model)) return {};
+  return fmt::format(
+      "the border cuts off the object, and by the colours alone vision may take what is at {} for it: show all of "
+      "the object; {}",
+      position_of(*other, part.corner), if_other(part));
 }
 
 }  // namespace
@@ -330,13 +359,12 @@ FoundByVision found_by_vision(const PicturePart& part, const vision::ColourModel
 }
 
 std::string fault_of(const FoundByVision& found, const PicturePart& part, const vision::ColourModel& model) {
-  for (const std::string& fault : {finder_fault(part, model), fault_of_outline(part)}) {
-    if (!fault.empty()) return fault;
-  }
+  if (std::string fault = finder_fault(part, model); !fault.empty()) return fault;
+  if (std::string fault = fault_of_outline(part); !fault.empty()) return fault;
   const std::string other = taken_for_it(found, part);
   if (!other.empty())
     return fmt::format("by the colours alone vision would take what is at {} for it: {}", other, if_other(part));
-  return fault_at_border(found, part);
+  return fault_at_border(found, part, model);
 }
 
 std::vector<std::string> doubts_of(const FoundByVision& found, const PicturePart& part,

@@ -167,8 +167,10 @@ class Verifier {
     }
     const int64_t config = run.node == "vision" && configs_.vision ? configs_.vision->digest : configs_.robot.digest;
     if (config != run.config_digest) {
-      note(fmt::format("{} ran with another configuration than the one given here, or its file has changed since",
-                       run.node));
+      note(fmt::format("{} ran with another configuration than that of {}, or its file has changed since", run.node,
+                       run.node == "vision" && configs_.vision
+                           ? "--vision (default: vision.yaml beside the robot's file)"
+                           : "--robot"));
     }
   }
 

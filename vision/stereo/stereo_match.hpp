@@ -79,7 +79,7 @@ struct MatchOptions {
 };
 
 /// As description(), of a match that is kSeen: also tells where its viewing rays miss each other by more than
-/// `max_epipolar_px`, which the standard deviations that are allowed in addition let pass.
+/// `max_epipolar_px`, but by less than that plus three standard deviations.
 const char* description_of_seen(const StereoMatch& match, const MatchOptions& options);
 
 /// Predicted position of the object, in W.

@@ -9,19 +9,20 @@ constexpr int64_t kFrozen = 5;  // consecutive repetitions that count as frozen
 
 }  // namespace
 
-void FrozenFrameDetector::update(int64_t left, int64_t right) {
-  const std::array<int64_t, 2> now{left, right};
-  if (now == last_) return;  // both sides repeat, e.g. the same pair received again
-  const std::array<bool, 2> same{left == last_[0], right == last_[1]};
+void FrozenFrameDetector::update(const Image& left, const Image& right) {
+  const std::array<Image, 2> now{left, right};
+  const std::array<bool, 2> same{left.hash == last_[0].hash, right.hash == last_[1].hash};
   for (size_t side = 0; side < 2; ++side) {
-    repeated_[side] = same[side] && !same[1 - side] ? repeated_[side] + 1 : 0;
+    if (!(same[0] && same[1])) repeated_[side] = same[side] ? repeated_[side] + 1 : 0;
+    as_new_[side] = repeated_[side] > 0 && now[side].utime != last_[side].utime;
   }
   last_ = now;
 }
 
 std::optional<Side> FrozenFrameDetector::repeats() const {
-  if (repeated_[0] > 0) return Side::kLeft;
-  if (repeated_[1] > 0) return Side::kRight;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    if (as_new_[index(side)] || repeated_[index(side)] >= kFrozen) return side;
+  }
   return std::nullopt;
 }
 
@@ -29,24 +30,30 @@ const char* FrozenFrameDetector::fault() const {
   const auto side = repeats();
   if (!side) return nullptr;
   const bool left = *side == Side::kLeft;
-  if (repeated_[left ? 0 : 1] < kFrozen)
-    return left ? "the left camera repeats its last image" : "the right camera repeats its last image";
+  if (repeated_[index(*side)] < kFrozen)
+    return left ? "the left camera repeats its last image as a new one"
+                : "the right camera repeats its last image as a new one";
   return left ? "the left camera is frozen: it repeats the same image"
               : "the right camera is frozen: it repeats the same image";
 }
 
-std::vector<double> FrozenFrameDetector::serialize() const {
-  return {static_cast<double>(last_[0]), static_cast<double>(last_[1]), static_cast<double>(repeated_[0]),
-          static_cast<double>(repeated_[1])};
+std::vector<double> FrozenFrameDetector::serialize(int64_t utime) const {
+  const auto number = [](int64_t value) { return static_cast<double>(value); };
+  return {number(last_[0].hash), number(last_[1].hash),          number(repeated_[0]),
+          number(repeated_[1]),  number(utime - last_[0].utime), number(utime - last_[1].utime)};
 }
 
-bool FrozenFrameDetector::deserialize(std::span<const double> state) {
+bool FrozenFrameDetector::deserialize(int64_t utime, std::span<const double> state) {
+  constexpr double kLargest = 9007199254740992.0;  // 2^53: exact up to here
   if (state.size() != kSerializedSize) return false;
-  for (const double value : state) {
-    if (!(value >= 0 && value < 9007199254740992.0 && value == std::floor(value))) return false;
+  for (size_t k = 0; k < state.size(); ++k) {
+    const double least = k < 4 ? 0 : -kLargest;
+    if (!(state[k] >= least && state[k] < kLargest && state[k] == std::floor(state[k]))) return false;
   }
-  last_ = {static_cast<int64_t>(state[0]), static_cast<int64_t>(state[1])};
-  repeated_ = {static_cast<int64_t>(state[2]), static_cast<int64_t>(state[3])};
+  for (size_t side = 0; side < 2; ++side) {
+    last_[side] = {static_cast<int64_t>(state[side]), utime - static_cast<int64_t>(state[4 + side])};
+    repeated_[side] = static_cast<int64_t>(state[2 + side]);
+  }
   return true;
 }
 

@@ -10,27 +10,34 @@
 
 namespace multireach::vision {
 
-/// Detects a camera that repeats the same image while the other camera's image changes: the pair is not of one time. A
-/// working sensor never gives the same bytes twice. When both sides repeat, as in a recording of a still picture, the
-/// pair is of one time.
+/// Detects a camera that repeats the same image while the other camera's image changes. A working sensor never gives
+/// the same bytes twice: with a new time, such an image is not of that time. With its old time it is usable, until the
+/// camera counts as frozen. Where both images repeat, as in a recording of a still picture, nothing is known of either.
 class FrozenFrameDetector {
  public:
-  /// Adds a pair, given as hashes of its images' bytes: whole numbers below 2^53.
-  void update(int64_t left, int64_t right);
+  /// An image: a hash of its bytes, a whole number below 2^53, and when it was taken, us.
+  struct Image {
+    int64_t hash = 0, utime = 0;
+  };
+
+  /// Adds a pair.
+  void update(const Image& left, const Image& right);
+  /// The camera whose image makes the last pair unusable.
   std::optional<Side> repeats() const;
-  /// Why the last pair is unusable when a camera repeats its image, as text; null when none does.
+  /// Why that image does, as text; null when none does.
   const char* fault() const;
 
-  /// The complete state.
-  std::vector<double> serialize() const;
-  /// Restores a state from serialize(). Returns false, and changes nothing, when `state` is not valid.
-  [[nodiscard]] bool deserialize(std::span<const double> state);
+  /// The complete state; times are relative to `utime`.
+  std::vector<double> serialize(int64_t utime) const;
+  /// Restores a state from serialize(utime). Returns false, and changes nothing, when `state` is not valid.
+  [[nodiscard]] bool deserialize(int64_t utime, std::span<const double> state);
 
-  static constexpr size_t kSerializedSize = 4;
+  static constexpr size_t kSerializedSize = 6;
 
  private:
-  std::array<int64_t, 2> last_{};
+  std::array<Image, 2> last_{};
   std::array<int64_t, 2> repeated_{};
+  std::array<bool, 2> as_new_{};  // repeated with a new time; of the last pair, no state
 };
 
 }  // namespace multireach::vision

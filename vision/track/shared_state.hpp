@@ -13,7 +13,7 @@ namespace multireach::vision {
 template <class Target>
 std::vector<double> serialize_target(const Target& target, const FrozenFrameDetector& shared, int64_t utime) {
   std::vector<double> state = target.tracker.serialize(utime);
-  const std::vector<double> of_all = shared.serialize();
+  const std::vector<double> of_all = shared.serialize(utime);
   state.insert(state.end(), of_all.begin(), of_all.end());
   return state;
 }
@@ -29,7 +29,7 @@ template <class Target>
     if (states[k].size() < FrozenFrameDetector::kSerializedSize) return false;
     const size_t own = states[k].size() - FrozenFrameDetector::kSerializedSize;
     trackers.push_back(targets[k].tracker);
-    if (!trackers[k].deserialize(utime, states[k].first(own)) || !of_all.deserialize(states[k].subspan(own)))
+    if (!trackers[k].deserialize(utime, states[k].first(own)) || !of_all.deserialize(utime, states[k].subspan(own)))
       return false;
   }
   for (size_t k = 0; k < trackers.size(); ++k) targets[k].tracker = std::move(trackers[k]);
