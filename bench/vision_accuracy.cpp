@@ -55,6 +55,7 @@ struct Case {
   bool stripe = false;
   double cut_off = 0;  // share of the ball's width beyond a border of the image, at most
   bool radius_unknown = false;
+  double gamma = 1;  // of the camera
   double most_rms_mm = 0;
   bool expect_occluded = false;  // expected status: kOccludedTooMuch
 };
@@ -75,6 +76,10 @@ std::vector<Case> cases() {
       {.name = "0.5 m, half occluded, radius unknown", .occlusion = 0.5, .radius_unknown = true},
       {.name = "0.5 m, cut off by the border", .cut_off = 0.25},
       {.name = "0.5 m, cut off by the border, radius unknown", .cut_off = 0.25, .radius_unknown = true},
+      {.name = "0.5 m, gamma 2.2", .gamma = 2.2},
+      {.name = "0.5 m, gamma 2.2, radius unknown", .radius_unknown = true, .gamma = 2.2},
+      {.name = "0.5 m, gamma 2.2, JPEG q90", .jpeg_quality = 90, .gamma = 2.2},
+      {.name = "1 to 2 m, gamma 2.2", .near_m = 1, .far_m = 2, .gamma = 2.2},
       {.name = "0.5 m, highlight", .highlight = 150},
       {.name = "0.5 m, highlight, JPEG q90", .jpeg_quality = 90, .highlight = 150},
       {.name = "0.5 m, stripe", .stripe = true},
@@ -252,8 +257,11 @@ class Room {
  private:
   /// Rendering a wall is slow, so all cases that can share a stage do.
   const StereoRenderer& renderer_of(const Case& c, const Background& wall, const StereoRig& rig) {
-    const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "");
-    return renderers_.try_emplace(key, rig, wall.scene).first->second;
+    const std::string key = std::string(wall.name) + (c.distorted ? " distorted" : "") + (c.far_m > 0.7 ? " far" : "") +
+                            (c.gamma != 1 ? " gamma" : "");
+    SceneOptions scene = wall.scene;
+    scene.gamma = c.gamma;
+    return renderers_.try_emplace(key, rig, scene).first->second;
   }
 
   std::vector<vision::SphereContour> contours(cv::Mat image, const Case& c, vision::SphereContourFitter& fitter) {

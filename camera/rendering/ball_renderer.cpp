@@ -31,8 +31,15 @@ float normal(uint64_t bits) {
   return (sum / 65536.0F - 2.0F) * 1.7320508F;  // variance of the sum is 4/12
 }
 
-cv::Vec3f bgr(const Rgb& c) {
-  return {static_cast<float>(c.b), static_cast<float>(c.g), static_cast<float>(c.r)};
+constexpr double kWhite = 255;
+
+/// The light, on the scale of grey levels, that a camera shows as a grey level.
+float light_of(double grey, double gamma) {
+  return static_cast<float>(gamma == 1 ? grey : kWhite * std::pow(grey / kWhite, gamma));
+}
+
+cv::Vec3f light_of(const Rgb& c, double gamma) {
+  return {light_of(c.b, gamma), light_of(c.g, gamma), light_of(c.r, gamma)};
 }
 
 /// Distance from the centre of a unit disc to the chord that cuts off this share of its area.
@@ -51,7 +58,8 @@ double chord_distance(double share) {
 /// ball.
 class Surroundings {
  public:
-  Surroundings(const ImageConditions& look, const Eigen::Vector3d& p_CB, double radius_m) : look_(look), p_CB_(p_CB) {
+  Surroundings(const ImageConditions& look, const Eigen::Vector3d& p_CB, double radius_m, double gamma)
+      : look_(look), p_CB_(p_CB), gamma_(gamma) {
     if (look.occluder) {
       // The ball's contour as seen from the camera, in the card's plane.
       card_z_ = p_CB.z() - 1.05 * radius_m;
@@ -72,13 +80,13 @@ class Surroundings {
     const Eigen::Vector2d p = ray.head<2>() * (card_z_ / ray.z()) - card_ball_;
     const double away = p.dot(card_way_), along = p.x() * card_way_.y() - p.y() * card_way_.x();
     const bool on_card = away > card_from_ && away < 2 * card_radius_ && std::abs(along) < 1.8 * card_radius_;
-    return on_card ? std::optional(bgr(look_.occluder->colour)) : std::nullopt;
+    return on_card ? std::optional(light_of(look_.occluder->colour, gamma_)) : std::nullopt;
   }
   std::optional<cv::Vec3f> behind(const Eigen::Vector3d& ray) const {
     if (!look_.neighbour) return std::nullopt;
     const Eigen::Vector2d p = ray.head<2>() * (p_CB_.z() / ray.z()) - disc_;
     const bool on_disc = p.norm() < look_.neighbour->radius_m;
-    return on_disc ? std::optional(bgr(look_.neighbour->colour)) : std::nullopt;
+    return on_disc ? std::optional(light_of(look_.neighbour->colour, gamma_)) : std::nullopt;
   }
   /// How far the occluder and the neighbour extend from the ball's centre, m.
   double reach_m(double radius_m) const {
@@ -90,6 +98,7 @@ class Surroundings {
  private:
   const ImageConditions& look_;
   Eigen::Vector3d p_CB_;
+  double gamma_;
   double card_z_ = 0, card_radius_ = 0, card_from_ = 0;
   Eigen::Vector2d card_ball_{0, 0}, card_way_{1, 0}, disc_{0, 0};
 };
@@ -106,9 +115,10 @@ BallRenderer::BallRenderer(const SceneOptions& scene, const CameraModel& camera,
                                        {70, 150, 60},  {150, 60, 110}, {200, 180, 160}};
   for (int i = 0; i < scene.distractors; ++i) {
     const auto at = 8 * static_cast<uint64_t>(i);
+    const cv::Vec3f& colour = colours[random.bits(at + 3) % colours.size()];
     discs_.push_back({{random.uniform(at, -0.4, 0.4), random.uniform(at + 1, -0.3, 0.3)},
                       random.uniform(at + 2, 0.01, 0.05),
-                      colours[random.bits(at + 3) % colours.size()]});
+                      light_of({colour[2], colour[1], colour[0]})});
   }
   std::vector<Eigen::Vector2d> corners;
   for (int row = 0; row <= camera.height; ++row) {
@@ -147,7 +157,11 @@ cv::Vec3f BallRenderer::wall_colour(const Eigen::Vector3d& origin_L, const Eigen
   const double coarse = value_noise(random, p.x() * (9 * pitch), p.y() * (9 * pitch)),
                fine = value_noise(random, p.x() * (37 * pitch) + 100, p.y() * (37 * pitch));
   const auto shade = static_cast<float>(scene_.wall_grey + 60 * contrast * coarse + 12 * contrast * fine);
-  return {shade * 0.95F, shade, shade * 1.02F};
+  return light_of({shade * 1.02F, shade, shade * 0.95F});
+}
+
+cv::Vec3f BallRenderer::light_of(const Rgb& colour) const {
+  return multireach::light_of(colour, scene_.gamma);
 }
 
 std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray,
@@ -159,7 +173,7 @@ std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, 
   const auto light = static_cast<float>(0.5 + 0.5 * std::max(0.0, normal_C.dot(light_C_)));
   const bool on_stripe =
       look.stripe && std::abs(normal_C.dot(X_CW_.linear() * look.stripe->axis_W)) < look.stripe->half_width;
-  cv::Vec3f colour = bgr(on_stripe ? look.stripe->colour : scene_.ball_colour) * light;
+  cv::Vec3f colour = light_of(on_stripe ? look.stripe->colour : scene_.ball_colour) * light;
   if (look.highlight > 0) {
     constexpr double kExponent = 60;
     const double cosine = std::max(0.0, normal_C.dot((light_C_ - ray.normalized()).normalized()));
@@ -172,7 +186,7 @@ std::optional<cv::Vec3f> BallRenderer::ball_colour(const Eigen::Vector3d& p_CB, 
 void BallRenderer::draw_ball(const Eigen::Vector3d& p_CB, const ImageConditions& look, cv::Mat& image) const {
   if (p_CB.z() <= 2 * scene_.ball_radius_m) return;
   const Eigen::Vector2d centre = camera_.project(p_CB);
-  const Surroundings surroundings(look, p_CB, scene_.ball_radius_m);
+  const Surroundings surroundings(look, p_CB, scene_.ball_radius_m, scene_.gamma);
   const double reach_m = std::max(scene_.ball_radius_m, surroundings.reach_m(scene_.ball_radius_m));
   const double reach = 1.5 * std::max(camera_.fx, camera_.fy) * reach_m / (p_CB.z() - scene_.ball_radius_m) + 4;
   const auto bound = [](double value, int limit) { return std::clamp(static_cast<int>(std::floor(value)), 0, limit); };
@@ -230,7 +244,10 @@ cv::Mat BallRenderer::developed(const cv::Mat& image, uint64_t stream, const Ima
     const auto* in = image.ptr<float>(row);
     auto* out = result.ptr<uint8_t>(row);
     for (int i = 0; i < 3 * image.cols; ++i) {
-      const float value = in[i] * gains[static_cast<size_t>(i % 3)] + sigma * normal(random.bits(counter++)) + 0.5F;
+      float value = in[i] * gains[static_cast<size_t>(i % 3)];
+      if (scene_.gamma != 1)
+        value = static_cast<float>(kWhite * std::pow(std::max(value, 0.0F) / kWhite, 1 / scene_.gamma));
+      value += sigma * normal(random.bits(counter++)) + 0.5F;
       out[i] = static_cast<uint8_t>(std::clamp(value, 0.0F, 255.0F));
     }
   }

@@ -23,6 +23,9 @@ struct SceneOptions {
   double wall_contrast = 1;      ///< contrast of the wall's texture
   double wall_fineness = 1;      ///< fineness of the wall's texture: 2 halves the size of its patches
   int rays_per_side = 4;         ///< subpixel rays per side of a pixel on the ball's contour (antialiasing)
+  /// The camera's grey levels are the light to the power of 1 / gamma, as most cameras' with 2.2 (IEC 61966-2-1). All
+  /// colours here are grey levels that the camera shows; noise is added to grey levels.
+  double gamma = 1;
 };
 
 /// A card that occludes a part of the ball: parallel to the image, just in front of the ball, with one straight edge
@@ -72,7 +75,8 @@ class BallRenderer {
   /// image. Occluder, neighbour and motion of `look` are drawn only with a ball.
   cv::Mat render(const std::optional<Eigen::Vector3d>& p_WB, uint64_t stream, const ImageConditions& look = {}) const;
 
-  /// The wall without a ball, before noise: three floats (BGR, grey levels) per pixel.
+  /// The wall without a ball, before noise: three floats per pixel (BGR; grey levels, or with a gamma the light on the
+  /// same scale).
   const cv::Mat& wall() const { return wall_; }
   /// The 8-bit image that the camera makes of such an image: with its gains, its noise and clipping.
   cv::Mat developed(const cv::Mat& image, uint64_t stream, const ImageConditions& look = {}) const;
@@ -80,6 +84,7 @@ class BallRenderer {
   Eigen::Vector3d ray_in_pixel(int column, int row, double right, double down) const;
 
  private:
+  cv::Vec3f light_of(const Rgb& colour) const;
   std::optional<cv::Vec3f> ball_colour(const Eigen::Vector3d& p_CB, const Eigen::Vector3d& ray,
                                        const ImageConditions& look) const;
   cv::Vec3f wall_colour(const Eigen::Vector3d& origin_L, const Eigen::Vector3d& direction_L) const;
@@ -89,7 +94,7 @@ class BallRenderer {
   struct Disc {
     Eigen::Vector2d centre;
     double radius;
-    cv::Vec3f colour;
+    cv::Vec3f colour;  // light
   };
   SceneOptions scene_;
   CameraModel camera_;

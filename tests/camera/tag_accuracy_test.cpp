@@ -68,21 +68,22 @@ class Scene {
   TagRenderer left_, right_;
 };
 
-/// A pair in which one image may be missing.
+/// A pair in which one image may be missing. `fingerprints`: by default, the images of all pairs count as repeated.
 class Pair final : public vision::StereoImages {
  public:
-  Pair(int64_t utime, const std::array<cv::Mat, 2>& bgr) : utime_(utime), bgr_(bgr) {}
+  Pair(int64_t utime, const std::array<cv::Mat, 2>& bgr, const std::array<int64_t, 2>& fingerprints = {1, 2})
+      : utime_(utime), bgr_(bgr), fingerprints_(fingerprints) {}
   vision::PairTimes times() const override {
     return {utime_, bgr_[0].empty() ? -1 : utime_, bgr_[1].empty() ? -1 : utime_};
   }
   bool has(Side side, const cv::Size& size) const override { return bgr_[index(side)].size() == size; }
-  int64_t fingerprint(Side) const override { return ++calls_; }
+  int64_t fingerprint(Side side) const override { return fingerprints_[index(side)]; }
   const cv::Mat* pixels(Side side, const cv::Rect&) override { return &bgr_[index(side)]; }
 
  private:
   int64_t utime_;
   std::array<cv::Mat, 2> bgr_;
-  mutable int64_t calls_ = 0;
+  std::array<int64_t, 2> fingerprints_;
 };
 
 TagOptions options_for(const StereoRig& rig, const TagLook& tag) {
@@ -358,6 +359,20 @@ TEST_F(TagReasons, BadOptions) {
     spoil(options);
     EXPECT_THROW(TagVision({options}), std::invalid_argument);
   }
+}
+
+TEST_F(TagReasons, ARepeatedImageIsRefusedOnlyWhileThereIsOne) {
+  TagVision stage({options_for(rig_, tag_)});
+  const std::array<cv::Mat, 2> both = images(), left{both[0], cv::Mat()};
+  const auto fault = [&](int k, const std::array<cv::Mat, 2>& images, const std::array<int64_t, 2>& fingerprints) {
+    Pair pair(1000000 + 33333 * k, images, fingerprints);
+    const char* text = stage.update(pair);
+    return std::string(text ? text : "");
+  };
+  EXPECT_EQ(fault(0, both, {10, 20}), "");
+  EXPECT_EQ(fault(1, both, {11, 20}), "the right camera repeats its last image as a new one");
+  EXPECT_EQ(fault(2, left, {12, 20}), "") << "the right camera was unplugged";
+  EXPECT_EQ(stage.targets().front().report.status, vision::TargetTrack::Status::kTracked);
 }
 
 /// A state that was serialized continues with the same bits, and a damaged one is refused.
