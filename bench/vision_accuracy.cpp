@@ -55,7 +55,8 @@ struct Case {
   bool stripe = false;
   double cut_off = 0;  // share of the ball's width beyond a border of the image, at most
   bool radius_unknown = false;
-  double gamma = 1;  // of the camera
+  double gamma = 1;         // of the camera
+  bool gamma_known = true;  // to vision
   double most_rms_mm = 0;
   bool expect_occluded = false;  // expected status: kOccludedTooMuch
 };
@@ -76,10 +77,22 @@ std::vector<Case> cases() {
       {.name = "0.5 m, half occluded, radius unknown", .occlusion = 0.5, .radius_unknown = true},
       {.name = "0.5 m, cut off by the border", .cut_off = 0.25},
       {.name = "0.5 m, cut off by the border, radius unknown", .cut_off = 0.25, .radius_unknown = true},
+      {.name = "0.5 m, radius unknown", .radius_unknown = true},
+      {.name = "0.5 m, gamma not known, radius unknown", .radius_unknown = true, .gamma_known = false},
       {.name = "0.5 m, gamma 2.2", .gamma = 2.2},
       {.name = "0.5 m, gamma 2.2, radius unknown", .radius_unknown = true, .gamma = 2.2},
-      {.name = "0.5 m, gamma 2.2, JPEG q90", .jpeg_quality = 90, .gamma = 2.2},
-      {.name = "1 to 2 m, gamma 2.2", .near_m = 1, .far_m = 2, .gamma = 2.2},
+      {.name = "0.5 m, gamma 2.2, not known", .gamma = 2.2, .gamma_known = false},
+      {.name = "0.5 m, gamma 2.2, not known, radius unknown",
+       .radius_unknown = true,
+       .gamma = 2.2,
+       .gamma_known = false},
+      {.name = "0.5 m, gamma 2.2, not known, JPEG q90", .jpeg_quality = 90, .gamma = 2.2, .gamma_known = false},
+      {.name = "0.5 m, gamma 2.2, not known, JPEG q90, radius unknown",
+       .jpeg_quality = 90,
+       .radius_unknown = true,
+       .gamma = 2.2,
+       .gamma_known = false},
+      {.name = "1 to 2 m, gamma 2.2, not known", .near_m = 1, .far_m = 2, .gamma = 2.2, .gamma_known = false},
       {.name = "0.5 m, highlight", .highlight = 150},
       {.name = "0.5 m, highlight, JPEG q90", .jpeg_quality = 90, .highlight = 150},
       {.name = "0.5 m, stripe", .stripe = true},
@@ -93,10 +106,11 @@ std::vector<Case> cases() {
   };
 }
 
-StereoRig rig_of(bool distorted) {
+StereoRig rig_of(const Case& c) {
   StereoRig rig;
   rig.left = {.width = 640, .height = 480, .fx = 500, .fy = 500, .cx = 319.5, .cy = 239.5, .distortion = {}};
-  if (distorted) rig.left.distortion = {-0.28, 0.09, 0.0008, -0.0006, -0.01, 0, 0, 0};
+  if (c.distorted) rig.left.distortion = {-0.28, 0.09, 0.0008, -0.0006, -0.01, 0, 0, 0};
+  rig.left.gamma = c.gamma_known ? std::optional(c.gamma) : std::nullopt;
   rig.right = rig.left;
   rig.X_RL = rig.X_WL = Eigen::Isometry3d::Identity();
   rig.X_RL.translation().x() = -0.06;
@@ -191,7 +205,7 @@ class Room {
         each_(choices.each) {}
 
   Statistics run(const Case& c) {
-    const StereoRig rig = rig_of(c.distorted);
+    const StereoRig rig = rig_of(c);
     const std::vector<Background> walls = backgrounds(c.far_m > 0.7 ? 2.6 : 0.9, first_wall_);
     const double radius = walls[0].scene.ball_radius_m;
     vision::MatchOptions options;

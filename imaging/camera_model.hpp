@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace multireach {
@@ -11,6 +12,9 @@ struct CameraModel {
   int width = 0, height = 0;              ///< pixels
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   std::array<double, 8> distortion{};     ///< k1, k2, p1, p2, k3, k4, k5, k6; all zero: no distortion
+  /// Grey levels are light to the power of 1 / gamma: 1 where they are proportional to it, about 2.2 for most cameras
+  /// (IEC 61966-2-1). Nothing: not known.
+  std::optional<double> gamma{};
 
   /// Projects a point `p_C` in front of the camera (z > 0; m, in the camera's frame) to pixels.
   Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;

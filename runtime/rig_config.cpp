@@ -13,6 +13,8 @@ namespace multireach {
 
 namespace {
 
+constexpr double kMostGamma = 5;
+
 ConfigKeys<CameraModel> camera_keys() {
   const auto pixels = [](ConfigKeys<CameraModel>& keys, const char* name, double min, auto member,
                          const char* meaning) { keys.number(name, "pixels", min, 1e6, member, meaning).required(); };
@@ -185,6 +187,7 @@ StereoRig inline_rig(const Config& cameras) {
   rig.right = camera_model_from(cameras.section("right"));
   rig.X_RL = transform_from(cameras.section("left_to_right"));
   rig.X_WL.setIdentity();
+  if (cameras.has("gamma")) rig.left.gamma = rig.right.gamma = cameras.number("gamma", 1, kMostGamma);
   if (cameras.has("errors")) rig.errors = rig_errors_from(cameras.section("errors"));
   return rig;
 }
@@ -212,6 +215,7 @@ Eigen::Isometry3d left_to_robot_from(const Config& section, std::string& files) 
 struct CamerasSection {
   std::vector<std::string> paths;
   CameraFileHints hints;
+  std::optional<double> gamma;
 };
 
 ConfigKeys<CamerasSection> cameras_keys() {
@@ -229,6 +233,11 @@ ConfigKeys<CamerasSection> cameras_keys() {
           "How uncertain the calibration is. Default: as `file` says, if that is a vision.yaml; otherwise not known, "
           "and the covariances of positions do not include it.",
           read_elsewhere("errors"))
+      .number(
+          "gamma", "", 1, kMostGamma, [](auto& s) -> auto& { return s.gamma; },
+          "Of both cameras: grey levels are light to the power of 1 / gamma. 1 for rendered images and most industrial "
+          "cameras, about 2.2 for most others. Where the chroma is not subsampled, edges are corrected for it.")
+      .otherwise("as `file` says; otherwise not known, and the covariances of positions allow for one of up to 2.2")
       .other("file", "text", "", "none",
              "A calibration in a third-party format: OpenCV, Kalibr, or another vision.yaml.",
              [](const Config& config, Section& s) {
@@ -283,6 +292,7 @@ RigConfig load_rig(const Config& cameras) {
     }
     const CameraFiles found = read_camera_files(section.paths, section.hints);
     rig = found.rig;
+    if (section.gamma) rig.left.gamma = rig.right.gamma = section.gamma;
     if (cameras.has("errors")) rig.errors = rig_errors_from(cameras.section("errors"));
     config.has_robot_pose = found.has_robot_pose;
   }

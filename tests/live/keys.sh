@@ -10,18 +10,18 @@ robot="$root/robots/hoap2/robot.yaml"
 control='udpm://239.255.76.67:7667?ttl=0' images='udpm://239.255.76.68:7668?ttl=0'
 key=$work/key
 
-"$bin/multireach-key" new "$key" 2>/dev/null || failed "no key was made"
-[ "$(stat -c %a "$key")" = 600 ] || failed "the key's mode is $(stat -c %a "$key")"
-"$bin/multireach-key" new "$key" 2>"$work/err" && failed "a key was replaced"
-grep -qF "exists already" "$work/err" || failed "it is not said why a key is not replaced: $(cat "$work/err")"
-"$bin/multireach-key" share "$key" | "$bin/multireach-key" new "$work/second" --shared 2>/dev/null || failed "the key cannot be shared"
-cmp "$key" "$work/second" || failed "the shared key is another one"
-"$bin/multireach-key" share "$key" | tr 1 2 | "$bin/multireach-key" new "$work/third" --shared 2>/dev/null && failed "a damaged key is taken"
+"$bin/multireach-key" new "$key" 2>/dev/null || wrong "no key was made"
+[ "$(stat -c %a "$key")" = 600 ] || wrong "the key's mode is $(stat -c %a "$key")"
+"$bin/multireach-key" new "$key" 2>"$work/err" && wrong "a key was replaced"
+grep -qF "exists already" "$work/err" || wrong "it is not said why a key is not replaced: $(cat "$work/err")"
+"$bin/multireach-key" share "$key" | "$bin/multireach-key" new "$work/second" --shared 2>/dev/null || wrong "the key cannot be shared"
+cmp "$key" "$work/second" || wrong "the shared key is another one"
+"$bin/multireach-key" share "$key" | tr 1 2 | "$bin/multireach-key" new "$work/third" --shared 2>/dev/null && wrong "a damaged key is taken"
 "$bin/multireach-key" new "$work/other" 2>/dev/null
 cp "$key" "$work/public"; chmod 644 "$work/public"
 "$bin/multireach-controller" --config "$robot" --key "$work/public" 2>"$work/err"
-[ $? -eq 2 ] || failed "a key that others may read is used"
-grep -qF "chmod 600 $work/public" "$work/err" || failed "no fix for a key that others may read: $(cat "$work/err")"
+[ $? -eq 2 ] || wrong "a key that others may read is used"
+grep -qF "chmod 600 $work/public" "$work/err" || wrong "no fix for a key that others may read: $(cat "$work/err")"
 
 # The processes have copies of the key.
 declare -A pids
@@ -39,9 +39,9 @@ is armed "at first"
 timeout 2 "$bin/multireach-publish" target 0.1 -0.12 0.1 --robot "$robot" 2>/dev/null
 timeout 2 "$bin/multireach-publish" target 0.1 -0.12 0.1 --robot "$robot" --key "$work/other" 2>/dev/null
 is armed "after targets unsigned and of another key"
-"$bin/multireach-robot" stop >"$work/out" 2>&1 && failed "an unsigned request is answered: $(cat "$work/out")"
-grep -q "with the same --key" "$work/out" || failed "no hint at the key: $(cat "$work/out")"
-"$bin/multireach-robot" --key "$work/other" stop >/dev/null 2>&1 && failed "a request of another key is answered"
+"$bin/multireach-robot" stop >"$work/out" 2>&1 && wrong "an unsigned request is answered: $(cat "$work/out")"
+grep -q "with the same --key" "$work/out" || wrong "no hint at the key: $(cat "$work/out")"
+"$bin/multireach-robot" --key "$work/other" stop >/dev/null 2>&1 && wrong "a request of another key is answered"
 "$bin/multireach-replay" run "$root/logs/reach.lcm" --until 4 -o "$work/old.lcm" >/dev/null || failed "run"
 lcm-logplayer --lcm-url="$control" --regexp='TARGET|JOINT_SETPOINT|JOINT_COMMAND|ROBOT_STATE|BRIDGE_REQUEST' "$work/old.lcm" >/dev/null
 lcm-logplayer --lcm-url="$images" --regexp=STEREO_IMAGES "$work/old.lcm" >/dev/null
@@ -91,9 +91,9 @@ done
 grep "refused messages" "$work/table"
 grep -q "^controller refused messages: .* unsigned, .* altered, .* replayed, .* of another key" "$work/table" || failed "the table does not name the refusals: $(cat "$work/table")"
 grep -q "a message on TARGET is refused and counted as unsigned" "$work/controller.err" || failed "the controller does not say what it refuses"
-grep -q "whoever reaches" "$work/controller.err" && failed "with a key, it is said that anybody may command"
+grep -q "whoever reaches" "$work/controller.err" && wrong "with a key, it is said that anybody may command"
 "$bin/multireach-controller" --config "$robot" --seconds 0.5 2>"$work/err"
-[ "$(grep -c "whoever reaches" "$work/err")" -eq 1 ] || failed "without a key, it is not said once that anybody may command: $(cat "$work/err")"
+[ "$(grep -c "whoever reaches" "$work/err")" -eq 1 ] || wrong "without a key, it is not said once that anybody may command: $(cat "$work/err")"
 
 # A policy lets plain tools in.
 echo 'optional: [TARGET]' >"$work/policy.yaml"
@@ -117,7 +117,7 @@ if [ "$bin" -ef "$root/build/release/bin" ]; then
   "$bin/multireach-replay" verify "$work/run.lcm" >"$work/out" || failed "verify: $(cat "$work/out")"
   cat "$work/out"
   "$root/tools/launch.sh" --no-setup --key "$work/none" 2>"$work/err"
-  [ $? -eq 2 ] || failed "launch.sh runs without the key that it was given"
-  grep -qF "key new $work/none" "$work/err" || failed "launch.sh does not say how to make a key: $(cat "$work/err")"
+  [ $? -eq 2 ] || wrong "launch.sh runs without the key that it was given"
+  grep -qF "key new $work/none" "$work/err" || wrong "launch.sh does not say how to make a key: $(cat "$work/err")"
 fi
 finish

@@ -1,7 +1,8 @@
 # Sourced by the scripts of this folder: runs the calling script again in a network namespace of its own, so that no message
 # leaves the test, or skips it (exit code 77) where that is not allowed. Where arms have to reach targets in time, a script sets
 # `timed=yes` before: if it fails while the machine stops its processes (multireach-test-lateness), it is run up to three times, then
-# skipped, for the bridge begins again from rest after each gap of more than 3 ms.
+# skipped, for the bridge begins again from rest after each gap of more than 3 ms. What no lateness excuses (a limit exceeded, a
+# wrong file) is reported by `wrong`, and fails at once.
 if [ -z "${MULTIREACH_ISOLATED:-}" ]; then
   user=()
   [ "$(id -u)" -eq 0 ] || user=(--map-root-user)
@@ -25,8 +26,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 work=$(mktemp -d)
 export XDG_STATE_HOME="$work/state"  # unfinished recordings of launch.sh
 trap 'rm -rf "$work"' EXIT
-failures=0
+failures=0 wrongs=0
 failed() { echo "FAILED: $1"; failures=$((failures + 1)); }
+wrong() { failed "$1"; wrongs=$((wrongs + 1)); }
 if [ "${timed:-}" = yes ] && [ -x "$bin/multireach-test-lateness" ]; then
   lateness=$(readlink -f "$bin/multireach-test-lateness")
   # Not by its full path: tests look for processes whose command line has $work in it.
@@ -41,6 +43,6 @@ is_late_machine() {
 }
 finish() {
   [ $failures -gt 0 ] || { echo "all held"; exit 0; }
-  ! is_late_machine || exit 75
+  [ $wrongs -gt 0 ] || ! is_late_machine || exit 75
   exit 1
 }

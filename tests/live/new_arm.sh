@@ -12,7 +12,7 @@ cp -r "$root/robots/ur5e" "$arm"
 rm "$arm/ur5e.urdf" "$arm/README.md"
 cp "$urdf" "$arm"
 awk '/^```/ { inside = /yaml/; next } inside' "$root/docs/your-robot.md" >"$work/printed.yaml"
-grep -q 'tip: TIP' "$work/printed.yaml" || failed "docs/your-robot.md prints no robot.yaml: $(cat "$work/printed.yaml")"
+grep -q 'tip: TIP' "$work/printed.yaml" || wrong "docs/your-robot.md prints no robot.yaml: $(cat "$work/printed.yaml")"
 sed 's/FILE/kinova/; s/: BASE/: j2s6s200_link_base/; s/: TIP/: j2s6s200_end_effector/' "$work/printed.yaml" >"$arm/robot.yaml"
 launch kinova --robot "$arm"
 ended 0

@@ -25,8 +25,8 @@ launch killed --record "$work/killed.lcm"
 sleep 3; killed 'lcm-logger.*control'
 sleep 4; kill -KILL $launched; wait $launched 2>/dev/null
 for _ in $(seq 50); do pgrep -f "$XDG_STATE_HOME.killed" >/dev/null || break; sleep 0.1; done
-[ ! -e "$work/killed.lcm" ] || failed "a recording that nobody has finished is there"
-"$root/tools/launch.sh" --no-setup --session "$work/none" 2>"$work/killed.err" && failed "a session that is not there"
+[ ! -e "$work/killed.lcm" ] || wrong "a recording that nobody has finished is there"
+"$root/tools/launch.sh" --no-setup --session "$work/none" 2>"$work/killed.err" && wrong "a session that is not there"
 XDG_STATE_HOME="$XDG_STATE_HOME.killed" "$root/tools/launch.sh" --no-setup --seconds 1 2>"$work/killed.err"
 says "^launch.sh: an earlier run was killed; its recording is in $XDG_STATE_HOME.killed/multireach/runs/[^ ]*\. To finish it:"
 sed -n 's/^  \(tools.*\|rm .*\)/\1/p' "$work/killed.err" | sed "s| run.lcm| $work/finished.lcm|; s|^tools/multireach |$root/tools/multireach |" >"$work/finish"

@@ -15,14 +15,14 @@ for name in first second; do
   launched=${processes[$name]}
   ended 0
   [ "$(reached)" -ge 3 ] || failed "$name: $(reached) positions reached"
-  [ "$(tr -d ' \n' <"$work/$name.json" | grep -o '"publishers":{[^}]*' | grep -c ':[2-9]')" = 0 ] || failed "$name: hears other publishers"
+  [ "$(tr -d ' \n' <"$work/$name.json" | grep -o '"publishers":{[^}]*' | grep -c ':[2-9]')" = 0 ] || wrong "$name: hears other publishers"
   "$bin/multireach-log" export csv "$work/$name.lcm" -o "$work/$name" --channel NODE_INPUTS 2>/dev/null
 done
 runs() { cut -d, -f4 "$work/$1/NODE_INPUTS.csv" | sort -u; }
-comm -12 <(runs first) <(runs second) | grep -qv run && failed "both recordings hold messages of one process"
+comm -12 <(runs first) <(runs second) | grep -qv run && wrong "both recordings hold messages of one process"
 [ "$(wc -l <<<"$(runs first)")" -ge 4 ] || failed "the recording names $(runs first)"
-grep -q "^launch.sh: for other programs:  export LCM_DEFAULT_URL='udpm://239.255.77.7:8014?ttl=0'$" "$work/first.err" || failed "its groups are not said"
+grep -q "^launch.sh: for other programs:  export LCM_DEFAULT_URL='udpm://239.255.77.7:8014?ttl=0'$" "$work/first.err" || wrong "its groups are not said"
 name=wrong
-"$root/tools/launch.sh" --no-setup --group 256 2>"$work/wrong.err" && failed "group 256"
+"$root/tools/launch.sh" --no-setup --group 256 2>"$work/wrong.err" && wrong "group 256"
 says "^launch.sh: --group: '256' is not a number from 0 to 255$"
 finish

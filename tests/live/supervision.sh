@@ -5,7 +5,11 @@ bin=$1
 timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
-slow_enough() { awk -v speed="$(report max_command_speed_share)" 'BEGIN { exit !(speed > 0 && speed <= 1.06) }' || failed "$name: the commands move at $(report max_command_speed_share) of the speed limit"; }
+slow_enough() {
+  local share=$(report max_command_speed_share)
+  awk -v share="$share" 'BEGIN { exit !(share > 0) }' || failed "$name: the commands move at '$share' of the speed limit"
+  awk -v share="$share" 'BEGIN { exit !(share <= 1.06) }' || wrong "$name: the commands move at $share of the speed limit"
+}
 
 # Vision and the controller, while the arm stays at a target: the whole session is reached all the same.
 launch eyes
@@ -29,7 +33,7 @@ sleep 1; await_state 15 running
 for node in vision controller bridge robot-sim; do
   [ ${#reserve[@]} -gt 0 ] || break
   list=$(taskset -cp "$(pgrep -P "$launched" -f "multireach-$node" | head -n 1)" | sed 's/.*: //')
-  [ "$list" != "${reserve[1]}" ] || [ $node = bridge ] || failed "$node runs on the bridge's processor"
+  [ "$list" != "${reserve[1]}" ] || [ $node = bridge ] || wrong "$node runs on the bridge's processor"
   [ "$list" = "${reserve[1]}" ] || [ $node != bridge ] || failed "the bridge runs on processors $list"
 done
 killed multireach-robot-sim
@@ -70,5 +74,5 @@ expect() {
 }
 expect 1 1 '^launch.sh: vision ended with code 1 \(the lens fell off\), the 5th time within 30 s$'
 expect 2 2 '^launch.sh: vision did not start$'
-[ "$(grep -c 'started again' "$work/ends with 2.err")" = 0 ] || failed "a wrong configuration is tried again"
+[ "$(grep -c 'started again' "$work/ends with 2.err")" = 0 ] || wrong "a wrong configuration is tried again"
 finish

@@ -97,6 +97,17 @@ TEST_F(CameraFilesTest, AVisionFileKeepsHowUncertainTheCalibrationIs) {
   EXPECT_FALSE(read_camera_files(written(CameraFormat::kOpenCv, rig)).rig.errors.known());
 }
 
+TEST_F(CameraFilesTest, AVisionFileKeepsTheGammaCurve) {
+  StereoRig rig = rig_;
+  rig.left.gamma = rig.right.gamma = 1.8;
+  const StereoRig back = read_camera_files(written(CameraFormat::kVision, rig)).rig;
+  EXPECT_EQ(back.left.gamma, 1.8);
+  EXPECT_EQ(back.right.gamma, 1.8);
+  EXPECT_EQ(read_camera_files(written(CameraFormat::kOpenCv, rig)).rig.left.gamma, std::nullopt);
+  rig.left.gamma = rig.right.gamma = std::nullopt;
+  EXPECT_EQ(read_camera_files(written(CameraFormat::kVision, rig)).rig.left.gamma, std::nullopt);
+}
+
 TEST_F(CameraFilesTest, OpenCvReadsWhatIsWritten) {
   const std::vector<std::string> paths = written(CameraFormat::kOpenCv, rig_);
   cv::FileStorage file(paths[0], cv::FileStorage::READ);

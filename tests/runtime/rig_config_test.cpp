@@ -39,6 +39,20 @@ TEST(RigConfig, ACameraLooksAtAPoint) {
   EXPECT_LT(above.y(), -0.05);
 }
 
+TEST(RigConfig, AGammaCurveIsKnownWhereTheFileSaysIt) {
+  const std::string camera = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120}";
+  const auto with = [&](const std::string& gamma) {
+    const std::string text =
+        "left: " + camera + "\nright: " + camera + "\nleft_to_right: {translation_m: [-0.06, 0, 0]}\n" + gamma;
+    return load_rig(Config::parse("vision.yaml", text)).rig;
+  };
+  EXPECT_EQ(with("").left.gamma, std::nullopt);
+  EXPECT_EQ(with("gamma: 2.2\n").left.gamma, 2.2);
+  EXPECT_EQ(with("gamma: 2.2\n").right.gamma, 2.2);
+  EXPECT_THROW(with("gamma: 0.45\n"), InputError) << "1 / 2.2: the other way round";
+  EXPECT_THROW(with("gamma: 6\n"), InputError);
+}
+
 TEST(RigConfig, RefusesADistortionThatNoLensHas) {
   const auto with = [](const std::string& k2) {
     const std::string size = "{width_px: 320, height_px: 240, fx_px: 300, fy_px: 300, cx_px: 160, cy_px: 120";

@@ -13,7 +13,8 @@
 namespace multireach::vision {
 
 inline CameraModel camera(bool distorted = false) {
-  CameraModel camera{.width = 320, .height = 240, .fx = 300, .fy = 301, .cx = 158, .cy = 121, .distortion = {}};
+  CameraModel camera{
+      .width = 320, .height = 240, .fx = 300, .fy = 301, .cx = 158, .cy = 121, .distortion = {}, .gamma = 1};
   if (distorted) camera.distortion = {-0.3, 0.1, 0.001, -0.0008, 0, 0, 0, 0};
   return camera;
 }
@@ -25,7 +26,13 @@ struct Scene {
   std::function<bool(double, double)> hides = [](double, double) { return false; };  // pixels
   Eigen::Vector3d hiding_rgb{60, 120, 70};
   Eigen::Vector3d stripe_axis{0, 0, 0};  // of a white band along a great circle; none
+  double dark_from = 1e9;                // column from which on the wall has a fifth of its grey levels
+  double gamma = 1;                      // of the camera; the colours are grey levels, and light mixes in pixels
 };
+
+inline Eigen::Vector3d light_of(const Scene& scene, const Eigen::Vector3d& rgb) {
+  return scene.gamma == 1 ? rgb : Eigen::Vector3d(255 * (rgb / 255).array().pow(scene.gamma));
+}
 
 /// The ball's colour where the direction `e` meets it: matt, with a third of its light from everywhere.
 inline Eigen::Vector3d colour_at(const Scene& scene, const Eigen::Vector3d& p_CB, double radius,
@@ -48,11 +55,12 @@ inline cv::Mat picture(const CameraModel& camera, const Eigen::Vector3d& p_CB, d
   constexpr int kGrid = 8;
   const Eigen::Vector2d middle = camera.project(p_CB);
   const double near = 1.6 * camera.fx * radius / (p_CB.z() - radius) + 3;
+  const auto wall = [&](double x) -> Eigen::Vector3d { return (x < scene.dark_from ? 1 : 0.2) * scene.wall_rgb; };
   for (int row = 0; row < camera.height; ++row) {
     for (int column = 0; column < camera.width; ++column) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       if ((Eigen::Vector2d(column, row) - middle).norm() > near) {
-        sum = kGrid * kGrid * (scene.hides(column, row) ? scene.hiding_rgb : scene.wall_rgb);
+        sum = kGrid * kGrid * light_of(scene, scene.hides(column, row) ? scene.hiding_rgb : wall(column));
       } else {
         std::vector<Eigen::Vector2d> pixels;
         for (int k = 0; k < kGrid * kGrid; ++k)
@@ -62,14 +70,18 @@ inline cv::Mat picture(const CameraModel& camera, const Eigen::Vector3d& p_CB, d
           const Eigen::Vector3d e = rays[k].homogeneous().normalized();
           const bool ball = (p_CB - e * e.dot(p_CB)).norm() < radius;
           const bool hidden = scene.hides(pixels[k].x(), pixels[k].y());
-          sum += hidden ? scene.hiding_rgb : ball ? colour_at(scene, p_CB, radius, e) : scene.wall_rgb;
+          sum += light_of(scene, hidden ? scene.hiding_rgb
+                                 : ball ? colour_at(scene, p_CB, radius, e)
+                                        : wall(pixels[k].x()));
         }
       }
       for (int channel = 0; channel < 3; ++channel) {
         // The sum of twelve uniform numbers, minus six, is about normal with unit variance.
         double normal = -6;
         for (int k = 0; k < 12 && scene.noise > 0; ++k) normal += random.uniform(counter++);
-        const double value = sum[2 - channel] / (kGrid * kGrid) + (scene.noise > 0 ? scene.noise * normal : 0);
+        const double mean = sum[2 - channel] / (kGrid * kGrid);
+        const double grey = scene.gamma == 1 ? mean : 255 * std::pow(mean / 255, 1 / scene.gamma);
+        const double value = grey + (scene.noise > 0 ? scene.noise * normal : 0);
         image.at<cv::Vec3b>(row, column)[channel] = static_cast<uint8_t>(std::clamp(value + 0.5, 0.0, 255.0));
       }
     }

@@ -66,7 +66,7 @@ TEST(Triangulate, CovarianceIsHonest) {
   for (uint64_t k = 0; k < kCases; ++k) {
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
     const auto normal = [&](uint64_t i) {
-      uint64_t counter = 1000000 + 2 * (9 * k + i);
+      uint64_t counter = 1000000 + 2 * (10 * k + i);
       return gaussian(random, counter);
     };
     const Eigen::Vector2d focal(r.left.fx, r.left.fy);
@@ -122,12 +122,13 @@ TEST(Triangulate, CovarianceIsHonestForErrorsThatBothImagesShare) {
     };
     const Eigen::Vector3d p_L = random_point(random, k), p_R = r.X_RL * p_L;
     constexpr double kRadius = 0.02;
-    const Eigen::Vector3d of_both(normal(0), normal(1), normal(8));  // one value of each cause
+    const Eigen::Vector4d of_both(normal(0), normal(1), normal(8), normal(9));  // one value of each cause
     const auto measured = [&](const Eigen::Vector3d& p_C, double strength, uint64_t first) {
       SphereMeasurement sphere;
       sphere.shared.col(kLight) << 4e-4 * strength, -2e-4, 0;
       sphere.shared.col(kHidden) << 3e-4, 5e-4, 1e-4 * strength;
       sphere.shared.col(kShape) << -5e-4 * strength, 2e-4, 0;
+      sphere.shared.col(kGammaCurve) << 1e-4, -3e-4 * strength, -1e-4;
       const Eigen::Vector3d own(kOwn, kOwn, kOwnSize);
       sphere.covariance = own.cwiseAbs2().asDiagonal();
       sphere.covariance += sphere.shared * sphere.shared.transpose();

@@ -136,6 +136,7 @@ std::string vision_text(const StereoRig& rig, bool robot) {
   std::string text = "cameras:\n" + vision_camera("left", rig.left) + vision_camera("right", rig.right) +
                      "  left_to_right:   # X_RL: a point in the left camera's frame to the right camera's\n" +
                      transform_text(rig.X_RL, "    ");
+  if (rig.left.gamma) text += fmt::format("  gamma: {}\n", *rig.left.gamma);
   if (rig.errors.known()) text += errors_text(rig.errors);
   if (robot) {
     text += "  left_to_robot:   # X_WL: a point in the left camera's frame to the robot's base\n" +

@@ -110,6 +110,16 @@ Eigen::Matrix3d shading_covariance(const ContourEvidence& evidence) {
   return evidence.noise * evidence.noise * evidence.fit.covariance * sum * evidence.fit.covariance.transpose();
 }
 
+/// How far errors of the edges, pixels outwards, move (x/z, y/z, s) if all have the same cause.
+Eigen::Vector3d moved_by(double Edge::*error_px, const ContourEvidence& evidence) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const ContourEdgel& edgel : evidence.edgels) {
+    if (edgel.point < 0) continue;
+    sum += edgel.edge.outward * edgel.found.*error_px * evidence.points[static_cast<size_t>(edgel.point)].pull;
+  }
+  return evidence.fit.cone.jacobian() * evidence.fit.covariance * sum;
+}
+
 /// Mean square of the edges' errors of the shading model, px^2.
 double mean_shading2(const ContourEvidence& evidence) {
   double sum = 0, weights = 0;
@@ -188,7 +198,9 @@ ContourCovariance covariance_of(const ContourEvidence& evidence) {
   const double along2 =
       light.dot((kOneSided * own * shading2 / 2 * geometry + shared * of_edges).topLeftCorner<2, 2>() * light);
   result.shared.col(kLight).head<2>() = std::sqrt(along2) * light;
-  result.covariance += result.shared * result.shared.transpose();
+  result.shared.col(kGammaCurve) = moved_by(&Edge::gamma_px, evidence);
+  const Eigen::Vector3d of_gamma = moved_by(&Edge::gamma_rest_px, evidence);
+  result.covariance += result.shared * result.shared.transpose() + of_gamma * of_gamma.transpose();
   // A window that holds less than the whole of a blurred edge places it too near to its middle; either end of the image
   // of a moving object, in front of its own background.
   // The measured blur ends where the window does. A faster object's edges do not fit a contour: their residual tells.

@@ -20,7 +20,7 @@ struct EdgeBlock {
   // What measure_edges() computes where there is an edge.
   Row found_at, sigma_px, shading_px;
   std::array<Row, Shading::kTerms> shading_terms;
-  std::array<Row, 3> shading_gain;
+  std::array<Row, 3> shading_gain, rim, background;
 
   Row colour_blur2, luma_blur2, luma_share;  ///< what measure_blur() computes
 
@@ -64,7 +64,12 @@ struct EdgeBlock {
   Edge edge(int lane) const {
     Edge edge{.at = found_at[lane], .sigma_px = sigma_px[lane], .shading_px = shading_px[lane]};
     for (int k = 0; k < Shading::kTerms; ++k) edge.shading_terms[k] = shading_terms[static_cast<size_t>(k)][lane];
-    for (int k = 0; k < 3; ++k) edge.shading_gain[k] = shading_gain[static_cast<size_t>(k)][lane];
+    for (int k = 0; k < 3; ++k) {
+      const auto channel = static_cast<size_t>(k);
+      edge.shading_gain[k] = shading_gain[channel][lane];
+      edge.rim[k] = rim[channel][lane];
+      edge.background[k] = background[channel][lane];
+    }
     return edge;
   }
 };

@@ -65,6 +65,10 @@ struct Edge {
   /// Sensitivity of `at` to the fitted shading, whose noise all edges share: gain . (colour of these terms).
   Shading::Terms shading_terms = Shading::Terms::Zero();
   Eigen::Vector3d shading_gain{0, 0, 0};
+  /// How far outwards a gamma curve may have moved `at`, pixels: one standard deviation of an error that the edges of
+  /// both images share, and of one that those of this image share.
+  double gamma_px = 0, gamma_rest_px = 0;
+  Eigen::Vector3d rim{0, 0, 0}, background{0, 0, 0};  ///< colours of both sides at the edge, BGR
 };
 
 /// Blur of one edge beyond the pixels' own width: variances across the edge, px^2. Noisy, because from a single edge.

@@ -253,6 +253,13 @@ HWY_INLINE uint32_t measure_lanes(const EdgeModel& model, const Shading& shading
   is_edge = is_edge & (absolute(from_middle - edge.expected()) < double(half));
   store(edge.middle + edge.outward * from_middle, block.found_at, first);
   propagate_errors(model, window, sides, shaded, rim, w, span, edge.outward, first, block);
+  const Colour background = rim - difference;
+  store(rim.b, block.rim[0], first);
+  store(rim.g, block.rim[1], first);
+  store(rim.r, block.rim[2], first);
+  store(background.b, block.background[0], first);
+  store(background.g, block.background[1], first);
+  store(background.r, block.background[2], first);
   return bits_of(is_edge);
 }
 

@@ -269,6 +269,7 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
     // Correct for the contour's curvature: the mean of the circle's second-order term over the line's width of 1 px.
     const double cosine = edgel.edge.cosine;
     edge.at += edgel.edge.outward / (24 * model.radius_px * cosine * cosine * cosine);
+    if (refined) gamma_shift_.correct(colour_blur2_, hues_blurred_, edgel);
     edgel.point = static_cast<int>(points_.size());
     const double of_fit2 =
         model.noise * model.noise * edge.shading_gain.squaredNorm() * shading_.shading().variance(edge.shading_terms);

@@ -12,6 +12,7 @@
 #include "vision/contour/contour_edgel.hpp"
 #include "vision/contour/contour_polygon.hpp"
 #include "vision/contour/edge_profile.hpp"
+#include "vision/contour/gamma_shift.hpp"
 #include "vision/contour/motion_blur.hpp"
 #include "vision/contour/shared_errors.hpp"
 #include "vision/contour/surface_shading.hpp"
@@ -62,7 +63,7 @@ class SphereContourFitter {
   static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
 
   explicit SphereContourFitter(const CameraModel& camera, double least_seen = kOfASphere)
-      : camera_(camera), least_seen_(least_seen) {}
+      : camera_(camera), least_seen_(least_seen), gamma_shift_(camera.gamma) {}
 
   /// Measures the object that a blob shows. The blob may be ragged, have holes, be partly occluded or joined to
   /// something of a similar colour: it only indicates where to look for the contour. `bgr`: 8-bit, of the camera's
@@ -113,6 +114,7 @@ class SphereContourFitter {
 
   CameraModel camera_;
   double least_seen_;
+  GammaShift gamma_shift_;
   cv::Rect readable_;                       // pixels that may be read
   cv::Rect box_;                            // of the blob
   std::vector<BlobExtent> rows_, columns_;  // of the blob, in each row and column of the box
