@@ -280,6 +280,17 @@ TEST_F(CameraFilesTest, AVisionFileNamesAnother) {
       written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n  left_to_robot: {file: pose.yaml}\n"));
   EXPECT_TRUE(both.rig.X_WL.isApprox(rig_.X_WL, 1e-15));
 
+  const auto gamma_of = [&](const std::string& cameras) {
+    return VisionConfig::load(written("vision.yaml", colour + "cameras:\n" + cameras)).rig.right.gamma;
+  };
+  StereoRig curved = rig_;
+  curved.left.gamma = curved.right.gamma = 1.8;
+  write_text_file(path("stereo.yaml"), camera_file_texts(curved, CameraFormat::kVision).front());
+  EXPECT_EQ(gamma_of("  file: stereo.yml\n"), std::nullopt);
+  EXPECT_EQ(gamma_of("  file: stereo.yaml\n"), 1.8);
+  EXPECT_EQ(gamma_of("  file: stereo.yaml\n  gamma: 2.2\n"), 2.2) << "counts instead of the file's";
+  written("vision.yaml", colour + "cameras:\n  file: stereo.yml\n  left_to_robot: {file: pose.yaml}\n");
+
   // What the named files hold belongs to the digest.
   write_text_file(path("pose.yaml"), "left_to_robot:\n  translation_m: [0, 0, 0]\n");
   EXPECT_NE(VisionConfig::load(path("vision.yaml")).digest, both.digest);
