@@ -236,8 +236,10 @@ class ContourComparison {
       double apart = contour.value.z() - expected;
       if (known && !by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
       const double tolerance = size_at(options_.radius_tolerance_m, contour, depth_m);
-      const double excess2 = apart * apart - (by_edges ? contour.covariance(2, 2) : 0) - tolerance * tolerance -
-                             expected * expected * by_rig2;
+      // What a gamma curve may explain, if there is one, may be of the edges as well.
+      const double of_gamma = contour.shared(2, kGammaCurve);
+      const double own2 = by_edges ? contour.covariance(2, 2) - of_gamma * of_gamma : 0;
+      const double excess2 = apart * apart - own2 - tolerance * tolerance - expected * expected * by_rig2;
       if (!(excess2 > 0)) return;
       sphere.covariance.topLeftCorner<2, 2>() += kOneSided * excess2 * Eigen::Matrix2d::Identity();
       any = true;
