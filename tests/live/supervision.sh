@@ -6,7 +6,8 @@ timed=yes
 . "$(dirname "$0")/namespace.sh"
 . "$root/tests/live/launched.sh"
 slow_enough() {
-  local share=$(report max_command_speed_share)
+  local share
+  share=$(report max_command_speed_share)
   awk -v share="$share" 'BEGIN { exit !(share > 0) }' || failed "$name: the commands move at '$share' of the speed limit"
   awk -v share="$share" 'BEGIN { exit !(share <= 1.06) }' || wrong "$name: the commands move at $share of the speed limit"
 }
