@@ -13,8 +13,8 @@
 namespace multireach::vision {
 namespace {
 
-/// Where an edge seems to be less where it is, by the area of one side, in the mean over its places in a pixel. The
-/// edge is blurred by a box, and each pixel takes the mean of the light on it.
+/// By how much the area of the inside is measured too large, pixels, in the mean over the edge's positions in a pixel.
+/// The edge is blurred by a box, and each pixel takes the mean of the light on it.
 double seen_shift(double inside, double outside, double gamma, double box_px) {
   constexpr int kPlaces = 200, kPixels = 12, kSamples = 400;
   double sum = 0;

@@ -7,8 +7,10 @@ namespace multireach::vision {
 namespace {
 
 // What the closed form misses, share of the shift: the blur, and the colours of both sides, are measured behind the
-// curve; a window may hold less than the whole of a blurred edge. Set on rendered balls (docs/vision.md).
-constexpr double kRest = 0.3, kBlurredRest = 0.7;
+// curve; a window may hold less than the whole of a blurred edge. The first is set on the benchmark's balls
+// (docs/vision.md, the sets on which constants were set), the others on pictures as those of
+// tests/vision/ball_picture.hpp.
+constexpr double kMissed = 0.3, kMissedBlurred = 0.7;
 constexpr double kBlurred2 = 1;     // px^2
 constexpr double kSaturated = 250;  // grey levels: the light is not known
 
@@ -51,7 +53,7 @@ void GammaShift::correct(double blur2, bool hues_blurred, ContourEdgel& edgel) c
     shift += share * of_edge(edge.rim[k], edge.background[k], width_px);
   }
   const bool saturated = std::max(edge.rim.maxCoeff(), edge.background.maxCoeff()) > kSaturated;
-  edge.gamma_rest_px = (saturated ? 1 : blur2 > kBlurred2 ? kBlurredRest : kRest) * shift;
+  edge.gamma_rest_px = (saturated ? 1 : blur2 > kBlurred2 ? kMissedBlurred : kMissed) * shift;
   if (gamma_ && !hues_blurred) {
     edge.at -= edgel.edge.outward * shift;
   } else {

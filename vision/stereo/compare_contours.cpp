@@ -236,7 +236,7 @@ class ContourComparison {
       double apart = contour.value.z() - expected;
       if (known && !by_edges && apart > 0) apart = std::max(0.0, apart - kBlobBlur * expected);
       const double tolerance = size_at(options_.radius_tolerance_m, contour, depth_m);
-      // What a gamma curve may explain, if there is one, may be of the edges as well.
+      // A gamma curve that is not known could explain the contradiction, but does not excuse it.
       const double of_gamma = contour.shared(2, kGammaCurve);
       const double own2 = by_edges ? contour.covariance(2, 2) - of_gamma * of_gamma : 0;
       const double excess2 = apart * apart - own2 - tolerance * tolerance - expected * expected * by_rig2;
