@@ -12,6 +12,14 @@ status() { "$bin/multireach-robot" status 2>&1; }
 # ask WORD: until the bridge accepts, for 15 s.
 ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
 
+# record LOG: above the priority of the nodes. The stream of a driver and its emulator besides the bridge's, each at 1 kHz, can keep two
+# processors busy for 30 ms at a time; lcm-logger would read that late, stamp it all with nearly the same time, and lose some.
+urgent=()
+chrt --fifo 42 true 2>/dev/null && urgent=(chrt --fifo 42)
+record() {
+  LD_PRELOAD="$bin/libmultireach-datagram-guard.so" "${urgent[@]}" lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$1" & logger=$!
+}
+
 # last_speed LOG: of the fastest joint in the last ROBOT_STATE, rad/s.
 last_speed() {
   rm -rf "$work/csv"
@@ -44,7 +52,7 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 fr3 ur5e so101 so101_dynamixel}; do
   "$bin/multireach-view" --robot "$folder" --wait-for vision,controller,bridge,robot_emulator,robot_driver --seconds 30 2>/dev/null || failed "$arm: the nodes did not start"
   for _ in $(seq 150); do grep -q 'the robot: ready' "$work/driver.err" && break; sleep 0.1; done
   grep -q 'the robot: ready' "$work/driver.err" || failed "$arm: not ready: $(cat "$work/driver.err")"
-  lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/control.lcm" & logger=$!
+  record "$work/control.lcm"
   "$bin/multireach-camera" render --config "$folder/scene.yaml" --seconds 8 2>/dev/null
   kill -INT $logger; wait $logger 2>/dev/null
   status | grep -q running || failed "$arm: $(status); $(cat "$work/driver.err")"
@@ -68,7 +76,7 @@ for arm in ${MULTIREACH_DRIVERS:-iiwa14 fr3 ur5e so101 so101_dynamixel}; do
   end camera
   # Ctrl-C reaches all processes at once: the driver brings the arm to standstill before it ends.
   for _ in $(seq 50); do status | grep -q '^armed' && break; sleep 0.1; done
-  lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$work/end.lcm" & logger=$!
+  record "$work/end.lcm"
   moving_scene "$folder" >"$folder/moving.yaml"
   "$bin/multireach-camera" render --config "$folder/moving.yaml" 2>/dev/null & pids[camera]=$!
   for _ in $(seq 200); do before=$(last_speed "$work/end.lcm"); awk -v v="$before" 'BEGIN { exit !(v > 0.1) }' && break; sleep 0.05; done

@@ -41,8 +41,8 @@ using nlohmann::json;
 
 constexpr double kMet = 0.03;  // m; largest distance to a thrown target that counts as met: a ball in a hand
 
-/// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, and the recorder's own
-/// is about as large.
+/// Share of the speed limit that counts as a violation: over 20 ms, jitter of one period is 5 %, that of a late
+/// recorder up to a period of ROBOT_STATE more.
 constexpr double kFasterThanTheLimit = 1.5;
 
 /// What a node's NODE_STATUS said, over all its starts.
@@ -129,14 +129,16 @@ struct NodeRecord {
 /// The commands of one start of a bridge, in the order of their receipt.
 struct CommandStream {
   robot_bridge::StreamCheck derivatives;  ///< by message time, over periods without a gap
-  SpeedWindow speed{};                    ///< by time of arrival
+  SpeedWindow speed{};
   int64_t commands = 0, newest_utime = 0;
 
-  void add(const Chain& chain, int64_t received_utime, int64_t utime, const JointVector& position) {
+  /// `robot_utime`: of the newest ROBOT_STATE before it, 0 without one.
+  void add(const Chain& chain, int64_t received_utime, int64_t utime, int64_t robot_utime,
+           const JointVector& position) {
     if (utime != newest_utime + kPeriodUs) derivatives.begin();
     newest_utime = utime;
     derivatives.add(position);
-    speed.add(chain, received_utime, position);
+    speed.add(chain, received_utime, robot_utime, position);
     ++commands;
   }
 
@@ -267,7 +269,7 @@ class RunReporter::Data {
     if (const auto theta = from_fields(chain, command->joint_name, command->joint_position)) {
       limit_excess = std::max(limit_excess, chain.limit_excess(*theta));
       command_streams.try_emplace(command->run, CommandStream{.derivatives = robot_bridge::StreamCheck(limits_)})
-          .first->second.add(chain, event.utime, command->utime, *theta);
+          .first->second.add(chain, event.utime, command->utime, robot_utime_[command->robot_run], *theta);
     }
     if (const auto velocity = from_fields(chain, command->joint_name, command->joint_velocity)) {
       velocity_excess = std::max(velocity_excess, (velocity->cwiseAbs() - chain.velocity()).maxCoeff());
@@ -280,13 +282,15 @@ class RunReporter::Data {
     const auto theta = from_fields(chain, state->joint_name, state->joint_position);
     if (!theta) return;
     measured_limit_excess = std::max(measured_limit_excess, chain.limit_excess(*theta));
-    measured_speed[state->run].add(chain, event.utime, *theta);
+    robot_utime_[state->run] = plausible_utime(state->utime) ? state->utime : 0;
+    measured_speed[state->run].add(chain, event.utime, robot_utime_[state->run], *theta);
     const auto command = command_utime_.find(state->command_sequence);
     if (command != command_utime_.end()) hand.push_back({command->second, chain.position(*theta)});
   }
 
   robot_bridge::MotionLimits limits_;
   std::map<int64_t, int64_t> command_utime_;
+  std::map<int64_t, int64_t> robot_utime_;  // of the newest ROBOT_STATE of each of the robot's runs
   target_choice_t choice_{};
   std::set<std::string> chosen_names_;  // that were ever chosen
 };
