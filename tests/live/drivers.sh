@@ -12,10 +12,10 @@ status() { "$bin/multireach-robot" status 2>&1; }
 # ask WORD: until the bridge accepts, for 15 s.
 ask() { for _ in $(seq 30); do "$bin/multireach-robot" "$1" >"$work/$1.out" 2>&1 && return 0; sleep 0.5; done; return 1; }
 
-# record LOG: above the priority of the nodes. The stream of a driver and its emulator besides the bridge's, each at 1 kHz, can keep two
-# processors busy for 30 ms at a time; lcm-logger would read that late, stamp it all with nearly the same time, and lose some.
 urgent=()
 chrt --fifo 42 true 2>/dev/null && urgent=(chrt --fifo 42)
+# record LOG: above the priority of the nodes. The stream of a driver and its emulator besides the bridge's, each at 1 kHz, can keep two
+# processors busy for 30 ms at a time; lcm-logger would read that late, stamp it all with nearly the same time, and lose some.
 record() {
   LD_PRELOAD="$bin/libmultireach-datagram-guard.so" "${urgent[@]}" lcm-logger --lcm-url='udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304' --force --quiet "$1" & logger=$!
 }
