@@ -247,7 +247,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   }
   const TargetHistory history = predicted ? history_at(times) : TargetHistory{};
   std::optional<Prediction> prediction;
-  if (history.agile) prediction = {history.agile->position, history.agile->covariance};
+  if (history.agile) prediction = {history.agile->position, history.agile->covariance, history.agile->repeated};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
   for (ComparedPair& pair : pairs) {
     if (options_.search_region && is_located(pair.match.status) &&
@@ -328,6 +328,7 @@ TargetTrack::Status StereoTracker::unseen_status() const {
 /// between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
   PositionEstimate estimate{match.point.p_W, match.noise_covariance()};
+  if (!match.both_by_contour) estimate.repeated = match.point.covariance;
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!lost) estimate.position -= track_.velocity() * left;
@@ -345,7 +346,7 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
 TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
   const PositionEstimate estimate = track_.estimate();
   return {.status = status,
-          .estimate = {estimate.position, estimate.covariance + shape_covariance_},
+          .estimate = {estimate.position, estimate.covariance + estimate.repeated + shape_covariance_},
           .velocity = track_.velocity(),
           .velocity_covariance = track_.velocity_covariance(),
           .last_seen_utime = track_.last_seen_utime(),

@@ -232,6 +232,29 @@ TEST(TargetTrack, TakesTimesAsTheyCome) {
   EXPECT_FALSE(track.update(600000, PositionEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
 }
 
+/// A minute of a blob's centroid, which is off by 0.2 m along the line of sight in each image.
+void see_centroids(const Eigen::Vector3d& p, bool tells, TargetTrack& track) {
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(0.003, 0.003, 0.13).cwiseAbs2().asDiagonal();
+  PositionEstimate seen{p + Eigen::Vector3d(0, 0, 0.2), covariance};
+  if (tells) seen.repeated = covariance;
+  for (int k = 0; k < 1800; ++k) ASSERT_TRUE(track.update(k * kFrame, seen)) << k;
+}
+
+TEST(TargetTrack, ARepeatedErrorDoesNotHideWhereTheTargetIs) {
+  const Eigen::Vector3d p(0.1, 0, 1.3);
+  TargetTrack track({}), without({});
+  see_centroids(p, true, track);
+  TargetTrack restored({});
+  ASSERT_TRUE(restored.deserialize(track.utime(), track.serialize()));
+  EXPECT_TRUE(restored.expects(1800 * kFrame, seen_at(p)));
+  EXPECT_TRUE(restored.update(1800 * kFrame, seen_at(p)));
+  EXPECT_LT((restored.estimate().position - p).norm(), 3 * kSigma.norm());
+  EXPECT_LT(restored.velocity().norm(), 0.1);
+  see_centroids(p, false, without);
+  EXPECT_FALSE(without.update(1800 * kFrame, seen_at(p))) << "what the repeated error is for";
+  EXPECT_FALSE(track.update(1800 * kFrame, seen_at(p + Eigen::Vector3d(0.2, 0, 0)))) << "a jump is still one";
+}
+
 TEST(TargetTrack, GoesOnFromItsMemory) {
   const CounterRandom random(4);
   TargetTrack track({});

@@ -189,7 +189,9 @@ class ContourComparison {
     const bool only_part = too_little(left) || too_little(right);
     if (prediction_) {
       const Eigen::Vector3d apart = sphere->p_W - prediction_->p_W;
-      const double distance2 = apart.dot((match.point.covariance + prediction_->covariance).ldlt().solve(apart));
+      Eigen::Matrix3d total = match.point.covariance + prediction_->covariance;
+      if (match.both_by_contour) total += prediction_->repeated;
+      const double distance2 = apart.dot(total.ldlt().solve(apart));
       scored.score /= 1 + distance2;
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
         match.status = Status::kOutsidePredictionGate;

@@ -86,6 +86,8 @@ const char* description_of_seen(const StereoMatch& match, const MatchOptions& op
 struct Prediction {
   Eigen::Vector3d p_W;
   Eigen::Matrix3d covariance;
+  /// See PositionEstimate: by so much a pair of contours may be off besides.
+  Eigen::Matrix3d repeated = Eigen::Matrix3d::Zero();
 };
 
 /// A pair of contours, one of each image, that was compared.

@@ -47,12 +47,18 @@ void TargetTrack::predict(double seconds, double noise, Vector6& state, Matrix6&
   covariance = symmetric(covariance);
 }
 
+Eigen::Matrix3d TargetTrack::repeated_unlike(const PositionEstimate& seen) const {
+  return seen.repeated.isZero(0) ? repeated_ : Eigen::Matrix3d::Zero();
+}
+
 bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
+  const Eigen::Matrix3d repeated = repeated_unlike(seen);
   for (double noise = options_.min_process_noise_m2_s3;;
        noise = std::min(10 * noise, options_.max_process_noise_m2_s3)) {
     Vector6 state;
     Matrix6 covariance;
     predict(seconds, noise, state, covariance);
+    covariance.topLeftCorner<3, 3>() += repeated;
     const Eigen::Vector3d innovation = seen.position - state.head<3>();
     const Eigen::LDLT<Eigen::Matrix3d> total((covariance.topLeftCorner<3, 3>() + seen.covariance).eval());
     const double distance2 = innovation.dot(total.solve(innovation));
@@ -101,7 +107,7 @@ bool TargetTrack::expects(int64_t utime, const PositionEstimate& seen) const {
   const auto there = predicted(utime);
   if (!there) return true;
   const Eigen::Vector3d innovation = seen.position - there->position;
-  const Eigen::Matrix3d total = there->covariance + seen.covariance;
+  const Eigen::Matrix3d total = there->covariance + repeated_unlike(seen) + seen.covariance;
   return innovation.dot(total.ldlt().solve(innovation)) <= options_.gate * options_.gate;
 }
 
@@ -169,6 +175,7 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
     outliers_ = 0;
     last_seen_utime_ = utime;
     status_ = Status::kTracked;
+    repeated_ = seen->repeated.selfadjointView<Eigen::Lower>();
     return true;
   }
   if (status_ == Status::kLost) return false;
@@ -197,12 +204,12 @@ std::optional<PositionEstimate> TargetTrack::predicted_with(int64_t utime, doubl
   Vector6 state;
   Matrix6 covariance;
   predict(seconds_between(utime_, utime), noise, state, covariance);
-  return PositionEstimate{state.head<3>(), covariance.topLeftCorner<3, 3>()};
+  return PositionEstimate{state.head<3>(), covariance.topLeftCorner<3, 3>(), repeated_};
 }
 
 namespace {
 
-constexpr size_t kSerializedSize = 35;
+constexpr size_t kSerializedSize = 41;
 
 }  // namespace
 
@@ -214,6 +221,9 @@ std::vector<double> TargetTrack::serialize() const {
   state.insert(state.end(), state_.begin(), state_.end());
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column <= row; ++column) state.push_back(covariance_(row, column));
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column <= row; ++column) state.push_back(repeated_(row, column));
   }
   return state;
 }
@@ -241,6 +251,9 @@ bool TargetTrack::deserialize(int64_t utime, std::span<const double> state) {
   size_t k = 14;
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column <= row; ++column) covariance_(row, column) = covariance_(column, row) = state[k++];
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column <= row; ++column) repeated_(row, column) = repeated_(column, row) = state[k++];
   }
   return true;
 }
