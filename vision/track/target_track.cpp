@@ -35,31 +35,29 @@ TargetTrack::TargetTrack(const Options& options) : options_(options) {
         "the track's options must be positive, with min_process_noise <= coasting_process_noise <= max_process_noise");
 }
 
-void TargetTrack::predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const {
+TargetTrack::Filter TargetTrack::predict(double seconds, double noise) const {
   Matrix6 F = Matrix6::Identity();
   F.topRightCorner<3, 3>().diagonal().setConstant(seconds);
-  state = F * state_;
-  covariance = F * covariance_ * F.transpose();
+  Matrix6 covariance = F * filter_.covariance * F.transpose();
   covariance.topLeftCorner<3, 3>().diagonal().array() += noise * seconds * seconds * seconds / 3;
   covariance.topRightCorner<3, 3>().diagonal().array() += noise * seconds * seconds / 2;
   covariance.bottomLeftCorner<3, 3>().diagonal().array() += noise * seconds * seconds / 2;
   covariance.bottomRightCorner<3, 3>().diagonal().array() += noise * seconds;
-  covariance = symmetric(covariance);
+  return {F * filter_.state, symmetric(covariance), F * filter_.share};
 }
 
-Eigen::Matrix3d TargetTrack::repeated_unlike(const PositionEstimate& seen) const {
-  return seen.repeated.isZero(0) ? repeated_ : Eigen::Matrix3d::Zero();
+TargetTrack::Matrix6 TargetTrack::covariance_of_repeated(const Filter& filter) const {
+  return symmetric(filter.share * repeated_ * filter.share.transpose());
 }
 
 bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
-  const Eigen::Matrix3d repeated = repeated_unlike(seen);
+  const bool repeats = !seen.repeated.isZero(0);
   for (double noise = options_.min_process_noise_m2_s3;;
        noise = std::min(10 * noise, options_.max_process_noise_m2_s3)) {
-    Vector6 state;
-    Matrix6 covariance;
-    predict(seconds, noise, state, covariance);
-    covariance.topLeftCorner<3, 3>() += repeated;
-    const Eigen::Vector3d innovation = seen.position - state.head<3>();
+    const Filter before = predict(seconds, noise);
+    Matrix6 covariance = before.covariance;
+    if (!repeats) covariance += covariance_of_repeated(before);
+    const Eigen::Vector3d innovation = seen.position - before.state.head<3>();
     const Eigen::LDLT<Eigen::Matrix3d> total((covariance.topLeftCorner<3, 3>() + seen.covariance).eval());
     const double distance2 = innovation.dot(total.solve(innovation));
     const bool manoeuvres = noise >= options_.max_process_noise_m2_s3;
@@ -67,22 +65,26 @@ bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
       if (manoeuvres) return false;
       continue;
     }
-    const Eigen::Matrix<double, 6, 3> gain = total.solve(covariance.topRows<3>()).transpose();
+    const Matrix63 gain = total.solve(covariance.topRows<3>()).transpose();
     Matrix6 kept = Matrix6::Identity();
     kept.leftCols<3>() -= gain;
-    state_ = state + gain * innovation;
+    filter_.state = before.state + gain * innovation;
     // The Joseph form keeps the covariance positive definite.
-    covariance_ = symmetric(kept * covariance * kept.transpose() + gain * seen.covariance * gain.transpose());
+    filter_.covariance =
+        symmetric(kept * before.covariance * kept.transpose() + gain * seen.covariance * gain.transpose());
+    filter_.share = kept * before.share;
+    if (repeats) filter_.share += gain;
     return true;
   }
 }
 
 void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance) {
   began_anew_ = true;
-  state_ << seen.position, velocity;
-  covariance_.setZero();
-  covariance_.topLeftCorner<3, 3>() = seen.covariance.selfadjointView<Eigen::Lower>();
-  covariance_.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
+  filter_ = Filter();
+  filter_.state << seen.position, velocity;
+  filter_.covariance.topLeftCorner<3, 3>() = seen.covariance.selfadjointView<Eigen::Lower>();
+  filter_.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
+  if (!seen.repeated.isZero(0)) filter_.share.topRows<3>().setIdentity();
 }
 
 /// The largest speed of a target that collides with something.
@@ -107,7 +109,8 @@ bool TargetTrack::expects(int64_t utime, const PositionEstimate& seen) const {
   const auto there = predicted(utime);
   if (!there) return true;
   const Eigen::Vector3d innovation = seen.position - there->position;
-  const Eigen::Matrix3d total = there->covariance + repeated_unlike(seen) + seen.covariance;
+  Eigen::Matrix3d total = there->covariance + seen.covariance;
+  if (seen.repeated.isZero(0)) total += there->repeated;
   return innovation.dot(total.ldlt().solve(innovation)) <= options_.gate * options_.gate;
 }
 
@@ -124,7 +127,7 @@ bool TargetTrack::may_bounce_to(int64_t utime, const PositionEstimate& seen) con
 }
 
 Eigen::Vector3d TargetTrack::position_at(int64_t utime) const {
-  return state_.head<3>() - seconds_between(utime, utime_) * velocity();
+  return filter_.state.head<3>() - seconds_between(utime, utime_) * velocity();
 }
 
 bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_once) {
@@ -155,7 +158,7 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;
   utime_ = utime;
-  const bool usable = seen && seen->position.allFinite() && seen->covariance.allFinite();
+  const bool usable = seen && seen->position.allFinite() && seen->covariance.allFinite() && seen->repeated.allFinite();
   bool taken = false;
   if (usable && status_ == Status::kLost) {
     begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed);
@@ -164,18 +167,14 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
     taken = correct(seconds, *seen);
   }
   if (!taken && status_ != Status::kLost) {
-    Vector6 state;
-    Matrix6 covariance;
-    predict(seconds, options_.coasting_process_noise_m2_s3, state, covariance);
-    state_ = state;
-    covariance_ = covariance;
+    filter_ = predict(seconds, options_.coasting_process_noise_m2_s3);
     taken = usable && jump != Jump::kNever && confirm(utime, *seen, jump == Jump::kAtOnce);
   }
   if (taken) {
     outliers_ = 0;
     last_seen_utime_ = utime;
     status_ = Status::kTracked;
-    repeated_ = seen->repeated.selfadjointView<Eigen::Lower>();
+    if (!seen->repeated.isZero(0)) repeated_ = seen->repeated.selfadjointView<Eigen::Lower>();
     return true;
   }
   if (status_ == Status::kLost) return false;
@@ -201,15 +200,25 @@ std::optional<PositionEstimate> TargetTrack::predicted_steady(int64_t utime) con
 
 std::optional<PositionEstimate> TargetTrack::predicted_with(int64_t utime, double noise) const {
   if (status_ == Status::kLost || utime <= utime_) return std::nullopt;
-  Vector6 state;
-  Matrix6 covariance;
-  predict(seconds_between(utime_, utime), noise, state, covariance);
-  return PositionEstimate{state.head<3>(), covariance.topLeftCorner<3, 3>(), repeated_};
+  return position_of(predict(seconds_between(utime_, utime), noise));
+}
+
+PositionEstimate TargetTrack::position_of(const Filter& filter) const {
+  return {filter.state.head<3>(), filter.covariance.topLeftCorner<3, 3>(),
+          covariance_of_repeated(filter).topLeftCorner<3, 3>()};
+}
+
+PositionEstimate TargetTrack::estimate() const {
+  return position_of(filter_);
+}
+
+Eigen::Matrix3d TargetTrack::velocity_covariance() const {
+  return (filter_.covariance + covariance_of_repeated(filter_)).bottomRightCorner<3, 3>();
 }
 
 namespace {
 
-constexpr size_t kSerializedSize = 41;
+constexpr size_t kSerializedSize = 59;
 
 }  // namespace
 
@@ -218,10 +227,12 @@ std::vector<double> TargetTrack::serialize() const {
                             last_seen_utime_ ? static_cast<double>(utime_ - *last_seen_utime_) : -1,
                             static_cast<double>(outliers_), static_cast<double>(utime_ - outlier_utime_)};
   state.insert(state.end(), outlier_.begin(), outlier_.end());
-  state.insert(state.end(), state_.begin(), state_.end());
+  state.insert(state.end(), filter_.state.begin(), filter_.state.end());
   for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column <= row; ++column) state.push_back(covariance_(row, column));
+    for (int column = 0; column <= row; ++column) state.push_back(filter_.covariance(row, column));
   }
+  const auto share = filter_.share.reshaped();
+  state.insert(state.end(), share.begin(), share.end());
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column) state.push_back(repeated_(row, column));
   }
@@ -247,11 +258,14 @@ bool TargetTrack::deserialize(int64_t utime, std::span<const double> state) {
   outliers_ = static_cast<int>(state[3]);
   outlier_utime_ = utime - static_cast<int64_t>(state[4]);
   outlier_ = Eigen::Map<const Eigen::Vector3d>(&state[5]);
-  state_ = Eigen::Map<const Vector6>(&state[8]);
+  filter_.state = Eigen::Map<const Vector6>(&state[8]);
   size_t k = 14;
   for (int row = 0; row < 6; ++row) {
-    for (int column = 0; column <= row; ++column) covariance_(row, column) = covariance_(column, row) = state[k++];
+    for (int column = 0; column <= row; ++column)
+      filter_.covariance(row, column) = filter_.covariance(column, row) = state[k++];
   }
+  filter_.share = Eigen::Map<const Matrix63>(&state[k]);
+  k += filter_.share.size();
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column) repeated_(row, column) = repeated_(column, row) = state[k++];
   }

@@ -12,17 +12,18 @@ namespace multireach::vision {
 struct PositionEstimate {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, in W
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m^2
-  /// Of errors that are the same from image to image, as a blob's centroid has them: as large in a mean over many
-  /// images. Zero for what is measured by contours or corners. Of a measurement, it is part of `covariance`; of a
-  /// track, it is that of its last match, and besides.
+  /// m^2, of errors that are the same from image to image, as those of a blob's centroid: a mean over many images does
+  /// not make them smaller. Part of `covariance` in a measurement, not in a track's estimate. Zero in a measurement by
+  /// contours or corners.
   Eigen::Matrix3d repeated = Eigen::Matrix3d::Zero();
 };
 
 /// Tracks one target over time: a Kalman filter of position and velocity on the capture times, with white-noise
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
-/// raised, for that step, until the innovation fits. Where a measurement without a repeated error follows one with it,
-/// the position is as uncertain as that error. A match that is too far away even for the largest process noise is
+/// raised, for that step, until the innovation fits. The error that centroids repeat is a bias that is not estimated
+/// but considered (Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3,
+/// 1966): a measurement without it weighs the more. A match that is too far away even for the largest process noise is
 /// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
 /// target can have got there at its speed, or at 3 m/s, from where it was seen last. Jump::kAtOnce accepts it without
 /// confirmation.
@@ -83,9 +84,9 @@ class TargetTrack {
   /// Where the target was at `utime`, by its motion since. Meaningless when lost.
   Eigen::Vector3d position_at(int64_t utime) const;
   /// Estimated position at utime(). Meaningless when lost.
-  PositionEstimate estimate() const { return {state_.head<3>(), covariance_.topLeftCorner<3, 3>(), repeated_}; }
-  Eigen::Vector3d velocity() const { return state_.tail<3>(); }  ///< m/s, in W
-  Eigen::Matrix3d velocity_covariance() const { return covariance_.bottomRightCorner<3, 3>(); }
+  PositionEstimate estimate() const;
+  Eigen::Vector3d velocity() const { return filter_.state.tail<3>(); }  ///< m/s, in W
+  Eigen::Matrix3d velocity_covariance() const;                          ///< (m/s)^2
 
   /// The complete state. Times are relative to utime().
   std::vector<double> serialize() const;
@@ -96,12 +97,21 @@ class TargetTrack {
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  using Matrix63 = Eigen::Matrix<double, 6, 3>;
+
+  /// At one time: position and velocity (m, m/s), their covariance without the repeated error, and by how much of the
+  /// repeated error (m) they are off.
+  struct Filter {
+    Vector6 state = Vector6::Zero();
+    Matrix6 covariance = Matrix6::Zero();
+    Matrix63 share = Matrix63::Zero();
+  };
 
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
-  void predict(double seconds, double noise, Vector6& state, Matrix6& covariance) const;
+  Filter predict(double seconds, double noise) const;
+  Matrix6 covariance_of_repeated(const Filter& filter) const;
+  PositionEstimate position_of(const Filter& filter) const;
   bool correct(double seconds, const PositionEstimate& seen);
-  /// What a measurement may be off from the track besides its own errors and the track's.
-  Eigen::Matrix3d repeated_unlike(const PositionEstimate& seen) const;
   bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
   double top_speed() const;
   bool can_reach(int64_t utime, const PositionEstimate& seen, double speed) const;
@@ -113,9 +123,8 @@ class TargetTrack {
   bool begun_ = false;
   bool began_anew_ = false;  // a result of update(); no state
   std::optional<int64_t> last_seen_utime_;
-  Vector6 state_ = Vector6::Zero();
-  Matrix6 covariance_ = Matrix6::Zero();
-  Eigen::Matrix3d repeated_ = Eigen::Matrix3d::Zero();  // of the last match
+  Filter filter_;
+  Eigen::Matrix3d repeated_ = Eigen::Matrix3d::Zero();  // of the last measurement that had one
   // Number, time and position of the latest matches outside the gate.
   int outliers_ = 0;
   int64_t outlier_utime_ = 0;
