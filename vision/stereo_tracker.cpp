@@ -247,7 +247,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   }
   const TargetHistory history = predicted ? history_at(times) : TargetHistory{};
   std::optional<Prediction> prediction;
-  if (history.agile) prediction = {history.agile->position, history.agile->covariance, history.agile->repeated};
+  if (history.agile) prediction = {history.agile->position, history.agile->covariance, history.agile->bias_covariance};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
   for (ComparedPair& pair : pairs) {
     if (options_.search_region && is_located(pair.match.status) &&
@@ -324,11 +324,10 @@ TargetTrack::Status StereoTracker::unseen_status() const {
   return track_.status() == TargetTrack::Status::kTracked ? TargetTrack::Status::kCoasting : track_.status();
 }
 
-/// The matched position, moved to the time of the pair; its covariance is that of noise and includes the unknown motion
-/// between exposures.
+/// The matched position, moved to the time of the pair; its covariance is that by which the track weighs it, with the
+/// unknown motion between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
-  PositionEstimate estimate{match.point.p_W, match.noise_covariance()};
-  if (!match.both_by_contour) estimate.repeated = match.point.covariance;
+  PositionEstimate estimate{match.point.p_W, match.noise_covariance(), match.bias_covariance()};
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!lost) estimate.position -= track_.velocity() * left;
@@ -346,7 +345,7 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
 TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
   const PositionEstimate estimate = track_.estimate();
   return {.status = status,
-          .estimate = {estimate.position, estimate.covariance + estimate.repeated + shape_covariance_},
+          .estimate = {estimate.position, estimate.covariance + estimate.bias_covariance + shape_covariance_},
           .velocity = track_.velocity(),
           .velocity_covariance = track_.velocity_covariance(),
           .last_seen_utime = track_.last_seen_utime(),

@@ -86,12 +86,24 @@ Eigen::Vector3d relative_when_seen(const TargetTrack& a, const TargetTrack& b) {
   return b.position_at(seen) - a.position_at(seen);
 }
 
-bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
-  return pass_through(relative_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
-                      match_a.noise_covariance() + match_b.noise_covariance(), smaller_radius(a, b));
+PositionEstimate position_of(const StereoMatch& match) {
+  return {match.point.p_W, match.noise_covariance(), match.bias_covariance()};
 }
 
-/// Whether two solid targets cannot both keep their motion, because they would go through each other.
+/// m^2, of how far a target has moved to a match: a bias that only the track has looks like motion.
+Eigen::Matrix3d covariance_of_change(const Target& target, const StereoMatch& match) {
+  Eigen::Matrix3d covariance = match.noise_covariance();
+  if (match.both_by_contour) covariance += target.tracker.track().estimate().bias_covariance;
+  return covariance;
+}
+
+bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
+  return pass_through(relative_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
+                      covariance_of_change(a, match_a) + covariance_of_change(b, match_b), smaller_radius(a, b));
+}
+
+/// Whether two solid targets cannot both keep their motion, because they would go through each other. Their bias does
+/// not count: with it, targets that are measured by centroids would never be said to.
 bool would_bounce(const Target& a, const Target& b, int64_t utime) {
   const TargetTrack &track_a = a.tracker.track(), &track_b = b.tracker.track();
   const auto at_a = track_a.predicted_steady(utime), at_b = track_b.predicted_steady(utime);
@@ -130,7 +142,7 @@ bool is_expected(const Target& target, const PairTimes& times) {
 /// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
 /// appears after some time is more likely a target that is lost.
 bool may_be_jump(const Target& target, const PairTimes& times) {
-  const PositionEstimate there{target.match.point.p_W, target.match.noise_covariance()};
+  const PositionEstimate there = position_of(target.match);
   return is_expected(target, times) && target.tracker.track().was_just_seen(times.pair) &&
          target.tracker.track().is_near(times.pair, there);
 }
@@ -264,7 +276,7 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
     StereoTracker::Found found =
         target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
-      return !target.tracker.track().is_near(times.pair, {each.match.point.p_W, each.match.noise_covariance()});
+      return !target.tracker.track().is_near(times.pair, position_of(each.match));
     });
     if (found.candidates.empty()) continue;
     target.candidates = std::move(found.candidates);

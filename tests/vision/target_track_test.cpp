@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <tuple>
+#include <vector>
 
 #include "numeric/gaussian.hpp"
 
@@ -232,27 +233,98 @@ TEST(TargetTrack, TakesTimesAsTheyCome) {
   EXPECT_FALSE(track.update(600000, PositionEstimate{{std::nan(""), 0, 0}, Eigen::Matrix3d::Identity()}));
 }
 
-/// A minute of a blob's centroid, which is off by 0.2 m along the line of sight in each image.
-void see_centroids(const Eigen::Vector3d& p, bool tells, TargetTrack& track) {
-  const Eigen::Matrix3d covariance = Eigen::Vector3d(0.003, 0.003, 0.13).cwiseAbs2().asDiagonal();
-  PositionEstimate seen{p + Eigen::Vector3d(0, 0, 0.2), covariance};
-  if (tells) seen.repeated = covariance;
-  for (int k = 0; k < 1800; ++k) ASSERT_TRUE(track.update(k * kFrame, seen)) << k;
+/// A blob's centroid, whose error along the line of sight, z, is the same in each image.
+PositionEstimate centroid_at(const Eigen::Vector3d& p, double error_m, bool with_bias = true) {
+  PositionEstimate seen{p + Eigen::Vector3d(0, 0, error_m),
+                        Eigen::Vector3d(0.003, 0.003, 0.13).cwiseAbs2().asDiagonal()};
+  if (with_bias) seen.bias_covariance = seen.covariance;
+  return seen;
 }
 
-TEST(TargetTrack, ARepeatedErrorDoesNotHideWhereTheTargetIs) {
+/// A minute of centroids that are off by 0.2 m.
+void see_centroids(const Eigen::Vector3d& p, bool with_bias, TargetTrack& track) {
+  for (int k = 0; k < 1800; ++k) ASSERT_TRUE(track.update(k * kFrame, centroid_at(p, 0.2, with_bias))) << k;
+}
+
+TEST(TargetTrack, BiasDoesNotHideWhereTheTargetIs) {
   const Eigen::Vector3d p(0.1, 0, 1.3);
   TargetTrack track({}), without({});
   see_centroids(p, true, track);
   TargetTrack restored({});
   ASSERT_TRUE(restored.deserialize(track.utime(), track.serialize()));
   EXPECT_TRUE(restored.expects(1800 * kFrame, seen_at(p)));
+  EXPECT_TRUE(restored.is_near(1800 * kFrame, seen_at(p)));
   EXPECT_TRUE(restored.update(1800 * kFrame, seen_at(p)));
   EXPECT_LT((restored.estimate().position - p).norm(), 3 * kSigma.norm());
   EXPECT_LT(restored.velocity().norm(), 0.1);
   see_centroids(p, false, without);
-  EXPECT_FALSE(without.update(1800 * kFrame, seen_at(p))) << "what the repeated error is for";
-  EXPECT_FALSE(track.update(1800 * kFrame, seen_at(p + Eigen::Vector3d(0.2, 0, 0)))) << "a jump is still one";
+  EXPECT_FALSE(without.update(1800 * kFrame, seen_at(p))) << "what the bias is considered for";
+  EXPECT_FALSE(without.is_near(1800 * kFrame, seen_at(p)));
+  EXPECT_FALSE(TargetTrack(track).update(1800 * kFrame, seen_at(p + Eigen::Vector3d(0.2, 0, 0))))
+      << "a jump is still one";
+  EXPECT_FALSE(track.update(1800 * kFrame, seen_at(p + Eigen::Vector3d(0, 0, 0.9)))) << "also along the line of sight";
+}
+
+TEST(TargetTrack, OneCentroidAmongContoursMakesNoBias) {
+  const Eigen::Vector3d p(0.1, 0, 1.3);
+  TargetTrack track({});
+  int64_t utime = 0;
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(track.update(utime += kFrame, seen_at(p)));
+  ASSERT_TRUE(track.update(utime += kFrame, centroid_at(p, 0.2)));
+  EXPECT_FALSE(TargetTrack(track).update(utime + kFrame, seen_at(p + Eigen::Vector3d(0, 0, 0.3))));
+  EXPECT_FALSE(track.update(utime += kFrame, std::nullopt));
+  const PositionEstimate coasting = track.estimate();
+  EXPECT_LT(std::sqrt((coasting.covariance + coasting.bias_covariance)(2, 2)), 0.01);
+}
+
+TEST(TargetTrack, AJumpThatACentroidAndAContourConfirmHasAnHonestVelocity) {
+  const Eigen::Vector3d p(0.1, 0, 1.3), there = p + Eigen::Vector3d(0.5, 0, 0);
+  TargetTrack track({});
+  int64_t utime = 0;
+  for (int k = 0; k < 60; ++k) ASSERT_TRUE(track.update(utime += kFrame, seen_at(p)));
+  EXPECT_FALSE(track.update(utime += kFrame, centroid_at(there, 0.2)));
+  EXPECT_FALSE(track.update(utime += kFrame, centroid_at(there, 0.2)));
+  ASSERT_TRUE(track.update(utime += kFrame, seen_at(there)));
+  EXPECT_LT(std::abs(track.velocity().z()), 3 * std::sqrt(track.velocity_covariance()(2, 2)));
+  EXPECT_TRUE(track.update(utime += kFrame, seen_at(there)));
+}
+
+/// Mean over many targets of e^T S^-1 e / 3, which is 1 where the covariance S is that of the errors e, and less where
+/// it is larger.
+TEST(TargetTrack, ItsCovarianceCoversBias) {
+  constexpr int kTargets = 300, kPairs = 120;
+  const CounterRandom random(20);
+  std::vector<double> of_position(kPairs), of_velocity(kPairs);
+  uint64_t drawn = 0;
+  const auto vector = [&] {
+    drawn += 3;
+    return Eigen::Vector3d(normal(random, drawn), normal(random, drawn + 1), normal(random, drawn + 2));
+  };
+  const Eigen::Vector3d sigma(0.003, 0.003, 0.13);
+  for (int k = 0; k < kTargets; ++k) {
+    TargetTrack track({});
+    const Eigen::Vector3d bias = sigma.cwiseProduct(vector()), velocity = 0.3 * vector();
+    for (int pair = 0; pair < kPairs; ++pair) {
+      const Eigen::Vector3d p = Eigen::Vector3d(0, 0, 2) + velocity * (pair * 1e-6 * kFrame);
+      // 40 centroids, 40 contours, then one of three is a centroid.
+      const bool centroid = pair < 40 || (pair >= 80 && pair % 3 == 0);
+      const PositionEstimate seen = centroid ? centroid_at(p, 0) : seen_at(p);
+      const Eigen::Vector3d noise = kSigma.cwiseProduct(vector());
+      track.update((pair + 1) * kFrame,
+                   PositionEstimate{seen.position + noise + (centroid ? bias : Eigen::Vector3d::Zero().eval()),
+                                    seen.covariance, seen.bias_covariance});
+      const PositionEstimate estimate = track.estimate();
+      const auto at = static_cast<size_t>(pair);
+      const Eigen::Vector3d error = estimate.position - p, faster = track.velocity() - velocity;
+      const Eigen::Matrix3d covariance = estimate.covariance + estimate.bias_covariance;
+      of_position[at] += error.dot(covariance.ldlt().solve(error)) / 3 / kTargets;
+      of_velocity[at] += faster.dot(track.velocity_covariance().ldlt().solve(faster)) / 3 / kTargets;
+    }
+  }
+  for (size_t pair = 0; pair < kPairs; ++pair) {
+    EXPECT_LT(of_position[pair], 1.25) << pair;
+    EXPECT_LT(of_velocity[pair], 1.25) << pair;
+  }
 }
 
 TEST(TargetTrack, GoesOnFromItsMemory) {
@@ -266,6 +338,7 @@ TEST(TargetTrack, GoesOnFromItsMemory) {
     const double x = k % 50 > 40 ? 0.3 : 0;  // the target also jumps
     if (random.uniform(static_cast<uint64_t>(5000 + k)) > 0.2)
       seen = seen_at({x, 0, 0.5}, random, static_cast<uint64_t>(k));
+    if (seen && k % 3 == 0) seen->bias_covariance = seen->covariance;
     EXPECT_EQ(track.update(t, seen), other.update(t, seen));
     ASSERT_EQ(track.serialize(), other.serialize()) << k;
     EXPECT_EQ(track.status(), other.status());

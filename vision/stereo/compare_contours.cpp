@@ -190,7 +190,7 @@ class ContourComparison {
     if (prediction_) {
       const Eigen::Vector3d apart = sphere->p_W - prediction_->p_W;
       Eigen::Matrix3d total = match.point.covariance + prediction_->covariance;
-      if (match.both_by_contour) total += prediction_->repeated;
+      if (match.both_by_contour) total += prediction_->bias_covariance;
       const double distance2 = apart.dot(total.ldlt().solve(apart));
       scored.score /= 1 + distance2;
       if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))

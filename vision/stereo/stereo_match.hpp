@@ -44,8 +44,8 @@ struct StereoMatch {
   /// motion between the exposures). Not in `point`, by which candidates are compared with the prediction, the search
   /// region and each other: the images of two things differ, too. The track's gates and filter use it.
   Eigen::Matrix3d model_covariance = Eigen::Matrix3d::Zero();
-  /// The same, of what the object may be more or less than its blob. It stays the same from image to image, so that the
-  /// track does not count it as noise; what is reported contains it.
+  /// The same, of what the object may be more or less than its blob. The track does not weigh the match by it; what is
+  /// reported contains it.
   Eigen::Matrix3d shape_covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};  ///< images of the object's centre, pixels
   int left = -1, right = -1;                      ///< indices of the chosen contours; -1 for none
@@ -60,9 +60,13 @@ struct StereoMatch {
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 
-  /// Of `p_W`: of noise, and with what is the same from image to image.
+  /// m^2, of `p_W`: by which the track weighs the match; with what the object may be more or less than its blob; and
+  /// of errors that are the same from image to image (PositionEstimate), unless both images show contours.
   Eigen::Matrix3d noise_covariance() const { return point.covariance + model_covariance; }
   Eigen::Matrix3d covariance() const { return noise_covariance() + shape_covariance; }
+  Eigen::Matrix3d bias_covariance() const {
+    return both_by_contour ? Eigen::Matrix3d::Zero().eval() : noise_covariance();
+  }
 };
 
 /// The status as a sentence.
@@ -86,8 +90,8 @@ const char* description_of_seen(const StereoMatch& match, const MatchOptions& op
 struct Prediction {
   Eigen::Vector3d p_W;
   Eigen::Matrix3d covariance;
-  /// See PositionEstimate: by so much a pair of contours may be off besides.
-  Eigen::Matrix3d repeated = Eigen::Matrix3d::Zero();
+  /// m^2, of the track's bias (PositionEstimate): added to `covariance` when a pair of contours is compared.
+  Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
 };
 
 /// A pair of contours, one of each image, that was compared.

@@ -82,7 +82,7 @@ double history_of(const StereoMatch& match, const TargetHistory& history) {
     if (!predicted) continue;
     const Eigen::Vector3d apart = match.point.p_W - predicted->position;
     Eigen::Matrix3d total = match.point.covariance + predicted->covariance;
-    if (match.both_by_contour) total += predicted->repeated;
+    if (match.both_by_contour) total += predicted->bias_covariance;
     const double determinant = total.determinant();
     if (!(determinant > 1e-300)) continue;
     const double density = -0.5 * (apart.dot(total.ldlt().solve(apart)) + natural_log(determinant));

@@ -1,6 +1,7 @@
 #include "vision/track/target_track.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -23,6 +24,14 @@ Eigen::Matrix<double, 6, 6> symmetric(const Eigen::Matrix<double, 6, 6>& matrix)
   return matrix.selfadjointView<Eigen::Lower>();
 }
 
+/// Its square root is symmetric: the one that changes little where the covariance does.
+Eigen::Matrix3d root_of(const Eigen::Matrix3d& covariance) {
+  if (covariance.isZero(0)) return Eigen::Matrix3d::Zero();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  const Eigen::Vector3d roots = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+  return solver.eigenvectors() * roots.asDiagonal() * solver.eigenvectors().transpose();
+}
+
 }  // namespace
 
 TargetTrack::TargetTrack(const Options& options) : options_(options) {
@@ -43,20 +52,16 @@ TargetTrack::Filter TargetTrack::predict(double seconds, double noise) const {
   covariance.topRightCorner<3, 3>().diagonal().array() += noise * seconds * seconds / 2;
   covariance.bottomLeftCorner<3, 3>().diagonal().array() += noise * seconds * seconds / 2;
   covariance.bottomRightCorner<3, 3>().diagonal().array() += noise * seconds;
-  return {F * filter_.state, symmetric(covariance), F * filter_.share};
-}
-
-TargetTrack::Matrix6 TargetTrack::covariance_of_repeated(const Filter& filter) const {
-  return symmetric(filter.share * repeated_ * filter.share.transpose());
+  return {F * filter_.state, symmetric(covariance), F * filter_.bias_factor};
 }
 
 bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
-  const bool repeats = !seen.repeated.isZero(0);
+  const Eigen::Matrix3d bias_root = root_of(seen.bias_covariance);
   for (double noise = options_.min_process_noise_m2_s3;;
        noise = std::min(10 * noise, options_.max_process_noise_m2_s3)) {
     const Filter before = predict(seconds, noise);
     Matrix6 covariance = before.covariance;
-    if (!repeats) covariance += covariance_of_repeated(before);
+    if (seen.unbiased()) covariance += before.bias_factor * before.bias_factor.transpose();
     const Eigen::Vector3d innovation = seen.position - before.state.head<3>();
     const Eigen::LDLT<Eigen::Matrix3d> total((covariance.topLeftCorner<3, 3>() + seen.covariance).eval());
     const double distance2 = innovation.dot(total.solve(innovation));
@@ -72,8 +77,7 @@ bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
     // The Joseph form keeps the covariance positive definite.
     filter_.covariance =
         symmetric(kept * before.covariance * kept.transpose() + gain * seen.covariance * gain.transpose());
-    filter_.share = kept * before.share;
-    if (repeats) filter_.share += gain;
+    filter_.bias_factor = kept * before.bias_factor + gain * bias_root;
     return true;
   }
 }
@@ -84,7 +88,7 @@ void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& 
   filter_.state << seen.position, velocity;
   filter_.covariance.topLeftCorner<3, 3>() = seen.covariance.selfadjointView<Eigen::Lower>();
   filter_.covariance.bottomRightCorner<3, 3>().diagonal().setConstant(velocity_variance);
-  if (!seen.repeated.isZero(0)) filter_.share.topRows<3>().setIdentity();
+  filter_.bias_factor.topRows<3>() = root_of(seen.bias_covariance);
 }
 
 /// The largest speed of a target that collides with something.
@@ -93,11 +97,13 @@ double TargetTrack::top_speed() const {
 }
 
 /// Whether the target can have got to a measured position at a speed, within the errors of the measurement along this
-/// way.
+/// way, and the track's bias if the measurement has none.
 bool TargetTrack::can_reach(int64_t utime, const PositionEstimate& seen, double speed) const {
   if (!last_seen_utime_) return false;
   const Eigen::Vector3d way = seen.position - position_at(*last_seen_utime_);
-  const double sigma_along = std::sqrt(way.normalized().dot(seen.covariance * way.normalized()));
+  Eigen::Matrix3d covariance = seen.covariance;
+  if (seen.unbiased()) covariance += estimate().bias_covariance;
+  const double sigma_along = std::sqrt(way.normalized().dot(covariance * way.normalized()));
   return way.norm() <= speed * seconds_between(*last_seen_utime_, utime) + options_.gate * sigma_along;
 }
 
@@ -110,7 +116,7 @@ bool TargetTrack::expects(int64_t utime, const PositionEstimate& seen) const {
   if (!there) return true;
   const Eigen::Vector3d innovation = seen.position - there->position;
   Eigen::Matrix3d total = there->covariance + seen.covariance;
-  if (seen.repeated.isZero(0)) total += there->repeated;
+  if (seen.unbiased()) total += there->bias_covariance;
   return innovation.dot(total.ldlt().solve(innovation)) <= options_.gate * options_.gate;
 }
 
@@ -139,6 +145,8 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;
+  const double larger = std::max(outlier_variance_, seen.covariance.trace());
+  outlier_variance_ = seen.covariance.trace();
   if (at_once) {
     // All velocities up to the top speed are taken as equally likely: in a ball, a fifth of its radius squared each
     // way.
@@ -147,7 +155,8 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   }
   const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
   if (outliers_ < needed) return false;
-  const double variance = follows ? 2 * sigma * sigma / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
+  // One of the two may be a centroid, the other a contour.
+  const double variance = follows ? 2 * larger / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
   begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
   return true;
 }
@@ -158,7 +167,8 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;
   utime_ = utime;
-  const bool usable = seen && seen->position.allFinite() && seen->covariance.allFinite() && seen->repeated.allFinite();
+  const bool usable =
+      seen && seen->position.allFinite() && seen->covariance.allFinite() && seen->bias_covariance.allFinite();
   bool taken = false;
   if (usable && status_ == Status::kLost) {
     begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed);
@@ -174,7 +184,6 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
     outliers_ = 0;
     last_seen_utime_ = utime;
     status_ = Status::kTracked;
-    if (!seen->repeated.isZero(0)) repeated_ = seen->repeated.selfadjointView<Eigen::Lower>();
     return true;
   }
   if (status_ == Status::kLost) return false;
@@ -200,25 +209,26 @@ std::optional<PositionEstimate> TargetTrack::predicted_steady(int64_t utime) con
 
 std::optional<PositionEstimate> TargetTrack::predicted_with(int64_t utime, double noise) const {
   if (status_ == Status::kLost || utime <= utime_) return std::nullopt;
-  return position_of(predict(seconds_between(utime_, utime), noise));
+  return predict(seconds_between(utime_, utime), noise).position();
 }
 
-PositionEstimate TargetTrack::position_of(const Filter& filter) const {
-  return {filter.state.head<3>(), filter.covariance.topLeftCorner<3, 3>(),
-          covariance_of_repeated(filter).topLeftCorner<3, 3>()};
+PositionEstimate TargetTrack::Filter::position() const {
+  const Eigen::Matrix3d factor = bias_factor.topRows<3>();
+  return {state.head<3>(), covariance.topLeftCorner<3, 3>(), factor * factor.transpose()};
 }
 
 PositionEstimate TargetTrack::estimate() const {
-  return position_of(filter_);
+  return filter_.position();
 }
 
 Eigen::Matrix3d TargetTrack::velocity_covariance() const {
-  return (filter_.covariance + covariance_of_repeated(filter_)).bottomRightCorner<3, 3>();
+  const Eigen::Matrix3d factor = filter_.bias_factor.bottomRows<3>();
+  return filter_.covariance.bottomRightCorner<3, 3>() + factor * factor.transpose();
 }
 
 namespace {
 
-constexpr size_t kSerializedSize = 59;
+constexpr size_t kSerializedSize = 54, kBiasFactor = 35;
 
 }  // namespace
 
@@ -231,11 +241,9 @@ std::vector<double> TargetTrack::serialize() const {
   for (int row = 0; row < 6; ++row) {
     for (int column = 0; column <= row; ++column) state.push_back(filter_.covariance(row, column));
   }
-  const auto share = filter_.share.reshaped();
-  state.insert(state.end(), share.begin(), share.end());
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column <= row; ++column) state.push_back(repeated_(row, column));
-  }
+  const auto bias_factor = filter_.bias_factor.reshaped();
+  state.insert(state.end(), bias_factor.begin(), bias_factor.end());
+  state.push_back(outlier_variance_);
   return state;
 }
 
@@ -248,7 +256,9 @@ bool TargetTrack::deserialize(int64_t utime, std::span<const double> state) {
                      std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) && whole(state[0], 0, 1) &&
                      whole(state[1], 0, 2) && whole(state[2], -1, kLongest) &&
                      (state[1] == 0 || (state[0] == 1 && state[2] >= 0)) && whole(state[3], 0, 1e6) &&
-                     whole(state[4], -kLongest, kLongest);
+                     whole(state[4], -kLongest, kLongest) &&
+                     std::ranges::all_of(state.subspan(kBiasFactor, 18), [](double v) { return std::abs(v) < 1e6; }) &&
+                     state.back() >= 0;
   if (!valid) return false;
   begun_ = state[0] > 0;
   status_ = static_cast<Status>(static_cast<int>(state[1]));
@@ -264,11 +274,8 @@ bool TargetTrack::deserialize(int64_t utime, std::span<const double> state) {
     for (int column = 0; column <= row; ++column)
       filter_.covariance(row, column) = filter_.covariance(column, row) = state[k++];
   }
-  filter_.share = Eigen::Map<const Matrix63>(&state[k]);
-  k += filter_.share.size();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column <= row; ++column) repeated_(row, column) = repeated_(column, row) = state[k++];
-  }
+  filter_.bias_factor = Eigen::Map<const Matrix63>(&state[kBiasFactor]);
+  outlier_variance_ = state.back();
   return true;
 }
 

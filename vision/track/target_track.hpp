@@ -13,17 +13,22 @@ struct PositionEstimate {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< m, in W
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m^2
   /// m^2, of errors that are the same from image to image, as those of a blob's centroid: a mean over many images does
-  /// not make them smaller. Part of `covariance` in a measurement, not in a track's estimate. Zero in a measurement by
-  /// contours or corners.
-  Eigen::Matrix3d repeated = Eigen::Matrix3d::Zero();
+  /// not make them smaller. Part of `covariance` in a measurement, not in a track's estimate. Taken as zero for
+  /// contours and corners.
+  Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
+
+  /// Whether the measurement is taken to have no bias.
+  bool unbiased() const { return bias_covariance.isZero(0); }
 };
 
 /// Tracks one target over time: a Kalman filter of position and velocity on the capture times, with white-noise
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
-/// raised, for that step, until the innovation fits. The error that centroids repeat is a bias that is not estimated
-/// but considered (Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3,
-/// 1966): a measurement without it weighs the more. A match that is too far away even for the largest process noise is
+/// raised, for that step, until the innovation fits. The bias of measurements is considered, not estimated
+/// (Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3, 1966), and taken
+/// as the same throughout a track. A biased measurement is weighted as if its whole error were white, for the bias does
+/// not repeat exactly; only the covariance of the result accounts for it. An unbiased one has the weight that the bias
+/// leaves it. A match that is too far away even for the largest process noise is
 /// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
 /// target can have got there at its speed, or at 3 m/s, from where it was seen last. Jump::kAtOnce accepts it without
 /// confirmation.
@@ -61,7 +66,7 @@ class TargetTrack {
   std::optional<PositionEstimate> predicted_steady(int64_t utime) const;
 
   /// Whether the target can have got to a measured position by `utime`, at its speed or at 3 m/s, from where it was
-  /// seen last, within the errors of the measurement along this way.
+  /// seen last, within the errors of the measurement, and the track's bias if it has none, along this way.
   bool is_near(int64_t utime, const PositionEstimate& seen) const;
   /// Whether a measured position is no jump, as update() would find. True where nothing is predicted.
   bool expects(int64_t utime, const PositionEstimate& seen) const;
@@ -99,18 +104,19 @@ class TargetTrack {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
-  /// At one time: position and velocity (m, m/s), their covariance without the repeated error, and by how much of the
-  /// repeated error (m) they are off.
+  /// Position and velocity (m, m/s) at one time, and the covariance of their noise. Bias adds the covariance
+  /// `bias_factor` * `bias_factor`^T: it is the square root of the measurements' bias covariance times a vector of
+  /// three standard normal numbers, which is the same for all of them.
   struct Filter {
     Vector6 state = Vector6::Zero();
     Matrix6 covariance = Matrix6::Zero();
-    Matrix63 share = Matrix63::Zero();
+    Matrix63 bias_factor = Matrix63::Zero();
+
+    PositionEstimate position() const;
   };
 
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   Filter predict(double seconds, double noise) const;
-  Matrix6 covariance_of_repeated(const Filter& filter) const;
-  PositionEstimate position_of(const Filter& filter) const;
   bool correct(double seconds, const PositionEstimate& seen);
   bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
   double top_speed() const;
@@ -124,11 +130,11 @@ class TargetTrack {
   bool began_anew_ = false;  // a result of update(); no state
   std::optional<int64_t> last_seen_utime_;
   Filter filter_;
-  Eigen::Matrix3d repeated_ = Eigen::Matrix3d::Zero();  // of the last measurement that had one
-  // Number, time and position of the latest matches outside the gate.
+  // Number, time, position and its variance (trace of the covariance, m^2) of the latest matches outside the gate.
   int outliers_ = 0;
   int64_t outlier_utime_ = 0;
   Eigen::Vector3d outlier_ = Eigen::Vector3d::Zero();
+  double outlier_variance_ = 0;
 };
 
 }  // namespace multireach::vision
