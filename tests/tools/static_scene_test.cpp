@@ -454,7 +454,7 @@ TEST(StaticScene, GoesOnFromItsState) {
       other.emplace(std::vector{options_for(rig)});
       ASSERT_TRUE(other->deserialize(before, {state}));
       std::vector<double> damaged = state;
-      damaged[59] = 0.5;  // a cell of the background
+      damaged[vision::TargetTrack({}).serialize().size() + 5] = 0.5;  // a cell of the background, which comes next
       EXPECT_FALSE(StereoVision({options_for(rig)}).deserialize(before, {damaged}));
     }
     std::optional<Eigen::Vector3d> ball;

@@ -104,9 +104,9 @@ class TargetTrack {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Matrix63 = Eigen::Matrix<double, 6, 3>;
 
-  /// Position and velocity (m, m/s) at one time, and the covariance of their noise. Bias adds the covariance
-  /// `bias_factor` * `bias_factor`^T: it is the square root of the measurements' bias covariance times a vector of
-  /// three standard normal numbers, which is the same for all of them.
+  /// Position and velocity (m, m/s) at one time, and the covariance of their noise. The bias of a measurement is the
+  /// square root of its bias covariance times a vector u of three standard normal numbers, the same u throughout a
+  /// track. The state is off by `bias_factor` * u (m, m/s), so bias adds `bias_factor` * `bias_factor`^T.
   struct Filter {
     Vector6 state = Vector6::Zero();
     Matrix6 covariance = Matrix6::Zero();
