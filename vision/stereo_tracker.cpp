@@ -207,10 +207,14 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
   if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
   const bool lost = track_.status() == TargetTrack::Status::kLost;
-  if (!lost && !identity_.known() && is_background(match, left, right)) {
+  const bool whole = left.window == search_area(Side::kLeft) && right.window == search_area(Side::kRight);
+  const bool doubtful = match.status == Status::kSeen && whole && identity_.doubtful(times.pair);
+  if (!lost && (doubtful || (!identity_.known() && is_background(match, left, right)))) {
     Found other = match_among(times, left, right, others, false, false);
-    if (other.match.status == Status::kSeen && may_replace(other.match, match, left, right)) {
-      // What appears or moves is more likely the target than what stands still, if it is seen repeatedly.
+    const bool apart = other.match.left != match.left && other.match.right != match.right;
+    if (other.match.status == Status::kSeen && (doubtful ? apart : may_replace(other.match, match, left, right))) {
+      // What appears or moves is more likely the target than what stands still, and what fits best by itself more
+      // likely than what was taken for it shortly before, if it is seen repeatedly.
       other.match.status = Status::kOutsidePredictionGate;
       found = std::move(other);
     }
@@ -258,6 +262,10 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const bool expected = prediction && pair.match.status != StereoMatch::Status::kOutsidePredictionGate;
     if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
       pair.match.status = StereoMatch::Status::kInconsistentPair;
+    if (!expected && is_located(pair.match.status) && !(options_.match.radius_m > 0) &&
+        is_unlike(pair, left.appearance[static_cast<size_t>(pair.match.left)],
+                  right.appearance[static_cast<size_t>(pair.match.right)], identity_.look()))
+      pair.match.status = StereoMatch::Status::kUnlike;
   }
   Found found;
   found.match = best_match(contours[0], contours[1], pairs);
@@ -451,6 +459,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                    {.by_contour = match.both_by_contour,
                     .px = {match.left_px, match.right_px},
                     .radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px),
+                    .look = {radius_m_, std::min(left.appearance[l].compactness, right.appearance[r].compactness)},
                     .background = {left.appearance[l].background, right.appearance[r].background}},
                    track_.began_anew());
   // What is not known to be the target must not change its colour.

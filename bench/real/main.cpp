@@ -120,16 +120,20 @@ std::vector<Run> runs_of(const RealSet& set, const Choices& choices) {
   return runs;
 }
 
-/// Distance from the nearest label, what the candidate was judged by, the evidence, and the reason.
+/// Distance from the nearest label if there is one, what the candidate was judged by, the evidence, and the reason.
 void print_candidate(const vision::Candidate& candidate, const std::array<vision::View, 2>& views,
-                     const std::vector<cv::Point2d>& labels) {
-  double nearest = 1e9;
-  for (const cv::Point2d& label : labels)
-    nearest =
-        std::min(nearest, std::hypot(candidate.match.left_px.x() - label.x, candidate.match.left_px.y() - label.y));
+                     const std::vector<cv::Point2d>* labels) {
+  std::printf("      candidate (%.1f, %.1f)", candidate.match.left_px.x(), candidate.match.left_px.y());
+  if (labels) {
+    double nearest = 1e9;
+    for (const cv::Point2d& label : *labels)
+      nearest =
+          std::min(nearest, std::hypot(candidate.match.left_px.x() - label.x, candidate.match.left_px.y() - label.y));
+    std::printf(" %.1f px from the label", nearest);
+  }
   const vision::Appearance& in_left = views[0].appearance[static_cast<size_t>(candidate.match.left)];
-  std::printf("      candidate %.1f px from the label: compact %.2f, colour %.2f, background %.2f, contour %d;",
-              nearest, in_left.compactness, in_left.colour_share, in_left.background, candidate.match.both_by_contour);
+  std::printf(": radius %.1f px, compact %.2f, colour %.2f, background %.2f, contour %d;", candidate.radius_px,
+              in_left.compactness, in_left.colour_share, in_left.background, candidate.match.both_by_contour);
   for (size_t k = 0; k < vision::Evidence::kNames.size(); ++k)
     std::printf(" %s %.2f", vision::Evidence::kNames[k], candidate.evidence.term[k]);
   std::printf("; %s\n", candidate.reason);
@@ -151,11 +155,16 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
       if (tracked) answers.emplace_back(target.match.left_px.x(), target.match.left_px.y());
       if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
       ambiguous += target.report.ambiguous;
-      if (!verbose || !labels) continue;
-      std::printf("    %s image %zu: %s (%.1f, %.1f) label (%.1f, %.1f)%s %s\n", object.name.c_str(), k,
-                  tracked ? "tracked" : "-", target.match.left_px.x(), target.match.left_px.y(), (*labels)[0].x,
-                  (*labels)[0].y, target.match.both_by_contour ? " contour" : "", target.report.reason);
-      for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, *labels);
+      if (!verbose) continue;
+      std::printf("    %s image %zu (%s): %s (%.1f, %.1f)", object.name.c_str(), k,
+                  std::filesystem::path(set.images[k]).filename().c_str(), tracked ? "tracked" : "-",
+                  target.match.left_px.x(), target.match.left_px.y());
+      if (labels)
+        std::printf(" label (%.1f, %.1f)", (*labels)[0].x, (*labels)[0].y);
+      else
+        std::printf(" no label");
+      std::printf("%s %s\n", target.match.both_by_contour ? " contour" : "", target.report.reason);
+      for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, labels);
     }
     if (labels) {
       int missed = 0;

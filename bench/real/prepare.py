@@ -3,11 +3,12 @@
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
-                   --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE
+                   --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE --vtest VIDEO
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
-Debian packages git, python3-numpy, python3-opencv and python3-scipy.
+Debian packages git, python3-numpy, python3-opencv and python3-scipy. VIDEO is vtest.avi of the Debian package opencv-doc,
+in /usr/share/doc/opencv-doc/examples/data: makes street.
 
     FlaviusPopescu/av2                      cdd09d4   juggled1, juggled2
     crunchiness/AV                          69fd198   table
@@ -33,6 +34,7 @@ import numpy as np
 from basketball import make_basketball
 from clone import Clone, PrepareError, decode, file_name, new_folder
 from plate import make_plate
+from street import make_street
 
 
 # Writing folders
@@ -405,9 +407,10 @@ def main():
     for repository, _, _, folders in SOURCES:
         option = "--" + file_name(repository)
         parser.add_argument(option, metavar="CLONE", dest=repository, help=f"clone of {repository}: makes {folders}")
+    parser.add_argument("--vtest", metavar="VIDEO", help="vtest.avi of the Debian package opencv-doc: makes street")
     arguments = vars(parser.parse_args())
-    if not any(arguments[repository] for repository, _, _, _ in SOURCES):
-        parser.error("give at least one clone")
+    if not any(arguments[source] for source in ["vtest", *(repository for repository, _, _, _ in SOURCES)]):
+        parser.error("give at least one clone, or the video")
     for repository, revision, make, folders in SOURCES:
         path = arguments[repository]
         if path is None:
@@ -416,6 +419,9 @@ def main():
         clone = Clone(path, revision)
         print(f"{repository}: commit {clone.commit[:7]}")
         make(arguments["out"], clone)
+    if arguments["vtest"]:
+        settings = settings_of("street, red coat", "test, seen", 10, 10)
+        make_street(arguments["out"], arguments["vtest"], write_video, settings)
 
 
 if __name__ == "__main__":

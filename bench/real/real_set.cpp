@@ -205,15 +205,17 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
   set.left = read_image((folder / config.text("left")).string());
   set.right = read_image((folder / config.text("right")).string());
   const std::string path = (folder / config.text("disparity")).string();
-  const cv::Mat coded = cv::imread(path, cv::IMREAD_GRAYSCALE);
-  if (coded.size() != set.left.size()) config.fail("disparity", "an image of the left image's size");
+  cv::Mat coded = cv::imread(path, cv::IMREAD_UNCHANGED);
+  if (coded.size() != set.left.size() || coded.channels() != 1 || (coded.depth() != CV_8U && coded.depth() != CV_16U))
+    config.fail("disparity", "an image of the left image's size, of one channel with 8 or 16 bits");
+  coded.convertTo(coded, CV_16U);
   const double scale = config.number("disparity_scale", 1e-3, 1e6, 1);
   const double offset = config.number("disparity_offset_px", -1e6, 1e6, 0);
   const double fx = config.number("fx_px", 1, 1e6), baseline = config.number("baseline_m", 1e-3, 10);
   cv::Mat disparity_px(coded.size(), CV_64F);
   for (int row = 0; row < coded.rows; ++row) {
     for (int column = 0; column < coded.cols; ++column) {
-      const int value = coded.at<uint8_t>(row, column);
+      const int value = coded.at<uint16_t>(row, column);
       disparity_px.at<double>(row, column) = value > 0 ? value / scale : -1;
     }
   }

@@ -1,92 +1,18 @@
 // Objects of unknown size: what was seen of them before counts for a while, and only then.
-#include <gtest/gtest.h>
-
-#include <functional>
-#include <opencv2/imgproc.hpp>
-
-#include "vision/colour/learn_colour.hpp"
-#include "vision/stereo_vision.hpp"
+#include "tests/tools/flat_things.hpp"
 
 namespace multireach {
 namespace {
 
+using testing::disc;
+using testing::Draw;
+using testing::kFrame;
+using testing::level_rig;
+using testing::look;
+using testing::options_for;
+using testing::plate;
 using vision::StereoVision;
 using Status = vision::TargetTrack::Status;
-
-constexpr int kWidth = 640, kHeight = 480;
-constexpr double kFocal = 500;
-constexpr int64_t kFrame = 33333;
-constexpr int kBits = 4;  // OpenCV draws in 16ths of a pixel
-
-StereoRig level_rig() {
-  StereoRig rig = parallel_rig(kWidth, kHeight, kFocal, 0.06);
-  rig.left.cx = rig.right.cx = kWidth / 2;
-  return rig;
-}
-
-int sixteenths(double pixels) {
-  return cvRound(pixels * (1 << kBits));
-}
-
-/// Draws something at a position in a camera's frame.
-using Draw = std::function<void(cv::Mat& image, const CameraModel& camera, const Eigen::Vector3d& p_C)>;
-
-const cv::Scalar kRed(40, 40, 200);
-
-/// A plate that faces the cameras: half its sides, m, and how it is turned, degrees.
-Draw plate(double half_length, double half_width, double angle) {
-  return [=](cv::Mat& image, const CameraModel& camera, const Eigen::Vector3d& p_C) {
-    const Eigen::Vector2d centre = camera.project(p_C);
-    const double scale = 2 * camera.fx / p_C.z();
-    const cv::RotatedRect box(
-        cv::Point2f(static_cast<float>(centre.x()), static_cast<float>(centre.y())),
-        cv::Size2f(static_cast<float>(scale * half_length), static_cast<float>(scale * half_width)),
-        static_cast<float>(angle));
-    std::array<cv::Point2f, 4> corners;
-    box.points(corners.data());
-    std::vector<cv::Point> polygon;
-    for (const cv::Point2f& corner : corners) polygon.emplace_back(sixteenths(corner.x), sixteenths(corner.y));
-    cv::fillConvexPoly(image, polygon, kRed, cv::LINE_AA, kBits);
-  };
-}
-
-Draw disc(double radius) {
-  return [=](cv::Mat& image, const CameraModel& camera, const Eigen::Vector3d& p_C) {
-    const Eigen::Vector2d centre = camera.project(p_C);
-    cv::circle(image, {sixteenths(centre.x()), sixteenths(centre.y())}, sixteenths(camera.fx * radius / p_C.z()), kRed,
-               cv::FILLED, cv::LINE_AA, kBits);
-  };
-}
-
-cv::Mat wall(uint64_t seed) {
-  cv::Mat image(kHeight, kWidth, CV_8UC3);
-  cv::RNG(seed).fill(image, cv::RNG::NORMAL, cv::Scalar(110, 110, 110), cv::Scalar(3, 3, 3));
-  return image;
-}
-
-vision::TrackerOptions options_for(const StereoRig& rig) {
-  cv::Mat image = wall(1);
-  plate(0.05, 0.05, 0)(image, rig.left, {0, 0, 0.5});
-  const vision::LearnedColour learned = vision::learn_colour(image, cv::Rect(272, 192, 96, 96));
-  EXPECT_EQ(learned.status, vision::LearnedColour::Status::kLearned);
-  vision::TrackerOptions options;
-  options.rig = rig;
-  options.colour = {learned.model, learned.model};
-  return options;
-}
-
-/// Shows a pair with a thing, or none. `p_L`: in the left camera's frame.
-const vision::TargetReport& look(StereoVision& vision, const StereoRig& rig, int64_t utime, const Draw& thing = {},
-                                 const Eigen::Vector3d& p_L = {}) {
-  cv::Mat left = wall(2), right = wall(3);
-  if (thing) {
-    thing(left, rig.left, p_L);
-    thing(right, rig.right, rig.X_RL * p_L);
-  }
-  vision::DecodedImages images({utime, utime, utime}, left, right);
-  EXPECT_EQ(vision.update(images), nullptr);
-  return vision.targets().front().report;
-}
 
 double sigma_of(const vision::TargetReport& report) {
   return std::sqrt(report.estimate.covariance.trace());
@@ -97,7 +23,7 @@ TEST(UnknownSize, WhatCoastsGoesOnFromItsState) {
   rig.X_WL.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   StereoVision vision({options_for(rig)}), other({options_for(rig)});
   constexpr int kSeen = 20;
-  for (int k = 0; k < kSeen; ++k) look(vision, rig, k * kFrame, plate(0.06, 0.02, 25), {0.002 * k, 0.01, 0.45});
+  for (int k = 0; k < kSeen; ++k) look(vision, rig, k * kFrame, {{plate(0.06, 0.02, 25), {0.002 * k, 0.01, 0.45}}});
   ASSERT_EQ(vision.targets().front().report.status, Status::kTracked);
   constexpr int64_t kLast = (kSeen - 1) * kFrame;
   ASSERT_TRUE(other.deserialize(kLast, {vision.serialize(0, kLast)}));
@@ -113,7 +39,7 @@ TEST(UnknownSize, ALargerThingThatLeftDoesNotLockOutTheTarget) {
   const StereoRig rig = level_rig();
   StereoVision vision({options_for(rig)}), fresh({options_for(rig)});
   int64_t utime = 0;
-  for (int k = 0; k < 15; ++k, utime += kFrame) look(vision, rig, utime, disc(0.42), {0.03 * k, 0, 2.5});
+  for (int k = 0; k < 15; ++k, utime += kFrame) look(vision, rig, utime, {{disc(0.42), {0.03 * k, 0, 2.5}}});
   ASSERT_EQ(vision.targets().front().report.status, Status::kTracked);
   for (int k = 0; k < 60; ++k, utime += kFrame) look(vision, rig, utime);
   ASSERT_EQ(vision.targets().front().report.status, Status::kLost);
@@ -121,12 +47,12 @@ TEST(UnknownSize, ALargerThingThatLeftDoesNotLockOutTheTarget) {
 
   const Draw small = plate(0.025, 0.02, 0);
   const Eigen::Vector3d there(0, 0.02, 0.33);
-  const double sigma = sigma_of(look(fresh, rig, utime, small, there));
-  const vision::TargetReport& soon = look(vision, rig, utime, small, there);
+  const double sigma = sigma_of(look(fresh, rig, utime, {{small, there}}));
+  const vision::TargetReport& soon = look(vision, rig, utime, {{small, there}});
   ASSERT_EQ(soon.status, Status::kTracked);
   EXPECT_GT(sigma_of(soon), 0.1) << "it may be a small part of the large thing";
   utime += 40'000'000;
-  const vision::TargetReport& long_after = look(later, rig, utime, small, there);
+  const vision::TargetReport& long_after = look(later, rig, utime, {{small, there}});
   ASSERT_EQ(long_after.status, Status::kTracked);
   EXPECT_NEAR(sigma_of(long_after), sigma, 1e-3 * sigma) << "after half a minute it is something else";
 }
@@ -143,16 +69,16 @@ TEST(UnknownSize, IsForgottenWithTimeAlsoByCamerasThatAreSlow) {
   StereoVision vision({options});
   int64_t utime = 0;
   const Eigen::Vector3d there(0, 0, 0.5);
-  for (int k = 0; k < 20; ++k, utime += kSlow) look(vision, rig, utime, plate(0.05, 0.05, 0), there);
+  for (int k = 0; k < 20; ++k, utime += kSlow) look(vision, rig, utime, {{plate(0.05, 0.05, 0), there}});
   const double whole = sideways(vision.targets().front().report);
   const Draw half = plate(0.05, 0.025, 0);
-  const double at_first = sideways(look(vision, rig, utime, half, there));
-  for (int k = 0; k < 4 * 90; ++k) look(vision, rig, utime += kSlow, half, there);
+  const double at_first = sideways(look(vision, rig, utime, {{half, there}}));
+  for (int k = 0; k < 4 * 90; ++k) look(vision, rig, utime += kSlow, {{half, there}});
   const vision::TargetReport& report = vision.targets().front().report;
   ASSERT_EQ(report.status, Status::kTracked);
   EXPECT_GT(at_first, 2 * whole) << "half of it seems to be occluded";
   StereoVision fresh({options});
-  EXPECT_LT(sideways(report), 1.2 * sideways(look(fresh, rig, utime, half, there))) << "after a minute and a half";
+  EXPECT_LT(sideways(report), 1.2 * sideways(look(fresh, rig, utime, {{half, there}}))) << "after a minute and a half";
 }
 
 }  // namespace

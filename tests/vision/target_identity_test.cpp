@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace multireach::vision {
 namespace {
 
@@ -100,6 +102,46 @@ TEST(TargetIdentity, GoesOnFromItsState) {
   damaged[1] = 0.5;
   EXPECT_FALSE(other.deserialize(now, damaged));
   EXPECT_FALSE(other.deserialize(now, std::span(state).first(5)));
+}
+
+TargetIdentity::Observation looks(double radius_m, double compactness) {
+  TargetIdentity::Observation observation = at(100, 0, true);
+  observation.look = {radius_m, compactness};
+  return observation;
+}
+
+TEST(TargetIdentity, RemembersTheLookOfTheConfirmedTarget) {
+  TargetIdentity identity;
+  int64_t utime = 0;
+  const auto see = [&](int pairs, double radius_m, double compactness, bool elsewhere) {
+    for (int k = 0; k < pairs; ++k, utime += kFrame)
+      identity.update(utime, looks(radius_m, compactness), elsewhere && k == 0);
+  };
+  see(2, 0.04, 0.8, true);
+  EXPECT_EQ(identity.look().radius_m, 0) << "not confirmed";
+  see(1, 0.04, 0.8, false);
+  EXPECT_EQ(identity.look().radius_m, 0.04);
+  EXPECT_EQ(identity.look().compactness, 0.8);
+  see(15, 0.08, 0.4, false);
+  EXPECT_NEAR(identity.look().radius_m, 0.08 - 0.04 * std::exp(-1), 1e-3) << "half a second is its time constant";
+  EXPECT_NEAR(identity.look().compactness, 0.4 + 0.4 * std::exp(-1), 1e-2);
+
+  const double radius_m = identity.look().radius_m;
+  identity.update_unseen(utime, true);
+  see(290, 0.01, 0.1, true);
+  EXPECT_TRUE(identity.confirmed());
+  EXPECT_TRUE(identity.doubtful(utime));
+  EXPECT_EQ(identity.look().radius_m, radius_m) << "what was found again may be another thing";
+  see(100, 0.01, 0.1, false);
+  EXPECT_FALSE(identity.doubtful(utime));
+  EXPECT_NEAR(identity.look().radius_m, 0.01, 1e-3) << "after ten seconds, it is the target";
+
+  TargetIdentity restored;
+  ASSERT_TRUE(restored.deserialize(utime, identity.serialize(utime)));
+  EXPECT_EQ(restored.look().radius_m, identity.look().radius_m);
+  EXPECT_EQ(restored.look().compactness, identity.look().compactness);
+  identity.update_unseen(utime + 11'000'000, true);
+  EXPECT_EQ(identity.look().radius_m, 0) << "forgotten";
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ int progress(Status status) {
     case Status::kOutsidePredictionGate:
       return 4;
     case Status::kWrongRadius:
+    case Status::kUnlike:
     case Status::kOutsideRegion:
       return 3;
     case Status::kEpipolarMismatch:
@@ -113,6 +114,8 @@ const char* description(StereoMatch::Status status) {
       return "objects of the target's colour are seen only outside search_region_m";
     case Status::kOnlyBackground:
       return "only things that stood there before have this colour";
+    case Status::kUnlike:
+      return "only things much smaller or more ragged than the target are seen";
     case Status::kUnlikely:
       return "only small or ragged blobs of the target's colour are seen";
     case Status::kAmbiguous:

@@ -30,6 +30,7 @@ struct StereoMatch {
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
     kOutsideRegion,          ///< something was found, but outside of the search region
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
+    kUnlike,                 ///< only things much smaller or more ragged than the target, which was seen shortly before
     kUnlikely,               ///< only specks that are too small and ragged to be taken for the target
     kAmbiguous,              ///< several objects could be the target
     kOtherTarget,            ///< only what another target is that looks alike

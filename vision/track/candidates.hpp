@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "vision/stereo/stereo_match.hpp"
+#include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
 
 namespace multireach::vision {
@@ -77,6 +78,12 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1)
 /// Whether a candidate of unknown size is enough like a target to be taken for it where no prediction supports it:
 /// specks that are small and ragged are not.
 [[nodiscard]] bool is_likely(const Candidate& candidate);
+
+/// Whether a thing of unknown size is no target where no prediction supports it because it is much smaller or more
+/// ragged than the target was shortly before: its shape, colour and area do not speak for it by kLead more than
+/// is_likely() asks for.
+[[nodiscard]] bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
+                             const TargetLook& look);
 
 /// Whether a candidate fits a known radius and the other image well enough to be taken for the target where no
 /// prediction supports it: not at the edge of all gates.

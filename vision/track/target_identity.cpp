@@ -6,11 +6,11 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kEnough = 3;              // matches of either kind that confirm the target
-constexpr double kDiameter = 2;         // radii: an object that moved this far covers none of where it was
-constexpr double kStill = 0.25;         // radii: as far as noise moves the middle of an object that stands still
-constexpr double kNew = 0.25;           // largest share of background in a blob where the object moved to
-constexpr int64_t kForgets = 10000000;  // us without a match, after which any object of the colour is accepted again
+constexpr int kEnough = 3;           // matches of either kind that confirm the target
+constexpr double kDiameter = 2;      // radii: an object that moved this far covers none of where it was
+constexpr double kStill = 0.25;      // radii: as far as noise moves the middle of an object that stands still
+constexpr double kNew = 0.25;        // largest share of background in a blob where the object moved to
+constexpr double kLookTime_s = 0.5;  // time constant of the target's look
 
 }  // namespace
 
@@ -19,6 +19,8 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
     confirmed_ = strayed_ = false;
     contours_ = moved_ = 0;
     first_px_ = observation.px;
+    began_utime_ = utime;
+    found_again_ = known_;
   }
   const double away = std::min((observation.px[0] - first_px_[0]).norm(), (observation.px[1] - first_px_[1]).norm());
   const bool apart = away > kDiameter * observation.radius_px;
@@ -27,6 +29,12 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   moved_ = std::min(kEnough,
                     moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
+  if (confirmed_ && !(found_again_ && doubtful(utime))) {
+    const double elapsed_s = 1e-6 * static_cast<double>(utime - last_utime_);
+    const double weight = look_.radius_m > 0 ? std::clamp(elapsed_s / kLookTime_s, 0.0, 1.0) : 1;
+    look_.radius_m += weight * (observation.look.radius_m - look_.radius_m);
+    look_.compactness += weight * (observation.look.compactness - look_.compactness);
+  }
   known_ = known_ || confirmed_;
   lost_since_ = lost_since_ && !confirmed_;
   last_px_ = observation.px;
@@ -40,8 +48,9 @@ void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   lost_since_ = known_;
   contours_ = moved_ = 0;
   if (utime - last_utime_ <= kForgets) return;
-  known_ = lost_since_ = false;
+  known_ = lost_since_ = found_again_ = false;
   last_radius_px_ = 0;
+  look_ = {};
 }
 
 void TargetIdentity::restart_motion_evidence() {
@@ -57,9 +66,11 @@ std::vector<double> TargetIdentity::serialize(int64_t utime) const {
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
   }
-  state.push_back(last_radius_px_);
-  // Beyond the time after which the target is forgotten the age has no effect.
-  state.insert(state.begin(), static_cast<double>(std::min(utime - last_utime_, kForgets + 1)));
+  // Beyond the time after which the target is forgotten the ages have no effect.
+  const auto age = [&](int64_t since) { return static_cast<double>(std::min(utime - since, kForgets + 1)); };
+  state.insert(state.end(),
+               {last_radius_px_, found_again_ ? 1.0 : 0.0, age(began_utime_), look_.radius_m, look_.compactness});
+  state.insert(state.begin(), age(last_utime_));
   return state;
 }
 
@@ -71,7 +82,8 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
                      std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
                      whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) &&
                      !(state[1] > 0 && state[2] != 1) && whole(state[3], 0, 1) && whole(state[4], 0, kEnough) &&
-                     whole(state[5], 0, kEnough) && state.back() >= 0;
+                     whole(state[5], 0, kEnough) && state[14] >= 0 && whole(state[15], 0, 1) &&
+                     whole(state[16], -9e15, 9e15) && state[17] >= 0 && state[18] >= 0;
   if (!valid) return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
   confirmed_ = state[1] > 0;
@@ -87,7 +99,10 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
       k += 2;
     }
   }
-  last_radius_px_ = state.back();
+  last_radius_px_ = state[14];
+  found_again_ = state[15] > 0;
+  began_utime_ = utime - static_cast<int64_t>(state[16]);
+  look_ = {state[17], state[18]};
   return true;
 }
 

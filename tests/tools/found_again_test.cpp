@@ -1,0 +1,104 @@
+// A target of unknown size that was hidden, and other things of its colour that are seen meanwhile.
+#include "tests/tools/flat_things.hpp"
+
+namespace multireach {
+namespace {
+
+using testing::kFrame;
+using testing::level_rig;
+using testing::look;
+using testing::options_for;
+using testing::plate;
+using testing::Thing;
+using vision::StereoVision;
+using vision::TargetReport;
+using Status = vision::TargetTrack::Status;
+
+constexpr int kConfirm = 40, kHide = 30;  // pairs
+
+/// A square plate that moves to the right.
+Thing target_at(int k) {
+  return {plate(0.025, 0.025, 0), {-0.15 + 0.008 * k, 0.05, 0.5}};
+}
+
+double distance(const TargetReport& report, const Thing& thing) {
+  return (report.estimate.position - thing.p_L).norm();
+}
+
+/// Tracks the target until it is confirmed, then hides it. Returns the number of the next pair.
+int see_and_hide(StereoVision& vision, const StereoRig& rig) {
+  for (int k = 0; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k)});
+  EXPECT_EQ(vision.targets().front().report.status, Status::kTracked);
+  EXPECT_TRUE(vision.targets().front().tracker.identity().confirmed());
+  for (int k = kConfirm; k < kConfirm + kHide; ++k) look(vision, rig, k * kFrame);
+  EXPECT_EQ(vision.targets().front().report.status, Status::kLost);
+  return kConfirm + kHide;
+}
+
+TEST(FoundAgain, ASpeckIsNotTakenForTheTargetForTenSeconds) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)}), fresh({options_for(rig)});
+  int k = see_and_hide(vision, rig);
+  // 13 x 7 pixels; it moves, so that it does not become background.
+  const auto speck_at = [](int at) { return Thing{plate(0.0065, 0.0035, 0), {0.15 - 0.002 * (at % 100), -0.1, 0.5}}; };
+  const TargetReport& alone = look(fresh, rig, k * kFrame, {speck_at(k)});
+  ASSERT_EQ(alone.status, Status::kTracked) << "where nothing else was seen, it may be the target: " << alone.reason;
+  for (; k < kConfirm + 290; ++k) {
+    const TargetReport& report = look(vision, rig, k * kFrame, {speck_at(k)});
+    ASSERT_EQ(report.status, Status::kLost) << k << ' ' << report.estimate.position.transpose();
+    ASSERT_STREQ(report.reason, "only things much smaller or more ragged than the target are seen");
+  }
+  StereoVision sees_it = vision;
+  const Thing target{plate(0.025, 0.025, 0), {-0.1, 0.05, 0.5}};
+  const TargetReport& again = look(sees_it, rig, k * kFrame, {speck_at(k), target});
+  EXPECT_EQ(again.status, Status::kTracked);
+  EXPECT_LT(distance(again, target), 0.01);
+  for (; k < kConfirm + 310; ++k) look(vision, rig, k * kFrame, {speck_at(k)});
+  EXPECT_EQ(vision.targets().front().report.status, Status::kTracked) << "the target is forgotten";
+}
+
+/// A long thing that moves down: about as large as the target, but less compact.
+Thing strip_at(int k) {
+  return {plate(0.06, 0.008, 0), {0.12, -0.2 + 0.004 * k, 0.5}};
+}
+
+TEST(FoundAgain, AThingThatWasTakenForTheHiddenTargetIsLeftForIt) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  const int hidden = see_and_hide(vision, rig);
+  int k = 0;
+  for (; k < 40; ++k) look(vision, rig, (hidden + k) * kFrame, {strip_at(k)});
+  const TargetReport& report = vision.targets().front().report;
+  ASSERT_EQ(report.status, Status::kTracked);
+  ASSERT_LT(distance(report, strip_at(k - 1)), 0.02);
+  ASSERT_TRUE(vision.targets().front().tracker.identity().confirmed()) << "it moves";
+  // Every eighth pair looks at the whole images, then three in succession must agree.
+  constexpr int kNotices = 8 + 2;
+  Thing target = target_at(0);
+  for (const int until = k + kNotices; k < until; ++k) {
+    target.p_L.y() = 0.1 - 0.002 * k;
+    look(vision, rig, (hidden + k) * kFrame, {strip_at(k), target});
+  }
+  for (const int until = k + 20; k < until; ++k) {
+    target.p_L.y() = 0.1 - 0.002 * k;
+    look(vision, rig, (hidden + k) * kFrame, {strip_at(k), target});
+    ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
+    EXPECT_LT(distance(report, target), 0.01) << k;
+  }
+}
+
+TEST(FoundAgain, AnUnlikeThingDoesNotReplaceATargetThatIsFollowed) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < 120; ++k) {
+    std::vector<Thing> things{target_at(k % 80)};
+    things.front().p_L.x() = 0.15 * std::sin(0.05 * k);
+    if (k >= 20) things.push_back({plate(0.06, 0.008, 0), {0.2 - 0.003 * k, -0.1, 0.5}});
+    const TargetReport& report = look(vision, rig, k * kFrame, things);
+    ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
+    EXPECT_LT(distance(report, things.front()), 0.01) << k;
+  }
+}
+
+}  // namespace
+}  // namespace multireach
