@@ -207,12 +207,14 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
   if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
   const bool lost = track_.status() == TargetTrack::Status::kLost;
+  const bool still = !identity_.known() && is_background(match, left, right);
   const bool whole = left.window == search_area(Side::kLeft) && right.window == search_area(Side::kRight);
-  const bool doubtful = match.status == Status::kSeen && whole && identity_.doubtful(times.pair);
-  if (!lost && (doubtful || (!identity_.known() && is_background(match, left, right)))) {
-    Found other = match_among(times, left, right, others, false, false);
-    const bool apart = other.match.left != match.left && other.match.right != match.right;
-    if (other.match.status == Status::kSeen && (doubtful ? apart : may_replace(other.match, match, left, right))) {
+  const bool doubtful = match.status == Status::kSeen && whole && !others.unknown && identity_.doubtful(times.pair);
+  if (!lost && (still || doubtful)) {
+    Found other = match_among(times, left, right, others, false, false, &match);
+    const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
+                          (still && may_replace(other.match, match, left, right));
+    if (other.match.status == Status::kSeen && replaces) {
       // What appears or moves is more likely the target than what stands still, and what fits best by itself more
       // likely than what was taken for it shortly before, if it is seen repeatedly.
       other.match.status = Status::kOutsidePredictionGate;
@@ -226,9 +228,11 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
 }
 
 /// Matches the contours that are no other target, with those in the background or without. Where a confirmed target is
-/// expected, a sphere's contour counts also before background of its colour.
+/// expected, a sphere's contour counts also before background of its colour. `followed`: the tracked object, which is
+/// compared with the others even if it is unlike the target.
 StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
-                                                const OtherTargets& others, bool background, bool predicted) const {
+                                                const OtherTargets& others, bool background, bool predicted,
+                                                const StereoMatch* followed) const {
   const auto expected_at = identity_.confirmed() && predicted ? expected_px(times) : std::nullopt;
   const auto is_expected = [&](Side side, const SphereContour& contour) {
     return expected_at && contour.kind == SphereContour::Kind::kEdges &&
@@ -249,7 +253,8 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       from[index(side)].push_back(static_cast<int>(k));
     }
   }
-  const TargetHistory history = predicted ? history_at(times) : TargetHistory{};
+  TargetHistory history = predicted ? history_at(times) : TargetHistory{};
+  if (followed && identity_.found_again()) history.radius_m = identity_.appearance(times.pair).radius_m;
   std::optional<Prediction> prediction;
   if (history.agile) prediction = {history.agile->position, history.agile->covariance, history.agile->bias_covariance};
   std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
@@ -262,9 +267,12 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const bool expected = prediction && pair.match.status != StereoMatch::Status::kOutsidePredictionGate;
     if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
       pair.match.status = StereoMatch::Status::kInconsistentPair;
-    if (!expected && is_located(pair.match.status) && !(options_.match.radius_m > 0) &&
+    const bool may_be_target = pair.match.status == StereoMatch::Status::kSeen ||
+                               pair.match.status == StereoMatch::Status::kOutsidePredictionGate;
+    const bool is_followed = followed && pair.match.left == followed->left && pair.match.right == followed->right;
+    if (!expected && may_be_target && !is_followed && !(options_.match.radius_m > 0) &&
         is_unlike(pair, left.appearance[static_cast<size_t>(pair.match.left)],
-                  right.appearance[static_cast<size_t>(pair.match.right)], identity_.look()))
+                  right.appearance[static_cast<size_t>(pair.match.right)], identity_.appearance(times.pair)))
       pair.match.status = StereoMatch::Status::kUnlike;
   }
   Found found;
@@ -455,13 +463,17 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();
   const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
-  identity_.update(times.pair,
-                   {.by_contour = match.both_by_contour,
-                    .px = {match.left_px, match.right_px},
-                    .radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px),
-                    .look = {radius_m_, std::min(left.appearance[l].compactness, right.appearance[r].compactness)},
-                    .background = {left.appearance[l].background, right.appearance[r].background}},
-                   track_.began_anew());
+  const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
+  const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
+  identity_.update(
+      times.pair,
+      {.by_contour = match.both_by_contour,
+       .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
+       .px = {match.left_px, match.right_px},
+       .radius_px = radius_px,
+       .appearance = tells_size(match, left, right) ? TargetAppearance{radius_m_, compactness} : TargetAppearance{},
+       .background = {left.appearance[l].background, right.appearance[r].background}},
+      track_.began_anew());
   // What is not known to be the target must not change its colour.
   if (options_.adapt_colour && identity_.confirmed()) {
     // Without a sphere contour the blob may include other things: adapt more slowly.

@@ -58,6 +58,7 @@ struct TargetReport {
 struct OtherTargets {
   std::array<std::vector<bool>, 2> taken{};  ///< for each blob of the views, whether it is another target; or empty
   size_t sought = 1;      ///< how many targets that look like this one are looked for, itself included
+  bool unknown = false;   ///< there are others, but which blobs they are is not known yet
   bool anywhere = false;  ///< this target is looked for wherever it may be, not where its motion takes it
 };
 
@@ -188,7 +189,7 @@ class StereoTracker {
   void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
-                    bool background, bool predicted) const;
+                    bool background, bool predicted, const StereoMatch* followed = nullptr) const;
   /// Refuses the chosen candidate for a target that is not tracked, where it is unlikely to be the target. `located`:
   /// how many other targets the images show.
   void check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located, const View& left,

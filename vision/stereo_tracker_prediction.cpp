@@ -17,7 +17,7 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const cv::Rect whole = search_area(side);
   const CameraState& camera_state = cameras_[index(side)];
   const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
-  // What the last pair did not show may be anywhere, or has perhaps jumped.
+  // A target that the last pair did not show may have jumped.
   if (look || track_.status() != TargetTrack::Status::kTracked) return whole;
   const cv::Rect window = predicted_window(side, utime).value_or(whole);
   return window.area() > kWorthwhile * whole.area() ? whole : window;

@@ -114,9 +114,11 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
   std::array<bool, 2> decoded{};
   images.for_both_sides([&](Side side) { decoded[index(side)] = search_side(images, side, everywhere); });
   if (!decoded[0] || !decoded[1]) return false;
-  for (Target& target : targets_) {
+  for (size_t k = 0; k < targets_.size(); ++k) {
+    Target& target = targets_[k];
     if (everywhere && target.found_inside_windows) continue;
-    StereoTracker::Found found = target.tracker.match(images.times(), target.views[0], target.views[1]);
+    StereoTracker::Found found = target.tracker.match(images.times(), target.views[0], target.views[1],
+                                                      {.taken = {}, .unknown = group_of(k) != nullptr});
     target.match = found.match;
     target.candidates = std::move(found.candidates);
     target.found_inside_windows =

@@ -274,7 +274,7 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
     };
     if (!is_expected(target, times) || std::ranges::none_of(group, in_the_way)) continue;
     StereoTracker::Found found =
-        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .sought = 1, .anywhere = true});
+        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .unknown = true, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
       return !target.tracker.track().is_near(times.pair, position_of(each.match));
     });

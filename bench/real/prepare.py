@@ -420,7 +420,7 @@ def main():
         print(f"{repository}: commit {clone.commit[:7]}")
         make(arguments["out"], clone)
     if arguments["vtest"]:
-        settings = settings_of("street, red coat", "test, seen", 10, 10)
+        settings = settings_of("street", "test", 10, 10)
         make_street(arguments["out"], arguments["vtest"], write_video, settings)
 
 

@@ -11,9 +11,9 @@ from clone import PrepareError
 
 FIRST, END = 405, 795  # images of the video: before the coat comes, and before it leaves again
 COMES = {424: (690, 768), 606: (0, 60)}  # image from which the coat is seen; columns where it appears
-LEAVES = 580  # image from which it is outside the view; looked at
+LEAVES = 580  # image from which it is outside the view, checked by eye
 ENTERS_ABOVE = 320  # rows; below, others walk
-MOVING, RED, LEAST_PX = 35, 45, 60  # grey levels, grey levels, pixels
+MOVING, RED, LEAST_PX = 35, 45, 60  # grey levels, grey levels, pixels: choices
 STEP_PX = 17  # farthest from one image to the next; 5 more for each image in which it is not found
 QUALITY = 90  # of the JPEGs
 

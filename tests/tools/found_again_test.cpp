@@ -76,8 +76,13 @@ TEST(FoundAgain, AThingThatWasTakenForTheHiddenTargetIsLeftForIt) {
   constexpr int kNotices = 8 + 2;
   Thing target = target_at(0);
   for (const int until = k + kNotices; k < until; ++k) {
+    const int64_t before = (hidden + k - 1) * kFrame, now = (hidden + k) * kFrame;
+    StereoVision resumed({options_for(rig)});
+    ASSERT_TRUE(resumed.deserialize(before, {vision.serialize(0, before)}));
     target.p_L.y() = 0.1 - 0.002 * k;
-    look(vision, rig, (hidden + k) * kFrame, {strip_at(k), target});
+    look(vision, rig, now, {strip_at(k), target});
+    look(resumed, rig, now, {strip_at(k), target});
+    EXPECT_EQ(vision.serialize(0, now), resumed.serialize(0, now)) << k << ": goes on from its state";
   }
   for (const int until = k + 20; k < until; ++k) {
     target.p_L.y() = 0.1 - 0.002 * k;
@@ -97,6 +102,34 @@ TEST(FoundAgain, AnUnlikeThingDoesNotReplaceATargetThatIsFollowed) {
     const TargetReport& report = look(vision, rig, k * kFrame, things);
     ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
     EXPECT_LT(distance(report, things.front()), 0.01) << k;
+  }
+}
+
+// What was followed undisturbed is not doubted, whatever comes.
+TEST(FoundAgain, ALargerThingDoesNotReplaceATargetThatIsFollowed) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < 120; ++k) {
+    std::vector<Thing> things{target_at(0)};
+    things.front().p_L.x() = 0.15 * std::sin(0.05 * k);
+    if (k >= 40) things.push_back({plate(0.06, 0.06, 0), {0.3 - 0.006 * k, -0.12, 0.5}});
+    const TargetReport& report = look(vision, rig, k * kFrame, things);
+    ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
+    EXPECT_LT(distance(report, things.front()), 0.01) << k;
+  }
+}
+
+TEST(FoundAgain, ARaggedThingIsNotTakenForTheTarget) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)}), fresh({options_for(rig)});
+  int k = see_and_hide(vision, rig);
+  // 60 x 6 pixels: not much smaller than the target of 50 x 50, but less compact.
+  const auto stick_at = [](int at) { return Thing{plate(0.03, 0.003, 0), {0.15, -0.25 + 0.003 * at, 0.5}}; };
+  ASSERT_EQ(look(fresh, rig, k * kFrame, {stick_at(k)}).status, Status::kTracked) << "alone, it may be the target";
+  for (const int until = k + 40; k < until; ++k) {
+    const TargetReport& report = look(vision, rig, k * kFrame, {stick_at(k)});
+    ASSERT_EQ(report.status, Status::kLost) << k;
+    ASSERT_STREQ(report.reason, "only things much smaller or more ragged than the target are seen");
   }
 }
 

@@ -152,19 +152,19 @@ TEST(Candidates, WhatIsUnlikeTheTargetNeedsMoreEvidence) {
   const Appearance compact{.background = 0, .compactness = 0.6, .colour_share = 0.2};  // neither for nor against it
   const Appearance ragged{.background = 0, .compactness = 0.15, .colour_share = 0.2};  // -3 by its shape
   const auto unlike = [&](double radius_m, double radius_px, const Appearance& left, const Appearance& right,
-                          const TargetLook& look, bool by_contour = false) {
-    return is_unlike(pair_of(radius_m, radius_px, by_contour), left, right, look);
+                          const TargetAppearance& target, bool by_contour = false) {
+    return is_unlike(pair_of(radius_m, radius_px, by_contour), left, right, target);
   };
-  const TargetLook look{.radius_m = 0.04, .compactness = 0.8};
+  const TargetAppearance target{.radius_m = 0.04, .compactness = 0.8};
   // 2 ln(pi r^2) is 8.8 for 5.1 px, and 9.7 for 6.4 px.
-  EXPECT_TRUE(unlike(0.019, 5.1, compact, compact, look));
-  EXPECT_FALSE(unlike(0.021, 5.1, compact, compact, look)) << "not much smaller";
-  EXPECT_FALSE(unlike(0.019, 6.4, compact, compact, look)) << "smaller, but evidence enough";
-  EXPECT_FALSE(unlike(0, 5.1, compact, compact, look)) << "its size is not known";
-  EXPECT_TRUE(unlike(0.04, 6.4, ragged, compact, look)) << "the less compact image counts";
-  EXPECT_TRUE(unlike(0.04, 6.4, compact, ragged, look));
-  EXPECT_FALSE(unlike(0.04, 6.4, ragged, ragged, look, true)) << "a contour, whatever its blob";
-  EXPECT_FALSE(unlike(0.04, 40, ragged, ragged, look)) << "large";
+  EXPECT_TRUE(unlike(0.019, 5.1, compact, compact, target));
+  EXPECT_FALSE(unlike(0.021, 5.1, compact, compact, target)) << "not much smaller";
+  EXPECT_FALSE(unlike(0.019, 6.4, compact, compact, target)) << "smaller, but evidence enough";
+  EXPECT_FALSE(unlike(0, 5.1, compact, compact, target)) << "its size is not known";
+  EXPECT_TRUE(unlike(0.04, 6.4, ragged, compact, target)) << "the less compact image counts";
+  EXPECT_TRUE(unlike(0.04, 6.4, compact, ragged, target));
+  EXPECT_FALSE(unlike(0.04, 6.4, ragged, ragged, target, true)) << "a contour, whatever its blob";
+  EXPECT_FALSE(unlike(0.04, 40, ragged, ragged, target)) << "large";
   EXPECT_FALSE(unlike(0.04, 6.4, ragged, ragged, {.radius_m = 0.04, .compactness = 0.35})) << "so is the target";
   EXPECT_FALSE(unlike(0.001, 3, ragged, ragged, {})) << "nothing is known";
 }

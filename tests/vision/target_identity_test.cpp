@@ -106,7 +106,7 @@ TEST(TargetIdentity, GoesOnFromItsState) {
 
 TargetIdentity::Observation looks(double radius_m, double compactness) {
   TargetIdentity::Observation observation = at(100, 0, true);
-  observation.look = {radius_m, compactness};
+  observation.appearance = {radius_m, compactness};
   return observation;
 }
 
@@ -118,30 +118,57 @@ TEST(TargetIdentity, RemembersTheLookOfTheConfirmedTarget) {
       identity.update(utime, looks(radius_m, compactness), elsewhere && k == 0);
   };
   see(2, 0.04, 0.8, true);
-  EXPECT_EQ(identity.look().radius_m, 0) << "not confirmed";
+  EXPECT_EQ(identity.appearance(utime).radius_m, 0) << "not confirmed";
   see(1, 0.04, 0.8, false);
-  EXPECT_EQ(identity.look().radius_m, 0.04);
-  EXPECT_EQ(identity.look().compactness, 0.8);
+  EXPECT_EQ(identity.appearance(utime).radius_m, 0.04);
+  EXPECT_EQ(identity.appearance(utime).compactness, 0.8);
   see(15, 0.08, 0.4, false);
-  EXPECT_NEAR(identity.look().radius_m, 0.08 - 0.04 * std::exp(-1), 1e-3) << "half a second is its time constant";
-  EXPECT_NEAR(identity.look().compactness, 0.4 + 0.4 * std::exp(-1), 1e-2);
+  EXPECT_NEAR(identity.appearance(utime).radius_m, 0.08 - 0.04 * std::exp(-1), 1e-3)
+      << "half a second is its time constant";
+  EXPECT_NEAR(identity.appearance(utime).compactness, 0.4 + 0.4 * std::exp(-1), 1e-2);
 
-  const double radius_m = identity.look().radius_m;
+  const double radius_m = identity.appearance(utime).radius_m;
   identity.update_unseen(utime, true);
   see(290, 0.01, 0.1, true);
   EXPECT_TRUE(identity.confirmed());
   EXPECT_TRUE(identity.doubtful(utime));
-  EXPECT_EQ(identity.look().radius_m, radius_m) << "what was found again may be another thing";
+  EXPECT_EQ(identity.appearance(utime).radius_m, radius_m) << "what was found again may be another thing";
   see(100, 0.01, 0.1, false);
   EXPECT_FALSE(identity.doubtful(utime));
-  EXPECT_NEAR(identity.look().radius_m, 0.01, 1e-3) << "after ten seconds, it is the target";
+  EXPECT_NEAR(identity.appearance(utime).radius_m, 0.01, 1e-3) << "after ten seconds, it is the target";
 
   TargetIdentity restored;
   ASSERT_TRUE(restored.deserialize(utime, identity.serialize(utime)));
-  EXPECT_EQ(restored.look().radius_m, identity.look().radius_m);
-  EXPECT_EQ(restored.look().compactness, identity.look().compactness);
+  EXPECT_EQ(restored.appearance(utime).radius_m, identity.appearance(utime).radius_m);
+  EXPECT_EQ(restored.appearance(utime).compactness, identity.appearance(utime).compactness);
   identity.update_unseen(utime + 11'000'000, true);
-  EXPECT_EQ(identity.look().radius_m, 0) << "forgotten";
+  EXPECT_EQ(identity.appearance(utime).radius_m, 0) << "forgotten";
+}
+
+TEST(TargetIdentity, IsInDoubtForTenSecondsAfterItWasFoundAgainOrUntilItConvinces) {
+  const auto seen_at = [](int64_t utime, bool convincing, bool elsewhere, TargetIdentity& identity) {
+    TargetIdentity::Observation observation = at(100, 0, true);
+    observation.convincing = convincing;
+    identity.update(utime, observation, elsewhere);
+  };
+  TargetIdentity identity;
+  seen_at(0, false, true, identity);
+  EXPECT_TRUE(identity.doubtful(kFrame)) << "a speck";
+  seen_at(kFrame, true, false, identity);
+  seen_at(2 * kFrame, false, false, identity);
+  EXPECT_FALSE(identity.doubtful(3 * kFrame)) << "it was more than a speck";
+  ASSERT_TRUE(identity.known());
+  identity.update_unseen(3 * kFrame, true);
+  seen_at(4 * kFrame, true, true, identity);
+  for (const int64_t later : {kFrame, int64_t{9'900'000}}) {
+    const int64_t now = 4 * kFrame + later;
+    EXPECT_TRUE(identity.doubtful(now)) << "found again, it may be another thing";
+    TargetIdentity restored;
+    ASSERT_TRUE(restored.deserialize(now, identity.serialize(now)));
+    EXPECT_TRUE(restored.doubtful(now));
+    EXPECT_EQ(restored.serialize(now - 50'000), identity.serialize(now - 50'000)) << "also of a late pair";
+  }
+  EXPECT_FALSE(identity.doubtful(4 * kFrame + 10'000'000));
 }
 
 }  // namespace

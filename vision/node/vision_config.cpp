@@ -33,7 +33,7 @@ void add_track_keys(ConfigKeys<Section>& keys, const std::string& on_bounces) {
           "Longest time without a match before the target is lost.")
       .number(
           "coast_sigma_m", "m", 1e-6, 1e3, [](auto& s) -> auto& { return s.options.track.coast_sigma_m; },
-          "The target is lost when √tr(Σ) of its predicted position exceeds this.")
+          "The target is lost when √tr(Σ) of its predicted position, without the bias of centroids, exceeds this.")
       .integer(
           "confirmations", "", 1, 1000, [](auto& s) -> auto& { return s.options.track.confirmations; },
           "Consecutive matches that confirm a jump; one less, but at least two, for one that the target's speed allows "

@@ -25,9 +25,9 @@ constexpr double kLargeArea = 300;            // pixels
 // Evidence by shape, colour and area of a first match: on the same videos, 4 of 105 targets have less, and 7 of 14
 // other things.
 constexpr double kLikely = 6.5;
-// Of what is unlike the target: shares of its radius, and of its compactness (an ellipse of 5:2 has 0.4 of a disc's).
-// On these videos and five with things pasted into photographs, 1 of 57 targets that were found again had less, and all
-// of 16 other things that were taken for them.
+// Shares of the target's radius and compactness (an ellipse of 5:2 has 0.4 of a disc's), choices. On these videos and
+// five with things pasted into photographs, 1 of 57 targets that were found again had less of one of them, and all of
+// 16 other things that were taken for them.
 constexpr double kSmaller = 0.5, kRagged = 0.4;
 constexpr double kLeastFit = -0.5 * 16.27;  // of rows, sizes and a known radius: 99.9 % of chi^2, three degrees
 constexpr double kGates = 3;                // standard deviations that the gates of MatchOptions stand for
@@ -216,17 +216,28 @@ const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candi
   return better == pairs.end() ? nullptr : &*better;
 }
 
-bool is_likely(const Candidate& candidate) {
-  const auto& term = candidate.evidence.term;
-  return term[Evidence::kRound] + term[Evidence::kColour] + term[Evidence::kSize] > kLikely;
+bool outdoes(const StereoMatch& best, std::span<const Candidate> candidates, const StereoMatch& followed) {
+  const auto is_followed = [&](const Candidate& candidate) {
+    return candidate.match.left == followed.left && candidate.match.right == followed.right;
+  };
+  return best.left != followed.left && best.right != followed.right && std::ranges::any_of(candidates, is_followed);
 }
 
-bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right, const TargetLook& look) {
-  const bool smaller = pair.radius_m > 0 && pair.radius_m < kSmaller * look.radius_m;
+bool is_likely(const Candidate& candidate) {
+  const auto& term = candidate.evidence.term;
+  return term[Evidence::kRound] + term[Evidence::kColour] + by_area(candidate.radius_px) > kLikely;
+}
+
+bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
+  return roundness(match, left, right) + colour(left, right) + by_area(radius_px) >= kLikely + kLead;
+}
+
+bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
+               const TargetAppearance& target) {
+  const bool smaller = pair.radius_m > 0 && pair.radius_m < kSmaller * target.radius_m;
   const double compactness = std::min(left.compactness, right.compactness);
-  const bool ragged = !pair.match.both_by_contour && compactness < kRagged * look.compactness;
-  if (!smaller && !ragged) return false;
-  return roundness(pair.match, left, right) + colour(left, right) + by_area(pair.radius_px) < kLikely + kLead;
+  const bool ragged = !pair.match.both_by_contour && compactness < kRagged * target.compactness;
+  return (smaller || ragged) && !is_convincing(pair.match, pair.radius_px, left, right);
 }
 
 bool fits_known_radius(const Candidate& candidate) {

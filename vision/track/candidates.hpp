@@ -75,15 +75,22 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1)
                                              const std::array<std::span<const Appearance>, 2>& appearance,
                                              const MatchOptions& options);
 
+/// Whether the best of these candidates is another thing than the followed one, which is among them.
+[[nodiscard]] bool outdoes(const StereoMatch& best, std::span<const Candidate> candidates, const StereoMatch& followed);
+
 /// Whether a candidate of unknown size is enough like a target to be taken for it where no prediction supports it:
 /// specks that are small and ragged are not.
 [[nodiscard]] bool is_likely(const Candidate& candidate);
 
-/// Whether a thing of unknown size is no target where no prediction supports it because it is much smaller or more
-/// ragged than the target was shortly before: its shape, colour and area do not speak for it by kLead more than
-/// is_likely() asks for.
+/// Whether the shape, the colour and the area of a thing speak for it by kLead more than is_likely() asks for.
+/// `radius_px`: of the smaller image.
+[[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
+                                 const Appearance& right);
+
+/// Whether a thing of unknown size is no target where no prediction supports it: it is much smaller or more ragged than
+/// the target was shortly before, and not convincing.
 [[nodiscard]] bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
-                             const TargetLook& look);
+                             const TargetAppearance& target);
 
 /// Whether a candidate fits a known radius and the other image well enough to be taken for the target where no
 /// prediction supports it: not at the edge of all gates.

@@ -6,17 +6,17 @@
 namespace multireach::vision {
 namespace {
 
-constexpr int kEnough = 3;           // matches of either kind that confirm the target
-constexpr double kDiameter = 2;      // radii: an object that moved this far covers none of where it was
-constexpr double kStill = 0.25;      // radii: as far as noise moves the middle of an object that stands still
-constexpr double kNew = 0.25;        // largest share of background in a blob where the object moved to
-constexpr double kLookTime_s = 0.5;  // time constant of the target's look
+constexpr int kEnough = 3;                 // matches of either kind that confirm the target
+constexpr double kDiameter = 2;            // radii: an object that moved this far covers none of where it was
+constexpr double kStill = 0.25;            // radii: as far as noise moves the middle of an object that stands still
+constexpr double kNew = 0.25;              // largest share of background in a blob where the object moved to
+constexpr double kAppearanceTime_s = 0.5;  // time constant of the target's appearance: a choice
 
 }  // namespace
 
 void TargetIdentity::update(int64_t utime, const Observation& observation, bool elsewhere) {
   if (elsewhere) {
-    confirmed_ = strayed_ = false;
+    confirmed_ = strayed_ = convincing_ = false;
     contours_ = moved_ = 0;
     first_px_ = observation.px;
     began_utime_ = utime;
@@ -24,16 +24,18 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   }
   const double away = std::min((observation.px[0] - first_px_[0]).norm(), (observation.px[1] - first_px_[1]).norm());
   const bool apart = away > kDiameter * observation.radius_px;
+  convincing_ = convincing_ || observation.convincing;
   strayed_ = strayed_ || away > kStill * observation.radius_px;
   contours_ = std::min(kEnough, contours_ + (observation.by_contour ? 1 : 0));
   moved_ = std::min(kEnough,
                     moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
-  if (confirmed_ && !(found_again_ && doubtful(utime))) {
-    const double elapsed_s = 1e-6 * static_cast<double>(utime - last_utime_);
-    const double weight = look_.radius_m > 0 ? std::clamp(elapsed_s / kLookTime_s, 0.0, 1.0) : 1;
-    look_.radius_m += weight * (observation.look.radius_m - look_.radius_m);
-    look_.compactness += weight * (observation.look.compactness - look_.compactness);
+  if (confirmed_ && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {
+    const double elapsed_s = 1e-6 * static_cast<double>(utime - appearance_utime_);
+    const double weight = appearance_.radius_m > 0 ? std::clamp(elapsed_s / kAppearanceTime_s, 0.0, 1.0) : 1;
+    appearance_.radius_m += weight * (observation.appearance.radius_m - appearance_.radius_m);
+    appearance_.compactness += weight * (observation.appearance.compactness - appearance_.compactness);
+    appearance_utime_ = utime;
   }
   known_ = known_ || confirmed_;
   lost_since_ = lost_since_ && !confirmed_;
@@ -50,7 +52,11 @@ void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   if (utime - last_utime_ <= kForgets) return;
   known_ = lost_since_ = found_again_ = false;
   last_radius_px_ = 0;
-  look_ = {};
+  appearance_ = {};
+}
+
+TargetAppearance TargetIdentity::appearance(int64_t utime) const {
+  return utime - appearance_utime_ <= kForgets ? appearance_ : TargetAppearance{};
 }
 
 void TargetIdentity::restart_motion_evidence() {
@@ -66,10 +72,9 @@ std::vector<double> TargetIdentity::serialize(int64_t utime) const {
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
   }
-  // Beyond the time after which the target is forgotten the ages have no effect.
-  const auto age = [&](int64_t since) { return static_cast<double>(std::min(utime - since, kForgets + 1)); };
-  state.insert(state.end(),
-               {last_radius_px_, found_again_ ? 1.0 : 0.0, age(began_utime_), look_.radius_m, look_.compactness});
+  const auto age = [&](int64_t since) { return static_cast<double>(utime - since); };
+  state.insert(state.end(), {last_radius_px_, (found_again_ ? 1.0 : 0.0) + (convincing_ ? 2.0 : 0.0), age(began_utime_),
+                             age(appearance_utime_), appearance_.radius_m, appearance_.compactness});
   state.insert(state.begin(), age(last_utime_));
   return state;
 }
@@ -78,12 +83,12 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
   const auto whole = [](double value, double least, double most) {
     return value >= least && value <= most && value == std::floor(value);
   };
-  const bool valid = state.size() == kSerializedSize &&
-                     std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
-                     whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) &&
-                     !(state[1] > 0 && state[2] != 1) && whole(state[3], 0, 1) && whole(state[4], 0, kEnough) &&
-                     whole(state[5], 0, kEnough) && state[14] >= 0 && whole(state[15], 0, 1) &&
-                     whole(state[16], -9e15, 9e15) && state[17] >= 0 && state[18] >= 0;
+  const bool valid =
+      state.size() == kSerializedSize && std::ranges::all_of(state, [](double v) { return std::isfinite(v); }) &&
+      whole(state[0], -9e15, 9e15) && whole(state[1], 0, 1) && whole(state[2], 0, 2) &&
+      !(state[1] > 0 && state[2] != 1) && whole(state[3], 0, 1) && whole(state[4], 0, kEnough) &&
+      whole(state[5], 0, kEnough) && state[14] >= 0 && whole(state[15], 0, 3) && whole(state[16], -9e15, 9e15) &&
+      whole(state[17], -9e15, 9e15) && state[18] >= 0 && state[19] >= 0 && !(state[18] > 0 && state[2] == 0);
   if (!valid) return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
   confirmed_ = state[1] > 0;
@@ -100,9 +105,12 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
     }
   }
   last_radius_px_ = state[14];
-  found_again_ = state[15] > 0;
+  const int kind = static_cast<int>(state[15]);
+  found_again_ = kind % 2 == 1;
+  convincing_ = kind >= 2;
   began_utime_ = utime - static_cast<int64_t>(state[16]);
-  look_ = {state[17], state[18]};
+  appearance_utime_ = utime - static_cast<int64_t>(state[17]);
+  appearance_ = {state[18], state[19]};
   return true;
 }
 

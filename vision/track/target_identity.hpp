@@ -8,23 +8,24 @@
 
 namespace multireach::vision {
 
-/// How a target of unknown size looks; 0: not known.
-struct TargetLook {
-  double radius_m = 0;     ///< of a disc of its size
+/// What a target of unknown size looks like; 0: not known.
+struct TargetAppearance {
+  double radius_m = 0;     ///< of a sphere of its size in the left image
   double compactness = 0;  ///< of the less compact blob, see Appearance
 };
 
 /// Whether what is tracked is known to be the target: by its shape, or because it moved to where the image showed
-/// nothing of its colour. What only stands there with the right colour may be a part of the scene. And how the target
-/// looks, by which it is told from other things when it was hidden.
+/// nothing of its colour. What only stands there with the right colour may be a part of the scene. And what the target
+/// looks like, by which it is told from other things when it was hidden.
 class TargetIdentity {
  public:
   /// A match that the track accepted.
   struct Observation {
-    bool by_contour = false;            ///< both images show a complete sphere contour
-    std::array<Eigen::Vector2d, 2> px;  ///< of the left and the right image
-    double radius_px = 0;               ///< of the smaller image of it
-    TargetLook look{};
+    bool by_contour = false;                 ///< both images show a complete sphere contour
+    bool convincing = false;                 ///< see is_convincing()
+    std::array<Eigen::Vector2d, 2> px;       ///< of the left and the right image
+    double radius_px = 0;                    ///< of the smaller image of it
+    TargetAppearance appearance{};           ///< zeros: this match does not tell
     std::array<double, 2> background{0, 0};  ///< share of each blob that the background explains
   };
 
@@ -45,19 +46,21 @@ class TargetIdentity {
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
   /// arbitrary which of several targets that look alike follows which object.
   bool established() const { return known_ && !lost_since_; }
-  /// About how the target looked while it was confirmed, and not in doubt after it was found again; zeros unless it is
-  /// known.
-  const TargetLook& look() const { return look_; }
-  /// Whether the track began, or jumped, so shortly before that the tracked object may be another thing, though it may
-  /// be confirmed: a shorter time before than that for which the target is known.
-  bool doubtful(int64_t utime) const { return utime - began_utime_ < kForgets; }
+  /// What the confirmed target looked like, smoothed; zeros where it was not seen for ten seconds. It is not learned
+  /// while a target that was found again may be another thing.
+  TargetAppearance appearance(int64_t utime) const;
+  /// Whether the tracked thing may be another one, even if it is confirmed: the track began or jumped less than ten
+  /// seconds ago, and either the target was known before, or no match since then was convincing.
+  bool doubtful(int64_t utime) const { return (found_again_ || !convincing_) && utime - began_utime_ < kForgets; }
+  /// Whether the target was known when the track began or jumped.
+  bool found_again() const { return found_again_; }
   /// Where the target was seen last, in pixels; radius 0 before the first match or when that was too long ago.
   Eigen::Vector2d last_px(size_t side) const { return last_px_[side]; }
   double last_radius_px() const { return last_radius_px_; }
   /// Time of the last match, microseconds.
   int64_t last_utime() const { return last_utime_; }
 
-  static constexpr size_t kSerializedSize = 19;
+  static constexpr size_t kSerializedSize = 20;
   /// The complete state; times are relative to `utime`.
   std::vector<double> serialize(int64_t utime) const;
   /// Restores a state of serialize(utime). Returns false, and changes nothing, when `state` is not valid.
@@ -68,13 +71,15 @@ class TargetIdentity {
 
   bool confirmed_ = false, known_ = false, strayed_ = false;
   bool lost_since_ = false;       // known, but lost since it was confirmed last
-  bool found_again_ = false;      // the target was known when the track began
+  bool found_again_ = false;      // the target was known when the track began or jumped
+  bool convincing_ = false;       // a match since then was
   int contours_ = 0, moved_ = 0;  // matches that speak for the target
   std::array<Eigen::Vector2d, 2> first_px_{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
   std::array<Eigen::Vector2d, 2> last_px_{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-  TargetLook look_;
+  TargetAppearance appearance_;
   double last_radius_px_ = 0;
-  int64_t last_utime_ = 0, began_utime_ = 0;  // of the last match, and of that with which the track began
+  // Of the last match, of that with which the track began or jumped, and of the last one that told the appearance.
+  int64_t last_utime_ = 0, began_utime_ = 0, appearance_utime_ = 0;
 };
 
 }  // namespace multireach::vision

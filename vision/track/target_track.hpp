@@ -41,8 +41,8 @@ class TargetTrack {
     double gate = 4;                            ///< largest innovation of this target, standard deviations
     int confirmations = 3;                      ///< consecutive matches that confirm a jump
     double coast_s = 0.5;                       ///< longest time without a match before the target is lost
-    double coast_sigma_m =
-        0.1;  ///< largest standard deviation of the position before it is lost: root of the covariance's trace
+    /// Largest standard deviation of the position before it is lost: root of the trace of the covariance without bias.
+    double coast_sigma_m = 0.1;
   };
   enum class Status { kLost, kTracked, kCoasting };
   /// Whether a measurement outside the gate may be the target, that has jumped there: never, if further ones confirm
