@@ -1,4 +1,6 @@
 // A target of unknown size that was hidden, and other things of its colour that are seen meanwhile.
+#include <cmath>
+
 #include "tests/tools/flat_things.hpp"
 
 namespace multireach {
@@ -92,31 +94,23 @@ TEST(FoundAgain, AThingThatWasTakenForTheHiddenTargetIsLeftForIt) {
   }
 }
 
-TEST(FoundAgain, AnUnlikeThingDoesNotReplaceATargetThatIsFollowed) {
+/// Follows a target that sways, while another thing moves to the left from a pair on.
+void expect_followed(const testing::Draw& other, int from, double speed) {
   const StereoRig rig = level_rig();
   StereoVision vision({options_for(rig)});
   for (int k = 0; k < 120; ++k) {
-    std::vector<Thing> things{target_at(k % 80)};
-    things.front().p_L.x() = 0.15 * std::sin(0.05 * k);
-    if (k >= 20) things.push_back({plate(0.06, 0.008, 0), {0.2 - 0.003 * k, -0.1, 0.5}});
+    const Thing target{target_at(0).draw, {0.15 * std::sin(0.05 * k), 0.05, 0.5}};
+    std::vector<Thing> things{target};
+    if (k >= from) things.push_back({other, {0.2 - speed * (k - from), -0.12, 0.5}});
     const TargetReport& report = look(vision, rig, k * kFrame, things);
     ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
-    EXPECT_LT(distance(report, things.front()), 0.01) << k;
+    EXPECT_LT(distance(report, target), 0.01) << k;
   }
 }
 
-// What was followed undisturbed is not doubted, whatever comes.
-TEST(FoundAgain, ALargerThingDoesNotReplaceATargetThatIsFollowed) {
-  const StereoRig rig = level_rig();
-  StereoVision vision({options_for(rig)});
-  for (int k = 0; k < 120; ++k) {
-    std::vector<Thing> things{target_at(0)};
-    things.front().p_L.x() = 0.15 * std::sin(0.05 * k);
-    if (k >= 40) things.push_back({plate(0.06, 0.06, 0), {0.3 - 0.006 * k, -0.12, 0.5}});
-    const TargetReport& report = look(vision, rig, k * kFrame, things);
-    ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
-    EXPECT_LT(distance(report, things.front()), 0.01) << k;
-  }
+TEST(FoundAgain, WhatIsFollowedUndisturbedIsNotDoubted) {
+  expect_followed(plate(0.06, 0.008, 0), 20, 0.003);
+  expect_followed(plate(0.06, 0.06, 0), 40, 0.006);
 }
 
 TEST(FoundAgain, ARaggedThingIsNotTakenForTheTarget) {
