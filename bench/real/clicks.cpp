@@ -15,6 +15,7 @@ Clicked learn_clicks(const std::vector<Click>& clicks) {
   Clicked clicked;
   clicked.fault = object.fault;
   if (clicked.fault.empty()) clicked.fault = agreeing.doubt;
+  clicked.warnings = object.warnings;
   if (object.colour.status == vision::LearnedColour::Status::kLearned) clicked.model = object.colour.model;
   for (size_t k = 0; k < pictures.size(); ++k) {
     if (!std::ranges::binary_search(agreeing.left_out, k)) clicked.used.push_back(k);

@@ -20,6 +20,7 @@ struct Click {
 struct Clicked {
   std::optional<vision::ColourModel> model;
   std::string fault;
+  std::vector<std::string> warnings;
   std::vector<size_t> used;  ///< numbers of the clicks
 };
 

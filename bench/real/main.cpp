@@ -44,6 +44,7 @@ struct Run {
   std::vector<size_t> click_images;
   size_t clicks = 1, used = 1;  // learned from these; of several, those that are not left out
   std::string fault;            // why the colour was not learned, or is refused
+  std::vector<std::string> warnings;
   std::unique_ptr<vision::StereoVision> ours;
   std::unique_ptr<Baseline> baseline;
   LimitedBaseline limited;
@@ -73,6 +74,7 @@ void learn(const RealSet& set, const std::vector<Click>& clicks, bool all, Run& 
     }
   }
   run.fault = learned.fault;
+  run.warnings = learned.warnings;
   run.clicks = clicks.size();
   run.used = learned.used.size();
   if (!learned.model || (!run.fault.empty() && !all)) return;
@@ -215,6 +217,7 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
                   set.labelled[k].name.c_str(), fmt::format("{}", fmt::join(run.click_images, " ")).c_str(),
                   run.ours_score.right, run.ours_score.wrong, run.ours_score.labelled, run.baseline_score.right,
                   run.baseline_score.wrong, run.used, run.clicks, run.fault.c_str());
+      for (const std::string& warning : run.warnings) std::printf("    warning: %s\n", warning.c_str());
     }
     const int taken = ours.labelled, all = baseline.labelled;
     if (taken == 0) least = 0;

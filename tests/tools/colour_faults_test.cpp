@@ -1,4 +1,5 @@
-// Why learned colours do not serve: an object that the border of its picture cuts off, a click on a highlight.
+// Why learned colours do not serve: an object that the border of its picture cuts off, a click on a highlight; and what
+// may be taken for the object when it is hidden.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
@@ -45,6 +46,28 @@ TEST(ColourFaults, WhatIsNearAnObjectThatTheBorderCutsOffIsNotTheObject) {
   const std::string fault = fault_of(found_by_vision(part, model), part, model);
   EXPECT_EQ(fault.find("the border cuts off the object, and by the colours alone vision may take what is at 70,80"), 0U)
       << fault;
+}
+
+TEST(ColourFaults, WhatVisionWouldTakeForAHiddenObjectIsAWarning) {
+  const cv::Rect rectangle(36, 96, 49, 49);
+  const auto warnings = [&](const std::vector<cv::Point>& others, const std::vector<int>& radii) {
+    std::vector<cv::Point> centres{{60, 120}};
+    std::vector<int> all{24};
+    centres.insert(centres.end(), others.begin(), others.end());
+    all.insert(all.end(), radii.begin(), radii.end());
+    const ObjectColour learned =
+        learn_object({.bgr = picture(centres, all), .region = ObjectRegion{rectangle, {}}, .name = "ball.png"});
+    EXPECT_EQ(learned.fault, "");
+    return learned.warnings;
+  };
+  const std::vector<std::string> smaller = warnings({{200, 180}}, {6});
+  ASSERT_EQ(smaller.size(), 1U);
+  EXPECT_EQ(smaller[0].find("ball.png: when the object is hidden or out of view, vision may take what is at 200,180 "),
+            0U)
+      << smaller[0];
+  EXPECT_EQ(warnings({}, {}), std::vector<std::string>()) << "nothing else has its colours";
+  EXPECT_EQ(warnings({{200, 180}}, {2}), std::vector<std::string>()) << "too small for a first match";
+  EXPECT_EQ(warnings({{180, 60}, {200, 180}}, {6, 6}), std::vector<std::string>()) << "it would be ambiguous";
 }
 
 TEST(ColourFaults, AClickOnAHighlightShowsNotTheObject) {

@@ -199,6 +199,28 @@ TEST(LearnColour, AnotherPictureTellsWhatIsMoreOfTheObject) {
   EXPECT_GT(learned.rates[1].kept, 0.9);
 }
 
+TEST(LearnColour, ASmallChangeOfTheLightDoesNotMakeTheWallTheObject) {
+  // A disc of glass: through its right part, the wall is seen, which has a little of its hue.
+  const cv::Vec3d vivid(30, 110, 225), grey(150, 150, 150);
+  for (const double hue : {0.04, 0.12, 0.2, 0.32, 0.36, 0.48}) {
+    const cv::Vec3d wall = grey + hue * (vivid - grey);
+    cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(wall[0], wall[1], wall[2]));
+    cv::Mat disc = cv::Mat::zeros(kHeight, kWidth, CV_8UC1), noise(kHeight, kWidth, CV_8UC3);
+    cv::circle(disc, kCentre, kRadius, cv::Scalar(255), cv::FILLED);
+    for (int column = 0; column < kWidth; ++column) {
+      const double clear = 0.6 * std::clamp((column - kCentre.x + kRadius) / (2.0 * kRadius), 0.0, 1.0);
+      const cv::Vec3d colour = vivid + clear * (wall - vivid);
+      image.col(column).setTo(cv::Scalar(colour[0], colour[1], colour[2]), disc.col(column));
+    }
+    cv::RNG(7).fill(noise, cv::RNG::NORMAL, cv::Scalar::all(20), cv::Scalar::all(2));
+    image += noise;
+    LearnedColour learned = learn_colour_of(image, disc);
+    ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+    learned.model.tolerance *= 1.2;
+    EXPECT_LT(largest(learned, image).area, 10 * 3.14159 * kRadius * kRadius) << hue << ' ' << learned.model.tolerance;
+  }
+}
+
 TEST(LearnColour, OnePictureOfSeveralMayBeOverexposed) {
   cv::Mat image(kHeight, kWidth, CV_8UC3, cv::Scalar(120, 120, 120)), mask = cv::Mat::zeros(kHeight, kWidth, CV_8UC1);
   cv::circle(mask, kCentre, kRadius, cv::Scalar(255), cv::FILLED);

@@ -284,6 +284,24 @@ std::string taken_for_it(const FoundByVision& found, const PicturePart& part) {
   return position_of(px, part.corner);
 }
 
+/// What vision would take for the object when that is hidden, as a sentence; empty where nothing.
+std::string doubt_when_hidden(const PicturePart& part, const vision::ColourModel& model) {
+  PicturePart hidden{part.bgr.clone(), part.region, part.corner, part.boxes};
+  const cv::Rect picture({}, part.bgr.size());
+  const auto hide = [&](const cv::Rect& box) { hidden.bgr(box & picture).setTo(cv::Scalar::all(0)); };
+  for (const cv::Rect& box : part.boxes) hide(box);
+  vision::BlobFinder finder;
+  for (const vision::Blob& blob : finder.find(part.bgr, picture, vision::ColourTable(model)).blobs) {
+    if (is_near(blob.box, part)) hide(blob.box);
+  }
+  const std::string other = taken_for_it(found_by_vision(hidden, model), hidden);
+  if (other.empty()) return {};
+  return fmt::format(
+      "when the object is hidden or out of view, vision may take what is at {} for it: give more pictures, set "
+      "ball_radius_m of a ball or search_region_m, or choose another object",
+      other);
+}
+
 /// Whether what is found of the object reaches the border of the picture.
 bool is_cut_off(const PicturePart& part, const vision::ColourModel& model) {
   const cv::Rect picture({}, part.bgr.size());
@@ -374,6 +392,8 @@ std::vector<std::string> doubts_of(const FoundByVision& found, const PicturePart
        {doubt_of_parts(part, model), doubt_of_region(part, model), doubt_of_vision(found, part, model)}) {
     if (!doubt.empty()) doubts.push_back(doubt);
   }
+  if (!doubts.empty()) return doubts;
+  if (const std::string doubt = doubt_when_hidden(part, model); !doubt.empty()) doubts.push_back(doubt);
   return doubts;
 }
 

@@ -12,9 +12,10 @@
 namespace multireach::vision {
 namespace {
 
-constexpr double kSwamped = 0.05;     // misclassified background share above which brightness limits are tried
-constexpr double kWideness = 0.03;    // share of the object that a tolerance wider by one sigma must add
-constexpr double kClean = 0.002;      // misclassified share of the background that is acceptable
+constexpr double kSwamped = 0.05;   // misclassified background share above which brightness limits are tried
+constexpr double kWideness = 0.03;  // share of the object that a tolerance wider by one sigma must add
+constexpr double kClean = 0.002;    // misclassified share of the background that is acceptable
+constexpr double kTolerances[] = {4.0, 3.5, 3.0, 2.5, 2.0, 1.5};  // standard deviations
 constexpr double kWorthwhile = 0.05;  // by how much a limit of brightness must improve the score
 
 double share_of_members(const ColourModel& model, const std::vector<ChromaSample>& samples) {
@@ -105,7 +106,7 @@ void choose_tolerance(ColourModel& model, const TrainingSamples& training, bool 
   constexpr double kUsual = 3;
   double best_score = -1e9;
   ColourModel best = model;
-  for (const double tolerance : {4.0, 3.5, 3.0, 2.5, 2.0, 1.5}) {
+  for (const double tolerance : kTolerances) {
     ColourModel with = model;
     with.tolerance = tolerance;
     const Grade now = cut ? cut_background(with, training) : grade(with, training);
@@ -343,6 +344,26 @@ void widen_saturation(LearnedColour& learned, const TrainingSamples& training) {
   }
 }
 
+/// Keeps the model away from large parts of the background: a small change of the light would make them pass. If a
+/// tolerance kMargin times as wide lets something pass that is kLarge times as large as the object, takes the next
+/// smaller tolerance of which that is not so. On the tuning videos of docs/real-images.md nothing else that passes then
+/// is larger than the object.
+void keep_away_from_background(LearnedColour& learned, const TrainingSamples& training) {
+  constexpr double kMargin = 1.2, kLarge = 10;
+  const auto is_near = [&](ColourModel model) {
+    model.tolerance *= kMargin;
+    return clutter_of(model, training.trials) > kLarge;
+  };
+  if (!is_near(learned.model)) return;
+  for (const double tolerance : kTolerances) {
+    ColourModel with = learned.model;
+    with.tolerance = tolerance;
+    if (tolerance >= learned.model.tolerance || is_near(with)) continue;
+    learned = graded(with, grade(with, training), learned.by_brightness);
+    return;
+  }
+}
+
 /// Learns from the samples of object and background.
 LearnedColour learn(const TrainingSamples& training) {
   std::vector<ChromaSample> coloured = coloured_samples(training.object);
@@ -369,6 +390,7 @@ LearnedColour learn(const TrainingSamples& training) {
   }
   // A rectangle does not tell which blobs are the object's, and so not what a wider model lets pass.
   if (!training.trials.empty()) widen_saturation(result, training);
+  keep_away_from_background(result, training);
   return result;
 }
 
