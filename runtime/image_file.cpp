@@ -33,7 +33,11 @@ cv::Mat decode_png(const std::vector<uint8_t>& bytes, const std::string& name) {
   unsigned fault = lodepng_inspect(&width, &height, &state, bytes.data(), bytes.size());
   if (fault == 0) check_size(name, width, height);
   std::vector<uint8_t> rgb;
-  if (fault == 0) fault = lodepng::decode(rgb, width, height, bytes, LCT_RGB, 8);
+  // What is encoded may have 16 bits in four channels, and a byte more in each row, of seven interlaced passes at most.
+  lodepng::State decoder;
+  decoder.info_raw.colortype = LCT_RGB;
+  decoder.decoder.zlibsettings.max_output_size = (size_t{8} * width + 7) * (height + 7) + size_t{1 << 16};
+  if (fault == 0) fault = lodepng::decode(rgb, width, height, decoder, bytes);
   if (fault != 0) fail(name, std::string("is not a PNG that can be read: ") + lodepng_error_text(fault));
   cv::Mat bgr;
   cv::cvtColor(cv::Mat(static_cast<int>(height), static_cast<int>(width), CV_8UC3, rgb.data()), bgr, cv::COLOR_RGB2BGR);

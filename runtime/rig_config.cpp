@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "numeric/trigonometry.hpp"
 #include "runtime/camera_files.hpp"
@@ -80,10 +81,18 @@ void read_rotation(const Config& config, Transform& transform) {
     config.fail("rotation", "a rotation matrix, row by row");
 }
 
+void read_translation(const Config& config, Transform& transform) {
+  constexpr double kFarthest_m = 100;
+  transform.X.translation() = vector3_from(config, "translation_m");
+  if (transform.X.translation().norm() > kFarthest_m) config.fail("translation_m", "at most 100 m: metres, not mm");
+}
+
 void read_rpy(const Config& config, Transform& transform) {
   if (!config.has("rpy_rad")) return;
   if (transform.rotations++ > 0) config.fail("rpy_rad", "either 'rotation' or 'rpy_rad', not both");
   const std::vector<double> rpy = config.numbers("rpy_rad", 3);
+  if (std::ranges::any_of(rpy, [](double angle) { return std::abs(angle) > 2 * std::numbers::pi; }))
+    config.fail("rpy_rad", "angles from -2 pi to 2 pi: radians, not degrees");
   transform.X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
 }
 
@@ -101,7 +110,7 @@ ConfigKeys<Transform> transform_keys() {
              "Only `left_to_robot`, instead of all other keys: the file that `multireach-calibrate hand-eye` wrote.",
              [](const Config&, Transform&) {})
       .other("translation_m", "list of 3 numbers", "m", "required", "Position of the left camera in the other frame.",
-             [](const Config& config, Transform& t) { t.X.translation() = vector3_from(config, "translation_m"); })
+             read_translation)
       .other("rotation", "list of 9 numbers", "", "none", "The rotation matrix, row by row.", read_rotation)
       .other("rpy_rad", "list of 3 numbers", "rad", "0, 0, 0",
              "Instead of `rotation`: roll, pitch and yaw about the fixed axes x, y, z in this order, as in URDF: R = "

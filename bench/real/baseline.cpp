@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <opencv2/imgproc.hpp>
-#include <ranges>
 #include <vector>
 
 namespace multireach::bench {
@@ -64,8 +63,7 @@ std::vector<Baseline::Contour> Baseline::contours(const cv::Mat& bgr) const {
 
 std::vector<cv::Point2d> largest(const std::vector<Baseline::Contour>& contours, size_t most) {
   std::vector<cv::Point2d> centres;
-  for (const Baseline::Contour& contour : contours | std::views::take(static_cast<ptrdiff_t>(most)))
-    centres.push_back(contour.centre);
+  for (size_t k = 0; k < std::min(most, contours.size()); ++k) centres.push_back(contours[k].centre);
   return centres;
 }
 

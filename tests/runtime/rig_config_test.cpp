@@ -122,6 +122,8 @@ TEST(RigConfig, RefusesErrorsOfACalibrationThatMakeNoSense) {
 TEST(RigConfig, RollPitchAndYawAreAboutFixedAxes) {
   const double roll = 0.3, pitch = -0.4, yaw = 0.5;
   const StereoRig rig = load_rig(cameras("{translation_m: [0, 0, 0], rpy_rad: [0.3, -0.4, 0.5]}")).rig;
+  EXPECT_THROW(load_rig(cameras("{translation_m: [0, 0, 0], rpy_rad: [-146, 0, -90]}")), InputError) << "degrees";
+  EXPECT_THROW(load_rig(cameras("{translation_m: [-150, 20, 450]}")), InputError) << "millimetres";
   const Eigen::Matrix3d R =
       (Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
        Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))

@@ -6,7 +6,6 @@
 #include <array>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
-#include <ranges>
 
 #include "tools/calibrate/colour_faults.hpp"
 #include "vision/colour/colour_table.hpp"
@@ -123,7 +122,7 @@ AgreeingPictures learn_agreeing(std::span<const ObjectPicture> pictures) {
     const std::vector<size_t> alone = faulty_alone(taken);
     if (2 * alone.size() > static_cast<size_t>(objects()))
       agreeing.doubt = "most pictures of the object are refused even alone";
-    for (const size_t k : std::views::reverse(alone)) leave_out(k);
+    for (auto k = alone.rbegin(); k != alone.rend(); ++k) leave_out(*k);
     if (!agreeing.left_out.empty()) object = learn_object(taken);
   }
   constexpr size_t kFew = 6;  // pictures, of which it takes seconds to learn from all but one, for each

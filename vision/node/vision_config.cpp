@@ -88,7 +88,8 @@ ConfigKeys<TrackerSection> tracker_keys(bool several) {
           "Largest share of the target's area that may be occluded or beyond the image's border.")
       .number(
           "max_prediction_sigmas", "", 0.1, 100, [](auto& s) -> auto& { return s.options.match.max_prediction_sigmas; },
-          "Largest distance of a match from the predicted position, in standard deviations.")
+          "Largest distance of a match from the predicted position, in standard deviations of both; beyond, it is a "
+          "jump.")
       .number(
           "sigma_px", "pixels", 0, 1000, [](auto& s) -> auto& { return s.options.sigma_px; },
           "Standard deviation of additional noise of every image point, e.g. calibration error.")
@@ -138,11 +139,16 @@ ConfigKeys<TagSection> tag_target_keys() {
   return keys;
 }
 
+/// Messages end a text at a NUL.
+void require_name(const std::string& name, const Config& section, const char* key) {
+  if (name.empty() || name.find('\0') != std::string::npos) section.fail(key, "a name, without NUL characters");
+}
+
 VisionConfig::Tag tag_from(const Config& section, const StereoRig& rig) {
   if (section.has("colour")) section.fail("colour", "either 'colour' or 'tag', not both");
   TagSection tag;
   tag_target_keys().read(section, tag);
-  if (tag.name.empty()) section.fail("name", "a name");
+  require_name(tag.name, section, "name");
   tag.options.rig = rig;
   return {tag.name, tag.options};
 }
@@ -153,7 +159,7 @@ VisionConfig::Target target_from(const Config& section, bool several, const Conf
   TrackerSection tracker;
   if (!several) tracker.name = "target";
   tracker_keys(several).read(section, tracker);
-  if (tracker.name.empty()) section.fail(several ? "name" : "target_name", "a name");
+  require_name(tracker.name, section, several ? "name" : "target_name");
   const ColourConfig colour = colour_config_from(colour_section);
   files += colour.file;
   tracker.options.rig = rig;
