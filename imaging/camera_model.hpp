@@ -21,6 +21,8 @@ struct CameraModel {
   /// Undistorted viewing ray (x/z, y/z) of a pixel: the inverse of `project`.
   Eigen::Vector2d ray(const Eigen::Vector2d& pixel) const;
   std::vector<Eigen::Vector2d> rays(const std::vector<Eigen::Vector2d>& pixels) const;
+
+  friend bool operator==(const CameraModel&, const CameraModel&) = default;
 };
 
 }  // namespace multireach

@@ -34,6 +34,11 @@ struct StereoRig {
   double baseline_m() const { return X_RL.translation().norm(); }
 };
 
+/// Whether two rigs have the same cameras at the same poses.
+inline bool same_cameras(const StereoRig& a, const StereoRig& b) {
+  return a.left == b.left && a.right == b.right && a.X_RL.isApprox(b.X_RL, 0) && a.X_WL.isApprox(b.X_WL, 0);
+}
+
 /// Two equal cameras without distortion side by side, looking as the left one does, whose frame is also W: of rectified
 /// images. `width`, `height`, `focal`: pixels. The optical axes pass through the middle of the images.
 inline StereoRig parallel_rig(int width, int height, double focal, double baseline_m) {

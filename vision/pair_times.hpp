@@ -11,11 +11,20 @@ struct PairTimes {
   int64_t left = 0, right = 0;
 };
 
-/// Time of an image relative to its pair's, s; 0 when the image's time is implausible, 0.2 s or more from the pair's.
-inline double offset_s(int64_t image, int64_t pair) {
+/// Whether an image was taken so long before or after its pair, or the other image, that they do not show one scene:
+/// more than 0.2 s. Image times below 0: there is no such image; 0: its time is not known.
+inline bool far_apart(const PairTimes& times) {
   constexpr int64_t kFarApart = 200000;  // us
-  const int64_t offset = image - pair;
-  return std::abs(offset) <= kFarApart ? static_cast<double>(offset) * 1e-6 : 0;
+  const auto far = [](int64_t image, int64_t other) { return image > 0 && std::abs(image - other) > kFarApart; };
+  return far(times.left, times.pair) || far(times.right, times.pair) ||
+         (times.right > 0 && far(times.left, times.right));
 }
+
+/// Time of an image relative to its pair's, s; 0 when the image's time is not known.
+inline double offset_s(int64_t image, int64_t pair) {
+  return far_apart({pair, image, image}) || image <= 0 ? 0 : static_cast<double>(image - pair) * 1e-6;
+}
+
+inline constexpr const char* kFarApartInTime = "the images of the pair were taken more than 0.2 s apart";
 
 }  // namespace multireach::vision

@@ -16,8 +16,9 @@ inline Eigen::Matrix3d reported_covariance(const StereoRig& rig, const PositionE
   return measured.covariance + covariance_by_rig_errors(rig, measured.position);
 }
 
-/// What reported_covariance() made of a measurement's covariance, reversed: for whoever averages or weighs several
-/// positions, whose common error is no noise. As reported where nothing would remain: it is of another calibration.
+/// What reported_covariance() made of a measurement's covariance, reversed, for callers that average positions: the
+/// calibration's error is common to all of them and is no noise. Returns the reported covariance if the difference is
+/// not positive definite, as that of another calibration.
 inline Eigen::Matrix3d measured_covariance(const StereoRig& rig, const PositionEstimate& reported) {
   if (!rig.errors.known()) return reported.covariance;
   const Eigen::Matrix3d measured = reported.covariance - covariance_by_rig_errors(rig, reported.position);

@@ -12,35 +12,11 @@ namespace {
 
 constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
-constexpr double kAround = 2;          // radii around where the target is or is expected: no background there
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
 constexpr double kWider = 0.15;
 constexpr int kLeastArea = 16;   // pixels, width and height of a search area
 constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
-
-/// Whether a pair may combine two things that touch, as balls do: in both images the contour is a part of a larger
-/// blob, of about the same size, but at different places of it.
-bool are_different_parts(const ComparedPair& pair, const View& left, const View& right) {
-  constexpr double kLargerBlob = 1.3;  // least area of such a blob, in areas of the contour
-  constexpr double kBlobRatio = 1.3;   // largest ratio of the areas of images of the same blob
-  constexpr double kOffset = 0.5;      // largest difference of the contour's offset from the blob's centroid, radii
-  if (!pair.match.both_by_contour) return false;
-  struct Part {
-    double area_ratio;
-    Eigen::Vector2d offset;
-  };
-  const auto part_of = [](const View& view, int at) {
-    const SphereContour& contour = view.contours[static_cast<size_t>(at)];
-    const Blob& blob = view.blobs[static_cast<size_t>(at)];
-    const double radius = contour.radius_px;
-    return Part{blob.area / (std::numbers::pi * radius * radius), (contour.centre_px - blob.centroid) / radius};
-  };
-  const Part a = part_of(left, pair.match.left), b = part_of(right, pair.match.right);
-  return std::min(a.area_ratio, b.area_ratio) > kLargerBlob &&
-         std::max(a.area_ratio, b.area_ratio) < kBlobRatio * std::min(a.area_ratio, b.area_ratio) &&
-         (a.offset - b.offset).norm() > kOffset;
-}
 
 /// The part of an image that is searched.
 cv::Rect area_of(const TrackerOptions& options, Side side) {
@@ -52,6 +28,13 @@ cv::Rect area_of(const TrackerOptions& options, Side side) {
   const SearchRegion whole_ball(options.search_region->min() - radius, options.search_region->max() + radius);
   const Eigen::Isometry3d X_LW = rig.X_WL.inverse();
   return search_area(whole_ball, camera, left ? X_LW : rig.X_RL * X_LW);
+}
+
+/// The track takes what the match takes for the target.
+TargetTrack::Options track_options(const TrackerOptions& options) {
+  TargetTrack::Options track = options.track;
+  track.gate = options.match.max_prediction_sigmas;
+  return track;
 }
 
 const TrackerOptions& checked(const TrackerOptions& options) {
@@ -93,25 +76,12 @@ bool is_dark(const cv::Mat& bgr) {
   return true;
 }
 
-/// Whether a match has a position that can be compared with the search region.
-bool is_located(StereoMatch::Status status) {
-  using Status = StereoMatch::Status;
-  return status == Status::kSeen || status == Status::kOccludedTooMuch || status == Status::kCutOff ||
-         status == Status::kWrongRadius || status == Status::kOutsidePredictionGate;
-}
-
-bool is_background(const StereoMatch& match, const View& left, const View& right) {
-  return match.left >= 0 && match.right >= 0 &&
-         left.appearance[static_cast<size_t>(match.left)].background > StereoTracker::kBackgroundShare &&
-         right.appearance[static_cast<size_t>(match.right)].background > StereoTracker::kBackgroundShare;
-}
-
 }  // namespace
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
     : options_(checked(options)),
       cameras_{camera_state(options, Side::kLeft), camera_state(options, Side::kRight)},
-      track_(options.track) {}
+      track_(track_options(options)) {}
 
 ColourModel StereoTracker::wider_model(const ColourModel& model) {
   return widened(model, kWider);
@@ -125,7 +95,7 @@ StereoTracker::CameraState StereoTracker::camera_state(const TrackerOptions& opt
 }
 
 void StereoTracker::restart() {
-  track_ = TargetTrack(options_.track);
+  track_ = TargetTrack(track_options(options_));
   identity_ = {};
   calibration_ = {};
   radius_m_ = 0;
@@ -177,169 +147,6 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
   return view;
 }
 
-/// Compensates the target's motion between the two exposures: shifts the right camera by the opposite motion, so that
-/// both images show the target at the time of the left one.
-StereoRig StereoTracker::rig_at(const PairTimes& times) const {
-  StereoRig rig = options_.rig;
-  if (track_.status() == TargetTrack::Status::kLost) return rig;
-  const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
-  rig.X_RL.translation() += rig.X_RL.linear() * (rig.X_WL.linear().transpose() * (track_.velocity() * later));
-  return rig;
-}
-
-StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& left, const View& right,
-                                          const OtherTargets& others) const {
-  using Status = StereoMatch::Status;
-  const auto failed = [](Status status) {
-    Found found;
-    found.match.status = status;
-    return found;
-  };
-  if (!left.fits || !right.fits) return failed(Status::kWrongImageSize);
-  if (left.filled || right.filled) return failed(Status::kColourEverywhere);
-  if (left.dark) return failed(Status::kLeftDark);
-  if (right.dark) return failed(Status::kRightDark);
-  // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
-  Found found = match_among(times, left, right, others, !identity_.known(), !others.anywhere);
-  StereoMatch& match = found.match;
-  if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
-    match.status = Status::kOnlyBackground;
-  const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
-  if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
-  const bool lost = track_.status() == TargetTrack::Status::kLost;
-  const bool still = !identity_.known() && is_background(match, left, right);
-  const bool whole = left.window == search_area(Side::kLeft) && right.window == search_area(Side::kRight);
-  const bool doubtful = match.status == Status::kSeen && whole && !others.unknown && identity_.doubtful(times.pair);
-  if (!lost && (still || doubtful)) {
-    Found other = match_among(times, left, right, others, false, false, &match);
-    const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
-                          (still && may_replace(other.match, match, left, right));
-    if (other.match.status == Status::kSeen && replaces) {
-      // What appears or moves is more likely the target than what stands still, and what fits best by itself more
-      // likely than what was taken for it shortly before, if it is seen repeatedly.
-      other.match.status = Status::kOutsidePredictionGate;
-      found = std::move(other);
-    }
-  }
-  const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
-                     match.status == Status::kEpipolarMismatch;
-  if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
-  return found;
-}
-
-/// Matches the contours that are no other target, with those in the background or without. Where a confirmed target is
-/// expected, a sphere's contour counts also before background of its colour. `followed`: the tracked object, which is
-/// compared with the others even if it is unlike the target.
-StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const View& left, const View& right,
-                                                const OtherTargets& others, bool background, bool predicted,
-                                                const StereoMatch* followed) const {
-  const auto expected_at = identity_.confirmed() && predicted ? expected_px(times) : std::nullopt;
-  const auto is_expected = [&](Side side, const SphereContour& contour) {
-    return expected_at && contour.kind == SphereContour::Kind::kEdges &&
-           (contour.centre_px - (*expected_at)[index(side)]).norm() < kAround * contour.radius_px;
-  };
-  std::array<std::vector<SphereContour>, 2> contours;
-  std::array<std::vector<int>, 2> from;
-  for (const Side side : {Side::kLeft, Side::kRight}) {
-    const View& view = side == Side::kLeft ? left : right;
-    const std::vector<bool>& taken = others.taken[index(side)];
-    for (size_t k = 0; k < view.contours.size(); ++k) {
-      if (k < taken.size() && taken[k]) continue;
-      if (!background && view.appearance[k].background > kBackgroundShare && !is_expected(side, view.contours[k]))
-        continue;
-      contours[index(side)].push_back(view.contours[k]);
-      // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
-      if (view.appearance[k].background > kBackgroundShare) contours[index(side)].back().by_centroid = nullptr;
-      from[index(side)].push_back(static_cast<int>(k));
-    }
-  }
-  TargetHistory history = predicted ? history_at(times) : TargetHistory{};
-  if (followed && identity_.found_again()) history.radius_m = identity_.appearance(times.pair).radius_m;
-  std::optional<Prediction> prediction;
-  if (history.agile) prediction = {history.agile->position, history.agile->covariance, history.agile->bias_covariance};
-  std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
-  for (ComparedPair& pair : pairs) {
-    if (options_.search_region && is_located(pair.match.status) &&
-        !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
-      pair.match.status = StereoMatch::Status::kOutsideRegion;
-    pair.match.left = from[0][static_cast<size_t>(pair.match.left)];
-    pair.match.right = from[1][static_cast<size_t>(pair.match.right)];
-    const bool expected = prediction && pair.match.status != StereoMatch::Status::kOutsidePredictionGate;
-    if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
-      pair.match.status = StereoMatch::Status::kInconsistentPair;
-    const bool may_be_target = pair.match.status == StereoMatch::Status::kSeen ||
-                               pair.match.status == StereoMatch::Status::kOutsidePredictionGate;
-    const bool is_followed = followed && pair.match.left == followed->left && pair.match.right == followed->right;
-    if (!expected && may_be_target && !is_followed && !(options_.match.radius_m > 0) &&
-        is_unlike(pair, left.appearance[static_cast<size_t>(pair.match.left)],
-                  right.appearance[static_cast<size_t>(pair.match.right)], identity_.appearance(times.pair)))
-      pair.match.status = StereoMatch::Status::kUnlike;
-  }
-  Found found;
-  found.match = best_match(contours[0], contours[1], pairs);
-  found.candidates = candidates_of(pairs, left.appearance, right.appearance, history, options_.match);
-  if (found.candidates.empty()) {
-    add_occlusion(times.pair, left, right, found.match);
-    return found;
-  }
-  for (size_t k = 0; k < found.candidates.size(); ++k) {
-    StereoMatch& match = found.candidates[k].match;
-    if (!(options_.match.radius_m > 0) && !match.both_by_contour)
-      match.shape_covariance += covariance_of_parts(found.candidates, k);
-  }
-  const auto chosen = choose(found.candidates, others.sought);
-  found.match = found.candidates[chosen.value_or(0)].match;
-  if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
-  const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
-  if (chosen && !history.agile) check_first_match(*chosen, pairs, located, left, right, found);
-  // After the checks of a first match: it may be another object than the one whose size is remembered.
-  add_occlusion(times.pair, left, right, found.match);
-  for (Candidate& candidate : found.candidates) add_occlusion(times.pair, left, right, candidate.match);
-  return found;
-}
-
-/// Adds what may be occluded to the covariance of a match by the area of an object of unknown size. Where the border of
-/// an image cuts it off, its covariance has that already.
-void StereoTracker::add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const {
-  if (match.both_by_contour || !is_located(match.status) || !tells_size(match, left, right)) return;
-  match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right), utime);
-}
-
-/// Whether the areas of a match tell how large an object of unknown size is.
-bool StereoTracker::tells_size(const StereoMatch& match, const View& left, const View& right) const {
-  return !(options_.match.radius_m > 0) && !left.contours[static_cast<size_t>(match.left)].cut_off &&
-         !right.contours[static_cast<size_t>(match.right)].cut_off;
-}
-
-bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,
-                                      const View& right) const {
-  if (match.status != StereoMatch::Status::kSeen || !track_.expects(times.pair, estimate_at_pair(times, match)))
-    return false;
-  constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
-  const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& area) {
-    return (box.x - kRead >= window.x || window.x == area.x) && (box.y - kRead >= window.y || window.y == area.y) &&
-           (box.br().x + kRead <= window.br().x || window.br().x == area.br().x) &&
-           (box.br().y + kRead <= window.br().y || window.br().y == area.br().y);
-  };
-  return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
-         whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, search_area(Side::kRight));
-}
-
-double StereoTracker::radius_by_area(const StereoMatch& match, const View& left, const View& right) const {
-  const StereoRig& rig = options_.rig;
-  const Eigen::Vector3d p_L = rig.X_WL.inverse() * match.point.p_W;
-  const auto radius_m = [](const SphereContour& contour, const CameraModel& camera, double distance_m) {
-    return std::sqrt(contour.area / std::numbers::pi / (camera.fx * camera.fy)) * distance_m;
-  };
-  return std::min(radius_m(left.contours[static_cast<size_t>(match.left)], rig.left, p_L.norm()),
-                  radius_m(right.contours[static_cast<size_t>(match.right)], rig.right, (rig.X_RL * p_L).norm()));
-}
-
-/// Status to report when a pair was rejected. The track ignores a pair that is not newer and may still be tracked then.
-TargetTrack::Status StereoTracker::unseen_status() const {
-  return track_.status() == TargetTrack::Status::kTracked ? TargetTrack::Status::kCoasting : track_.status();
-}
-
 /// The matched position, moved to the time of the pair; its covariance is that by which the track weighs it, with the
 /// unknown motion between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
@@ -358,8 +165,8 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
   return estimate;
 }
 
-TargetReport StereoTracker::report(TargetTrack::Status status, const char* reason) const {
-  const PositionEstimate estimate = track_.estimate();
+TargetReport StereoTracker::report(int64_t utime, TargetTrack::Status status, const char* reason) const {
+  const PositionEstimate estimate = utime < track_.utime() ? track_.estimate_before(utime) : track_.estimate();
   return {.status = status,
           .estimate = {estimate.position, estimate.covariance + estimate.bias_covariance + shape_covariance_},
           .velocity = track_.velocity(),
@@ -370,9 +177,14 @@ TargetReport StereoTracker::report(TargetTrack::Status status, const char* reaso
 
 TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
   track_.update(utime, std::nullopt);
+  return unseen(utime, reason);
+}
+
+/// What the track did not accept teaches nothing about the target.
+TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
   identity_.update_unseen(utime, track_.status() == TargetTrack::Status::kLost);
   for (CameraState& camera_state : cameras_) camera_state.gains = relaxed(camera_state.gains);
-  return report(unseen_status(), reason);
+  return report(utime, track_.unseen_status(utime), reason);
 }
 
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
@@ -431,7 +243,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                                          const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   using Status = StereoMatch::Status;
   if (track_.begun() && times.pair <= track_.utime())
-    return report(unseen_status(), "the pair is not newer than the last one");
+    return report(times.pair, track_.unseen_status(times.pair), "the pair is not newer than the last one");
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it, or at once.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
@@ -448,13 +260,11 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const Jump jump = !seen                                                           ? Jump::kNever
                     : has_bounced(times.pair, estimate, match, left, right, others) ? Jump::kAtOnce
                                                                                     : Jump::kIfConfirmed;
-  if (!track_.update(times.pair, estimate, jump)) {
-    identity_.update_unseen(times.pair, track_.status() == TargetTrack::Status::kLost);
-    return report(unseen_status(), description(Status::kOutsidePredictionGate));
-  }
+  if (!track_.update(times.pair, estimate, jump))
+    return unseen(times.pair, description(Status::kOutsidePredictionGate));
   shape_covariance_ = match.shape_covariance.selfadjointView<Eigen::Lower>();  // exactly symmetric, as is restored
-  if (partly) return report(TargetTrack::Status::kCoasting, description(match.status));
-  TargetReport tracked = report(TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
+  if (partly) return report(times.pair, TargetTrack::Status::kCoasting, description(match.status));
+  TargetReport tracked = report(times.pair, TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
   tracked.estimate = {estimate.position, estimate.covariance + shape_covariance_};
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;

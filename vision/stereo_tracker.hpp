@@ -48,7 +48,7 @@ struct TargetReport {
   TargetTrack::Status status = TargetTrack::Status::kLost;
   PositionEstimate estimate;  ///< in W; measured from this pair when tracked, predicted when coasting
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();             ///< m/s, in W
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< m^2/s^2
+  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< (m/s)^2
   std::optional<int64_t> last_seen_utime;                         ///< time of the last accepted match, microseconds
   const char* reason = "";                                        ///< why the target has this status, as text
   bool ambiguous = false;  ///< this pair shows several things that could be the target; a position is not to be used
@@ -64,7 +64,7 @@ struct OtherTargets {
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
 /// pair measure() for both images, match(), then update() or update_unseen(). Deterministic: its
-/// whole state between pairs is what serialize() returns, but for what is only said to people:
+/// whole state between pairs is what serialize() returns, except the diagnostics
 /// calibration_disagreement() and camera_shift().
 class StereoTracker {
  public:
@@ -113,7 +113,7 @@ class StereoTracker {
   /// Of the object: the known one, else as measured by the last match; 0 before the first.
   double radius_m() const { return radius_m_; }
   /// Whether the target is expected somewhere in this pair.
-  bool is_expected(const PairTimes& times) const { return history_at(times).agile.has_value(); }
+  bool is_expected(const PairTimes& times) const { return history_at(times).manoeuvring.has_value(); }
   /// Where the target's centre is expected in both images, pixels, if it moves steadily.
   std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const PairTimes& times) const;
   /// Where a match is not about where the target is expected, but exactly one image shows a blob there that is like it:
@@ -174,12 +174,13 @@ class StereoTracker {
   static constexpr int kFirstLooks = 16;      // search areas that a new tracker searches to learn the background
   static constexpr int kLookEvery = 8;        // pairs between two searches of a whole area for the background
   static constexpr double kWorthwhile = 0.5;  // above this share of the search area, all of it is searched instead
+  static constexpr double kAround = 2;        // radii around where the target is or is expected: no background there
   static ColourModel wider_model(const ColourModel& model);
   static CameraState camera_state(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
   PositionEstimate estimate_at_pair(const PairTimes& times, const StereoMatch& match) const;
-  TargetTrack::Status unseen_status() const;
-  TargetReport report(TargetTrack::Status status, const char* reason) const;
+  TargetReport report(int64_t utime, TargetTrack::Status status, const char* reason) const;
+  TargetReport unseen(int64_t utime, const char* reason);
   void adapt(Side side, const View& view, int chosen, double quality);
   bool has_bounced(int64_t utime, const PositionEstimate& there, const StereoMatch& match, const View& left,
                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) const;
@@ -188,8 +189,14 @@ class StereoTracker {
   void notice_motion(Side side, const View& view, int64_t utime);
   void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
+  /// What takes part in a match.
+  struct MatchScope {
+    bool background = false;                ///< contours that the remembered background explains
+    bool prediction = false;                ///< the target's motion
+    const StereoMatch* followed = nullptr;  ///< the tracked object, even if it is unlike the target; null: none
+  };
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
-                    bool background, bool predicted, const StereoMatch* followed = nullptr) const;
+                    const MatchScope& scope) const;
   /// Refuses the chosen candidate for a target that is not tracked, where it is unlikely to be the target. `located`:
   /// how many other targets the images show.
   void check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located, const View& left,

@@ -15,8 +15,10 @@ constexpr double kWindowMargin = 8;    // pixels
 
 cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const cv::Rect whole = search_area(side);
-  const CameraState& camera_state = cameras_[index(side)];
-  const bool look = camera_state.looks < kFirstLooks || camera_state.since_look + 1 >= kLookEvery;
+  // Both images of the same pair, for what is compared with everything else.
+  const bool look = std::ranges::any_of(cameras_, [](const CameraState& camera) {
+    return camera.looks < kFirstLooks || camera.since_look + 1 >= kLookEvery;
+  });
   // A target that the last pair did not show may have jumped.
   if (look || track_.status() != TargetTrack::Status::kTracked) return whole;
   const cv::Rect window = predicted_window(side, utime).value_or(whole);
@@ -53,8 +55,8 @@ TargetHistory StereoTracker::history_at(const PairTimes& times) const {
   if (track_.status() == TargetTrack::Status::kLost || !seen) return history;
   if (static_cast<double>(times.pair - *seen) > 1e6 * options_.track.coast_s) return history;
   history.steady = track_.predicted_steady(times.pair);
-  history.agile = track_.predicted(times.pair);
-  for (auto* predicted : {&history.steady, &history.agile}) {
+  history.manoeuvring = track_.predicted(times.pair);
+  for (auto* predicted : {&history.steady, &history.manoeuvring}) {
     if (*predicted) (*predicted)->position += track_.velocity() * offset_s(times.left, times.pair);
   }
   history.radius_m = radius_m_;

@@ -22,6 +22,8 @@ StereoVision::StereoVision(const std::vector<TrackerOptions>& options) {
   if (options.empty()) throw std::invalid_argument("vision needs at least one target");
   std::vector<std::vector<size_t>> groups;
   for (const TrackerOptions& each : options) {
+    if (!same_cameras(each.rig, options.front().rig))
+      throw std::invalid_argument("all targets of one vision must have the same cameras");
     const auto group = std::ranges::find_if(
         groups, [&](const std::vector<size_t>& other) { return look_alike(options[other.front()], each); });
     if (group == groups.end())
@@ -87,6 +89,7 @@ const char* StereoVision::measure(StereoImages& images) {
   }
   if (images.times().left < 0) return "there is no left image";
   if (images.times().right < 0) return "there is no right image";
+  if (far_apart(images.times())) return kFarApartInTime;
   // Sizes are checked before decoding, so that a wrong or damaged size allocates no memory.
   const StereoTracker& any = targets_.front().tracker;
   for (const Side side : {Side::kLeft, Side::kRight}) {

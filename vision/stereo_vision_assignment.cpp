@@ -372,6 +372,15 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     const auto here = [&](size_t other) { return same_region(targets_[other], targets_[*next]); };
     match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), here)));
   }
+  for (const size_t k : expected) {
+    Target& target = targets_[k];
+    if (target.match.status != Status::kSeen || !target.tracker.identity().doubtful(times.pair)) continue;
+    StereoTracker::Found found =
+        target.tracker.match(times, target.views[0], target.views[1], others_of(k, group, times, target.views));
+    if (found.match.status != Status::kOutsidePredictionGate) continue;
+    target.match = found.match;
+    target.candidates = std::move(found.candidates);
+  }
   keep_nearest_jumps(without, targets_);
   // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.
   for (const size_t k : without) {

@@ -18,6 +18,12 @@ constexpr double kWorthwhile = 0.5;    // above this share of the image, the who
 // edges is known to some factor only.
 constexpr double kChi2PerDegree = 4, kChi2 = 30;
 
+// What an image that was left out may differ from the pose by which the other one explains the tag, in pixels and in
+// sides of its image, besides kSigmas of the pose: corners as they are found, of a tag that moves.
+constexpr double kCornerPx = 2, kCornerSides = 0.1, kSigmas = 4;
+
+constexpr const char* kContradiction =
+    "the two images contradict each other or the tag's size: check size_m and the calibration";
 constexpr const char* kAmbiguous = "seen, but two orientations fit the images: the tag is too small or too far away";
 
 const TagOptions& checked(const TagOptions& options) {
@@ -51,6 +57,26 @@ const char* sentence_for(EdgeFault fault, Side side) {
       break;
   }
   return "no pose of the tag explains its corners";
+}
+
+/// Whether an image that was not used for a pose shows the tag where the pose puts it.
+bool agrees(const TagPose& pose, double side_m, const TagSight& sight) {
+  Eigen::Vector2d expected(0, 0), found(0, 0);
+  Eigen::Matrix<double, 2, kTagUnknowns> J = Eigen::Matrix<double, 2, kTagUnknowns>::Zero();
+  for (int k = 0; k < 4; ++k) {
+    Eigen::Vector2d pixel;
+    Eigen::Matrix<double, 2, kTagUnknowns> of_corner;
+    if (!project(sight.camera, pose.tag, side_m * tag_corner(k), pixel, of_corner)) return false;
+    expected += pixel / 4;
+    found += sight.corners[static_cast<size_t>(k)] / 4;
+    J += of_corner / 4;
+  }
+  const auto by_pose = J.leftCols<6>();
+  const double side_px = (sight.corners[1] - sight.corners[0]).norm(), corner = kCornerPx + kCornerSides * side_px;
+  const Eigen::Matrix2d total = kSigmas * kSigmas * by_pose * pose.covariance * by_pose.transpose() +
+                                corner * corner * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d apart = found - expected;
+  return apart.dot(total.ldlt().solve(apart)) <= 1;
 }
 
 /// Why neither image shows the tag once.
@@ -104,14 +130,16 @@ Eigen::Vector3d TagTracker::motion_of(const PairTimes& times, Side side) const {
   return track_.velocity() * offset_s(side == Side::kLeft ? times.left : times.right, times.pair);
 }
 
-/// The images that show the tag once. A camera whose image is earlier or later than the pair is shifted by the opposite
-/// of the tag's motion, so that all show it at the time of the pair.
+/// The images that show the tag; none where one shows it twice. A camera whose image is earlier or later than the pair
+/// is shifted by the opposite of the tag's motion, so that all show it at the time of the pair.
 std::vector<TagSight> TagTracker::sights_of(const PairTimes& times, const std::array<TagView, 2>& views,
                                             std::vector<Side>& sides) const {
   std::vector<TagSight> sights;
+  // Where one image shows two tags with this id, the one in the other image may be either.
+  if (std::ranges::any_of(views, [](const TagView& view) { return view.matches.size() > 1; })) return sights;
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const TagView& view = views[index(side)];
-    if (view.matches.size() != 1) continue;
+    if (view.matches.empty()) continue;
     TagCamera camera{options_.rig.left, Eigen::Isometry3d::Identity()};
     if (side == Side::kRight) camera = {options_.rig.right, options_.rig.X_RL};
     const Eigen::Vector3d moved_L = options_.rig.X_WL.linear().transpose() * motion_of(times, side);
@@ -127,6 +155,7 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
   std::vector<Side> sides;
   std::vector<TagSight> sights = sights_of(times, views, sides);
   match.reason = missing(views);
+  std::vector<TagSight> left_out;
   // An image in which the tag cannot be measured, at the border of its image for example, leaves the other one.
   while (!sights.empty()) {
     TagFit fit = fit_tag(sights, options_.size, options_.sigma_px);
@@ -137,10 +166,18 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
     }
     match.reason = sentence_for(fit.fault, sides[fit.faulty]);
     if (fit.fault != EdgeFault::kCutOff && fit.fault != EdgeFault::kTooSmall) return match;
+    left_out.push_back(sights[fit.faulty]);
     sights.erase(sights.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
     sides.erase(sides.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
   }
   if (!match.pose) return match;
+  // Where the images contradict each other, the pose by both may be outside of one, which only seems to be cut off.
+  if (!std::ranges::all_of(left_out,
+                           [&](const TagSight& sight) { return agrees(*match.pose, options_.size.side_m, sight); })) {
+    match.pose.reset();
+    match.reason = kContradiction;
+    return match;
+  }
   for (size_t k = 0; k < sides.size(); ++k) {
     match.used[index(sides[k])] = true;
     match.centre_px[index(sides[k])] = match.pose->measured_centre_px[k];
@@ -158,16 +195,16 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
     match.pose.reset();
     match.reason =
         sides.size() == 2
-            ? "the two images contradict each other or the tag's size: check size_m and the calibration"
+            ? kContradiction
             : "the tag's sides contradict each other: it is not flat, or the camera's lens is not calibrated";
   }
   return match;
 }
 
-TagReport TagTracker::report(TargetTrack::Status status, const char* reason) const {
+TagReport TagTracker::report(int64_t utime, TargetTrack::Status status, const char* reason) const {
   TagReport report;
   report.status = status;
-  report.estimate = track_.estimate();
+  report.estimate = utime < track_.utime() ? track_.estimate_before(utime) : track_.estimate();
   report.velocity = track_.velocity();
   report.velocity_covariance = track_.velocity_covariance();
   report.last_seen_utime = track_.last_seen_utime();
@@ -179,8 +216,7 @@ TagReport TagTracker::report(TargetTrack::Status status, const char* reason) con
 TagReport TagTracker::update_unseen(int64_t utime, const char* reason) {
   track_.update(utime, std::nullopt);
   if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
-  const bool tracked = track_.status() == TargetTrack::Status::kTracked;  // it ignores a pair that is not newer
-  return report(tracked ? TargetTrack::Status::kCoasting : track_.status(), reason);
+  return report(utime, track_.unseen_status(utime), reason);
 }
 
 TagReport TagTracker::update(const PairTimes& times, const TagMatch& match) {
@@ -194,26 +230,26 @@ TagReport TagTracker::update(const PairTimes& times, const TagMatch& match) {
     estimate.covariance += 0.5 * apart * apart.transpose();
   }
   // The motion between the exposures and the pair's time is known as well as the speed is.
-  double earliest = 0;
+  double largest_offset_s = 0;
   for (const Side side : {Side::kLeft, Side::kRight}) {
     if (match.used[index(side)])
-      earliest = std::max(earliest, std::abs(offset_s(side == Side::kLeft ? times.left : times.right, times.pair)));
+      largest_offset_s =
+          std::max(largest_offset_s, std::abs(offset_s(side == Side::kLeft ? times.left : times.right, times.pair)));
   }
   const bool lost = track_.status() == TargetTrack::Status::kLost;
   const Eigen::Matrix3d speed2 =
       lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
-  estimate.covariance += speed2 * earliest * earliest;
+  estimate.covariance += speed2 * largest_offset_s * largest_offset_s;
   const int64_t before = track_.utime();
   if (!track_.update(times.pair, estimate)) {
     const bool past = track_.utime() == before && times.pair <= before;
     if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
-    const bool tracked = track_.status() == TargetTrack::Status::kTracked;
-    return report(tracked ? TargetTrack::Status::kCoasting : track_.status(),
+    return report(times.pair, track_.unseen_status(times.pair),
                   past ? "the pair is not newer than the last one" : "the tag is seen, but not where it is expected");
   }
   R_WT_.reset();
   if (!match.other_position_L) R_WT_ = Eigen::Quaterniond(X_WT.linear()).normalized();
-  TagReport tracked = report(TargetTrack::Status::kTracked, match.other_position_L ? kAmbiguous : "seen");
+  TagReport tracked = report(times.pair, TargetTrack::Status::kTracked, match.other_position_L ? kAmbiguous : "seen");
   tracked.estimate = estimate;
   tracked.orientation_covariance = R_WL * match.pose->covariance.bottomRightCorner<3, 3>() * R_WL.transpose();
   return tracked;

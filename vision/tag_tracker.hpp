@@ -70,7 +70,7 @@ class TagTracker {
   [[nodiscard]] bool deserialize(int64_t utime, std::span<const double> state);
 
  private:
-  TagReport report(TargetTrack::Status status, const char* reason) const;
+  TagReport report(int64_t utime, TargetTrack::Status status, const char* reason) const;
   Eigen::Vector3d motion_of(const PairTimes& times, Side side) const;
   std::vector<TagSight> sights_of(const PairTimes& times, const std::array<TagView, 2>& views,
                                   std::vector<Side>& sides) const;

@@ -18,7 +18,11 @@ bool found_in_both(const TagVision::Target& target) {
 }  // namespace
 
 TagVision::TagVision(const std::vector<TagOptions>& options) {
-  for (const TagOptions& each : options) targets_.push_back({TagTracker(each)});
+  for (const TagOptions& each : options) {
+    if (!same_cameras(each.rig, options.front().rig))
+      throw std::invalid_argument("all tags of one vision must have the same cameras");
+    targets_.push_back({TagTracker(each)});
+  }
 }
 
 void TagVision::restart() {
@@ -51,6 +55,7 @@ const char* TagVision::measure(StereoImages& images) {
   }
   const PairTimes times = images.times();
   if (times.left < 0 && times.right < 0) return "there is neither a left nor a right image";
+  if (far_apart(times)) return kFarApartInTime;
   for (const Side side : kSides) {
     const bool there = (side == Side::kLeft ? times.left : times.right) >= 0;
     // Checked before decoding, so that a wrong or damaged size allocates no memory.

@@ -314,6 +314,9 @@ TEST_F(TagReasons, TwoTagsWithThisId) {
     tag.copyTo(image(cv::Rect(10, 140, 90, 90)));
   }
   EXPECT_EQ(lost_because(options_for(rig_, tag_), pair), "two tags with this id are seen");
+  // The one in the other image may be either.
+  pair[1] = images()[1];
+  EXPECT_EQ(lost_because(options_for(rig_, tag_), pair), "two tags with this id are seen");
 }
 
 TEST_F(TagReasons, Blur) {
@@ -348,6 +351,29 @@ TEST_F(TagReasons, WrongSizeOrCalibration) {
   options = options_for(rig_, tag_);
   options.rig.X_RL.linear() = Eigen::AngleAxisd(kDegree, Eigen::Vector3d::UnitY()).toRotationMatrix();
   EXPECT_NE(lost_because(options, images()).find("check size_m and the calibration"), std::string::npos);
+}
+
+// Where the pose by both images would be outside of one of them, the other one alone would give a precise, wrong pose.
+TEST_F(TagReasons, ImagesThatContradictEachOtherByMuchAreNotLeftOut) {
+  const auto pair = images();
+  const auto expect_lost = [&](const TagOptions& options, const std::array<cv::Mat, 2>& shown,
+                               const std::string& what) { EXPECT_FALSE(lost_because(options, shown).empty()) << what; };
+  for (const double factor : {0.01, 0.05, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 100.0}) {
+    TagOptions options = options_for(rig_, tag_);
+    options.size.side_m *= factor;
+    expect_lost(options, pair, "size times " + std::to_string(factor));
+  }
+  for (const double factor : {0.1, 3.0, 10.0, 40.0}) {
+    TagOptions options = options_for(rig_, tag_);
+    options.rig.X_RL.translation() *= factor;
+    expect_lost(options, pair, "baseline times " + std::to_string(factor));
+  }
+  for (const double yaw : {-0.6, -0.3, 0.3, 0.6}) {
+    TagOptions options = options_for(rig_, tag_);
+    options.rig.X_RL.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    expect_lost(options, pair, "yaw of " + std::to_string(yaw));
+  }
+  expect_lost(options_for(rig_, tag_), {pair[1], pair[0]}, "swapped images");
 }
 
 TEST_F(TagReasons, BadOptions) {

@@ -1,4 +1,5 @@
 // A target of unknown size that was hidden, and other things of its colour that are seen meanwhile.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/tools/flat_things.hpp"
@@ -84,6 +85,10 @@ TEST(FoundAgain, AThingThatWasTakenForTheHiddenTargetIsLeftForIt) {
     target.p_L.y() = 0.1 - 0.002 * k;
     look(vision, rig, now, {strip_at(k), target});
     look(resumed, rig, now, {strip_at(k), target});
+    const StereoVision::Target& after = vision.targets().front();
+    if (after.match.status == vision::StereoMatch::Status::kOutsidePredictionGate) {
+      EXPECT_TRUE(std::ranges::none_of(after.candidates, &vision::Candidate::chosen)) << "it is not taken yet";
+    }
     EXPECT_EQ(vision.serialize(0, now), resumed.serialize(0, now)) << k << ": goes on from its state";
   }
   for (const int until = k + 20; k < until; ++k) {
@@ -92,6 +97,57 @@ TEST(FoundAgain, AThingThatWasTakenForTheHiddenTargetIsLeftForIt) {
     ASSERT_EQ(report.status, Status::kTracked) << k << ' ' << report.reason;
     EXPECT_LT(distance(report, target), 0.01) << k;
   }
+}
+
+TEST(FoundAgain, AThingThatWasTakenForOneOfTwoTargetsThatLookAlikeIsLeftForIt) {
+  const StereoRig rig = level_rig();
+  const vision::TrackerOptions options = options_for(rig);
+  StereoVision vision({options, options});
+  const auto second_at = [](int at) { return Thing{plate(0.025, 0.025, 0), {0.15 * std::cos(0.05 * at), 0.15, 0.5}}; };
+  int k = 0;
+  for (; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k), second_at(k)});
+  const size_t first = distance(vision.targets()[0].report, target_at(k - 1)) < 0.01 ? 0 : 1;
+  const TargetReport& report = vision.targets()[first].report;
+  ASSERT_LT(distance(report, target_at(k - 1)), 0.01);
+  const int hidden = kConfirm + kHide;
+  for (; k < hidden; ++k) look(vision, rig, k * kFrame, {second_at(k)});
+  for (; k < hidden + 40; ++k) look(vision, rig, k * kFrame, {second_at(k), strip_at(k - hidden)});
+  ASSERT_EQ(report.status, Status::kTracked);
+  ASSERT_LT(distance(report, strip_at(k - 1 - hidden)), 0.02);
+  Thing target = target_at(0);
+  for (const int until = k + 30; k < until; ++k) {
+    target.p_L.y() = -0.05 - 0.002 * (k - hidden);
+    look(vision, rig, k * kFrame, {second_at(k), strip_at(k - hidden), target});
+  }
+  EXPECT_EQ(report.status, Status::kTracked) << report.reason;
+  EXPECT_LT(distance(report, target), 0.01);
+  EXPECT_LT(distance(vision.targets()[1 - first].report, second_at(k - 1)), 0.01);
+}
+
+/// A large disc that moves across, so that it is confirmed, comes near the right image's border, and goes away again.
+Eigen::Vector3d near_and_away(int k) {
+  if (k < 40) return {0.2 - 0.01 * k, 0, 0.8};
+  if (k < 80) return {-0.2 + 0.001875 * (k - 40), 0, 0.8 - 0.0095 * (k - 40)};
+  return {-0.125 - 0.0005 * (k - 80), 0, 0.42 + 0.003 * (k - 80)};
+}
+
+TEST(FoundAgain, BothWholeImagesAreSearchedInTheSamePair) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  constexpr int kEvery = 8;  // pairs
+  int since = 0, one_whole = 0, neither = 0;
+  for (int k = 0; k < 240; ++k) {
+    look(vision, rig, k * kFrame, {{testing::disc(0.075), near_and_away(k)}});
+    const StereoVision::Target& target = vision.targets().front();
+    const bool left = target.views[0].window == target.tracker.search_area(Side::kLeft);
+    const bool right = target.views[1].window == target.tracker.search_area(Side::kRight);
+    since = left && right ? 0 : since + 1;
+    one_whole += left != right ? 1 : 0;
+    neither += !left && !right ? 1 : 0;
+    ASSERT_LT(since, kEvery) << k;
+  }
+  EXPECT_GT(one_whole, 0) << "a window is more than half of one image, so that this image is searched more often";
+  EXPECT_GT(neither, kEvery);
 }
 
 /// Follows a target that sways, while another thing moves to the left from a pair on.

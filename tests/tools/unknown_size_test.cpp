@@ -18,6 +18,25 @@ double sigma_of(const vision::TargetReport& report) {
   return std::sqrt(report.estimate.covariance.trace());
 }
 
+TEST(UnknownSize, ImagesOfDifferentTimesAreRefused) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  const int64_t pair = 10000000;
+  const auto fault = [&](int64_t left, int64_t right) {
+    cv::Mat image = testing::wall(2), other = testing::wall(3);
+    vision::DecodedImages images({pair, left, right}, image, other);
+    vision.restart();
+    const char* said = vision.update(images);
+    return std::string(said ? said : "");
+  };
+  const std::string apart = "the images of the pair were taken more than 0.2 s apart";
+  EXPECT_EQ(fault(pair - 200000, pair), "");
+  EXPECT_EQ(fault(pair - 200001, pair), apart);
+  EXPECT_EQ(fault(pair - 120000, pair + 120000), apart);
+  EXPECT_EQ(fault(pair + 300000, pair + 300000), apart) << "from the time of the pair";
+  EXPECT_EQ(fault(0, pair), "") << "not known";
+}
+
 TEST(UnknownSize, WhatCoastsGoesOnFromItsState) {
   StereoRig rig = level_rig();
   rig.X_WL.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();

@@ -57,7 +57,7 @@ Judged judge(const std::vector<Thing>& things, const TargetHistory& history = {}
     appearance.push_back(thing.appearance);
   }
   std::optional<Prediction> prediction;
-  if (history.agile) prediction = {history.agile->position, history.agile->covariance};
+  if (history.manoeuvring) prediction = {history.manoeuvring->position, history.manoeuvring->covariance};
   Judged judged;
   const auto pairs = compare_pairs(rig(), left, right, prediction, options);
   judged.candidates = candidates_of(pairs, appearance, appearance, history, options);
@@ -232,10 +232,10 @@ TEST(Candidates, EachTermCanDecide) {
             "its size fits the target less");
 }
 
-TargetHistory expected_at(const Eigen::Vector3d& p_W, double steady_m, double agile_m) {
+TargetHistory expected_at(const Eigen::Vector3d& p_W, double steady_m, double manoeuvring_m) {
   TargetHistory history;
   history.steady = {p_W, steady_m * steady_m * Eigen::Matrix3d::Identity()};
-  history.agile = {p_W, agile_m * agile_m * Eigen::Matrix3d::Identity()};
+  history.manoeuvring = {p_W, manoeuvring_m * manoeuvring_m * Eigen::Matrix3d::Identity()};
   history.radius_m = kRadius;
   return history;
 }

@@ -48,6 +48,24 @@ double mean_of(const std::function<Eigen::Vector3d(double)>& path,
   return sum / count;
 }
 
+TEST(TargetTrack, SaysWhereTheTargetWasBefore) {
+  const CounterRandom random(12);
+  const Eigen::Vector3d velocity(0.6, 0, -0.2);
+  TargetTrack track({});
+  for (int k = 0; k < 60; ++k)
+    track.update(k * kFrame, seen_at(k * kFrame * 1e-6 * velocity, random, static_cast<uint64_t>(k)));
+  double before = track.estimate().covariance.trace();
+  for (int k = 58; k > 50; --k) {
+    const PositionEstimate estimate = track.estimate_before(k * kFrame);
+    const Eigen::Vector3d error = estimate.position - k * kFrame * 1e-6 * velocity;
+    EXPECT_LT(error.dot(estimate.covariance.ldlt().solve(error)), 16.3) << k;  // 99.9 % of chi^2, three degrees
+    EXPECT_GT(estimate.covariance.trace(), before) << k;
+    before = estimate.covariance.trace();
+    EXPECT_EQ(track.unseen_status(k * kFrame), Status::kCoasting);
+  }
+  EXPECT_EQ(track.unseen_status(40 * kFrame), Status::kLost) << "longer ago than it coasts";
+}
+
 TEST(TargetTrack, IsQuietWhereTheTargetRests) {
   const Eigen::Vector3d p(0.2, -0.1, 0.4);
   const auto path = [&](double) { return p; };

@@ -126,7 +126,7 @@ TEST(Triangulate, CovarianceIsHonestForErrorsThatBothImagesShare) {
     const auto measured = [&](const Eigen::Vector3d& p_C, double strength, uint64_t first) {
       SphereMeasurement sphere;
       sphere.shared.col(kLight) << 4e-4 * strength, -2e-4, 0;
-      sphere.shared.col(kHidden) << 3e-4, 5e-4, 1e-4 * strength;
+      sphere.shared.col(kOccluded) << 3e-4, 5e-4, 1e-4 * strength;
       sphere.shared.col(kShape) << -5e-4 * strength, 2e-4, 0;
       sphere.shared.col(kGammaCurve) << 1e-4, -3e-4 * strength, -1e-4;
       const Eigen::Vector3d own(kOwn, kOwn, kOwnSize);

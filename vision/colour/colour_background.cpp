@@ -7,8 +7,8 @@ namespace multireach::vision {
 namespace {
 
 constexpr int kFull = 255;
-constexpr int kMemory = 16;   // looks, time constant of a cell
-constexpr int kOccupied = 8;  // a cell contains the colour when more than one of this many pixels has it
+constexpr int kTimeConstant = 16;  // looks, time constant of a cell
+constexpr int kOccupied = 8;       // a cell contains the colour when more than one of this many pixels has it
 
 }  // namespace
 
@@ -51,7 +51,7 @@ void ColourBackground::learn(const cv::Rect& window, std::span<const Blob> blobs
       const auto k = static_cast<size_t>(row * columns_ + column);
       const int level = level_[k];
       const int wanted = pixels_[k] * kOccupied > cell.area() ? kFull : 0;
-      const int step = std::min(std::abs(wanted - level), std::abs(wanted - level) * weight / kMemory + 1);
+      const int step = std::min(std::abs(wanted - level), std::abs(wanted - level) * weight / kTimeConstant + 1);
       level_[k] = static_cast<uint8_t>(wanted > level ? level + step : level - step);
     }
   }

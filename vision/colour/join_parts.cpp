@@ -87,6 +87,10 @@ std::vector<int> gaps_in_columns(const std::vector<PartRun>& runs, const cv::Rec
   return gaps;
 }
 
+double length_of(double x, double y) {
+  return std::sqrt(x * x + y * y);
+}
+
 /// The length along which two blobs face each other across at most a seam of an object of this area, pixels.
 double seam_length(const Blob& a, const Blob& b, double area) {
   const double widest = kSeam * diameter_of(area) + 2 * kMixed;
@@ -96,7 +100,7 @@ double seam_length(const Blob& a, const Blob& b, double area) {
   if (part.empty()) return 0;
   const std::vector<PartRun> runs = runs_inside(a, b, part);
   const std::vector<int> in_rows = gaps_in_rows(runs, most), in_columns = gaps_in_columns(runs, part, most);
-  const double length = std::hypot(in_rows.size(), in_columns.size());
+  const double length = length_of(in_rows.size(), in_columns.size());
   if (length == 0) return 0;
   // A gap along an edge that is turned by an angle is as wide as along the rows times the cosine, and as along the
   // columns times the sine: the edge's shares of rows and columns.
@@ -104,7 +108,7 @@ double seam_length(const Blob& a, const Blob& b, double area) {
     const double across = static_cast<double>(gaps.size()) / length;
     return std::ranges::count_if(gaps, [&](int gap) { return gap * across <= widest; });
   };
-  return std::hypot(seams(in_rows), seams(in_columns));
+  return length_of(seams(in_rows), seams(in_columns));
 }
 
 Blob joined(const Blob& a, const Blob& b) {

@@ -50,7 +50,7 @@ double half_length(const ContourPolygon& polygon) {
 
 double half_length(const Blob& blob) {
   const double middle = 0.5 * blob.spread.trace(), apart = 0.5 * (blob.spread(0, 0) - blob.spread(1, 1));
-  return 2 * std::sqrt(middle + std::hypot(apart, blob.spread(0, 1)));
+  return 2 * std::sqrt(middle + Eigen::Vector2d(apart, blob.spread(0, 1)).norm());
 }
 
 }  // namespace multireach::vision

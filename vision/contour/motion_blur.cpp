@@ -31,8 +31,8 @@ MotionBlur motion_blur_of(std::span<const ContourEdgel> edgels, std::span<const 
   constexpr double kRidge = 1;  // edges: where few of them fit, there is no motion
   A.diagonal().array() += kRidge;
   const Terms B = A.ldlt().solve(b);
-  const double difference = 0.5 * (B[0] - B[2]), both_sides = 2 * std::hypot(difference, B[1]);
-  const double one_side = std::hypot(B[3], B[4]);
+  const double difference = 0.5 * (B[0] - B[2]), both_sides = 2 * Eigen::Vector2d(difference, B[1]).norm();
+  const double one_side = Eigen::Vector2d(B[3], B[4]).norm();
   MotionBlur motion;
   // Motion blurs both ends alike; next to an occluder or a texture one side is blurred.
   motion.variance = std::max(0.0, both_sides - one_side);

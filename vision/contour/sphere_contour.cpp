@@ -487,8 +487,8 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     }
     if (verdict == Verdict::kPart) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
-      result.shared.col(kHidden) = part.value - result.value;
-      result.covariance += result.shared.col(kHidden) * result.shared.col(kHidden).transpose();
+      result.shared.col(kOccluded) = part.value - result.value;
+      result.covariance += result.shared.col(kOccluded) * result.shared.col(kOccluded).transpose();
     }
   }
   result.area = blob.area;

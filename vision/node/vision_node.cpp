@@ -220,7 +220,7 @@ bool VisionNode::restore_from_outputs(const std::vector<std::span<const uint8_t>
     auto message = decode<tracker_state_t>(bytes);
     if (!message || message->sequence != sequence_ + static_cast<int64_t>(messages.size())) return false;
     messages.push_back(std::move(*message));
-    if (messages.back().utime != messages.front().utime) return false;
+    if (messages.back().utime != messages.front().utime || !plausible_utime(messages.back().utime)) return false;
   }
   for (const tracker_state_t& message : messages)
     (coloured.size() < config_.targets.size() ? coloured : tags).emplace_back(message.value);

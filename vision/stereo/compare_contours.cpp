@@ -57,8 +57,8 @@ bool agree(double first, double first_sigma, double second, double second_sigma,
   return std::abs(first - second) <= (ratio - 1) * std::min(first, second) + kSigmas * sigma;
 }
 
-/// A contour as a measurement. Where the other image shows no contour, whatever hides, moves or deforms it there may do
-/// so here: then this is either a contour or, as likely, the centroid of a blob.
+/// A contour as a measurement. If the other image shows no contour, what occludes, moves or deforms the object there
+/// may also bias this one: its covariance then covers the blob's centroid, too.
 SphereMeasurement sphere_of(const SphereContour& contour, const SphereContour& other) {
   SphereMeasurement sphere{contour.value, contour.covariance, contour.shared};
   if (contour.kind == kEdges && other.kind == kCentroid)
@@ -249,8 +249,9 @@ class ContourComparison {
     widen(wider_left, left, free.depth_left_m, right, free.depth_right_m);
     widen(wider_right, right, free.depth_right_m, left, free.depth_left_m);
     if (!any) return Eigen::Matrix3d::Zero();
-    const auto wider = triangulate_sphere(rig_, wider_left, wider_right, std::nullopt);
-    return wider ? Eigen::Matrix3d(wider->covariance - free.covariance) : Eigen::Matrix3d::Zero().eval();
+    // Both at the same estimate: otherwise the difference may be no covariance.
+    return sphere_covariance_at(rig_, free.p_W, free.radius_m, wider_left, wider_right) -
+           sphere_covariance_at(rig_, free.p_W, free.radius_m, sphere_of(left, right), sphere_of(right, left));
   }
 
   /// Both images may show the same part of an object, or the object with something beside it: its centre is then to one

@@ -80,7 +80,7 @@ struct MatchOptions {
   double max_epipolar_px = 3;     ///< epipolar error allowed in addition to three standard deviations
   double max_size_ratio = 1.35;   ///< of the two radii at the triangulated position, in addition to their errors
   double max_occlusion = 0.22;    ///< share of the target's area that is occluded or beyond the border
-  double max_prediction_sigmas = 5;
+  double max_prediction_sigmas = 4;
 };
 
 /// As description(), of a match that is kSeen: also tells where its viewing rays miss each other by more than

@@ -58,6 +58,38 @@ bool finish(const StereoRig& rig, const Meeting& meeting, const Eigen::Vector3d&
   return true;
 }
 
+using Joint = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Inverse covariance of both measurements of a sphere.
+Joint weight_of(const SphereMeasurement& left, const SphereMeasurement& right) {
+  Joint joint;
+  joint.topLeftCorner<3, 3>() = left.covariance;
+  joint.bottomRightCorner<3, 3>() = right.covariance;
+  joint.topRightCorner<3, 3>() = left.shared * right.shared.transpose();
+  joint.bottomLeftCorner<3, 3>() = right.shared * left.shared.transpose();
+  return joint.ldlt().solve(Joint::Identity());
+}
+
+/// Both measurements of a sphere, as expected, and their derivative with respect to `x`: the centre in the left
+/// camera's frame, and the radius.
+void expect_sphere(const StereoRig& rig, const Eigen::Vector4d& x, Vector6& expected, Eigen::Matrix<double, 6, 4>& J) {
+  const std::array cameras{Eigen::Isometry3d::Identity(), rig.X_RL};
+  J.setZero();
+  for (int side = 0; side < 2; ++side) {
+    const Eigen::Isometry3d& X_CL = cameras[static_cast<size_t>(side)];
+    const Eigen::Vector3d p_L = x.head<3>(), p_C = X_CL * p_L;
+    Eigen::Vector2d ray;
+    Eigen::Matrix<double, 2, 3> J_ray;
+    project(X_CL, p_L, ray, J_ray);
+    const double distance = p_C.norm();
+    J.block<2, 3>(3 * side, 0) = J_ray;
+    J.block<1, 3>(3 * side + 2, 0) = -x[3] / (distance * distance * distance) * p_C.transpose() * X_CL.linear();
+    J(3 * side + 2, 3) = 1 / distance;
+    expected.segment<3>(3 * side) << ray, x[3] / distance;
+  }
+}
+
 }  // namespace
 
 Eigen::Matrix2d ray_covariance(const CameraModel& camera, double sigma_px) {
@@ -110,34 +142,18 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
                                                       const std::optional<RadiusPrior>& prior) {
   const auto meeting = meeting_of(rig, left.value.head<2>(), right.value.head<2>());
   if (!meeting) return std::nullopt;
-  using Joint = Eigen::Matrix<double, 6, 6>;
-  const std::array cameras{Eigen::Isometry3d::Identity(), rig.X_RL};
-  const std::array measured{left.value, right.value};
-  Joint joint;
-  joint.topLeftCorner<3, 3>() = left.covariance;
-  joint.bottomRightCorner<3, 3>() = right.covariance;
-  joint.topRightCorner<3, 3>() = left.shared * right.shared.transpose();
-  joint.bottomLeftCorner<3, 3>() = right.shared * left.shared.transpose();
-  const Joint weight = joint.ldlt().solve(Joint::Identity());
+  Vector6 measured;
+  measured << left.value, right.value;
+  const Joint weight = weight_of(left, right);
   Eigen::Vector4d x, step;  // the centre in the left camera's frame, and the radius
   x << meeting->p_L, prior ? prior->radius_m : left.value.z() * meeting->p_L.norm();
   Eigen::Matrix4d information;
   SphereTriangulation result;
   for (int k = 0; k <= kSteps; ++k) {
-    Eigen::Matrix<double, 6, 4> J = Eigen::Matrix<double, 6, 4>::Zero();
-    Eigen::Matrix<double, 6, 1> r;
-    for (int side = 0; side < 2; ++side) {
-      const Eigen::Isometry3d& X_CL = cameras[static_cast<size_t>(side)];
-      const Eigen::Vector3d p_L = x.head<3>(), p_C = X_CL * p_L;
-      Eigen::Vector2d ray;
-      Eigen::Matrix<double, 2, 3> J_ray;
-      project(X_CL, p_L, ray, J_ray);
-      const double distance = p_C.norm();
-      J.block<2, 3>(3 * side, 0) = J_ray;
-      J.block<1, 3>(3 * side + 2, 0) = -x[3] / (distance * distance * distance) * p_C.transpose() * X_CL.linear();
-      J(3 * side + 2, 3) = 1 / distance;
-      r.segment<3>(3 * side) = measured[static_cast<size_t>(side)] - Eigen::Vector3d(ray.x(), ray.y(), x[3] / distance);
-    }
+    Eigen::Matrix<double, 6, 4> J;
+    Vector6 expected;
+    expect_sphere(rig, x, expected, J);
+    const Vector6 r = measured - expected;
     const Eigen::Matrix<double, 4, 6> weighted = J.transpose() * weight;
     information = weighted * J;
     Eigen::Vector4d gradient = weighted * r;
@@ -160,6 +176,18 @@ std::optional<SphereTriangulation> triangulate_sphere(const StereoRig& rig, cons
   if (!covariance.allFinite() || !finish(rig, *meeting, x.head<3>(), covariance.topLeftCorner<3, 3>(), result))
     return std::nullopt;
   return result;
+}
+
+Eigen::Matrix3d sphere_covariance_at(const StereoRig& rig, const Eigen::Vector3d& p_W, double radius_m,
+                                     const SphereMeasurement& left, const SphereMeasurement& right) {
+  Eigen::Vector4d x;
+  x << rig.X_WL.inverse() * p_W, radius_m;
+  Eigen::Matrix<double, 6, 4> J;
+  Vector6 expected;
+  expect_sphere(rig, x, expected, J);
+  const Eigen::Matrix4d covariance = (J.transpose() * weight_of(left, right) * J).inverse();
+  const Eigen::Matrix3d R_WL = rig.X_WL.linear();
+  return R_WL * covariance.topLeftCorner<3, 3>() * R_WL.transpose();
 }
 
 }  // namespace multireach::vision

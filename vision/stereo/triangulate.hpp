@@ -67,4 +67,9 @@ struct SphereTriangulation : Triangulation {
                                                                     const SphereMeasurement& right,
                                                                     const std::optional<RadiusPrior>& prior);
 
+/// Covariance of a sphere's centre, m^2, in W, by the linearisation at an estimate of its centre (m, in W) and its
+/// radius, without a prior. At one estimate, larger measurement covariances never give a smaller one.
+[[nodiscard]] Eigen::Matrix3d sphere_covariance_at(const StereoRig& rig, const Eigen::Vector3d& p_W, double radius_m,
+                                                   const SphereMeasurement& left, const SphereMeasurement& right);
+
 }  // namespace multireach::vision

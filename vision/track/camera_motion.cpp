@@ -17,7 +17,7 @@ namespace {
 constexpr double kLeast = 1.0 / 16;
 constexpr double kLarge = 1.0 / 8;  // likewise: a quarter of a cell of ColourBackground
 constexpr int kLeastCell = 16;      // pixels
-constexpr int kMemory = 16;         // looks, time constant of what was seen before
+constexpr int kTimeConstant = 16;   // looks, time constant of what was seen before
 constexpr int kLeastCells = 50;     // that a fit needs, ten for each number
 constexpr double kNoise = 1;        // grey levels, least standard deviation of a cell's difference
 constexpr int kUnchanged = 2;       // grey levels, between which a cell counts as unchanged
@@ -178,7 +178,7 @@ CameraMotion::Motion CameraMotion::look(const cv::Mat& bgr) {
   if (!moved) moved_px_.setZero();
   for (size_t k = 0; k < before_.size(); ++k) {
     const int apart = now_[k] - before_[k];
-    const int step = first || moved ? std::abs(apart) : std::min(std::abs(apart), std::abs(apart) / kMemory + 1);
+    const int step = first || moved ? std::abs(apart) : std::min(std::abs(apart), std::abs(apart) / kTimeConstant + 1);
     before_[k] = static_cast<uint8_t>(before_[k] + (apart > 0 ? step : -step));
   }
   return found;

@@ -31,7 +31,7 @@ constexpr double kLikely = 6.5;
 constexpr double kSmaller = 0.5, kRagged = 0.4;
 constexpr double kLeastFit = -0.5 * 16.27;  // of rows, sizes and a known radius: 99.9 % of chi^2, three degrees
 constexpr double kGates = 3;                // standard deviations that the gates of MatchOptions stand for
-constexpr double kContourSize = 0.04;       // share of a known radius, as in the check of stereo_match
+constexpr double kContourSize = 0.04;       // share of a known radius: kSizeError of stereo/compare_contours.cpp
 
 double squared(double value) {
   return value * value;
@@ -86,7 +86,7 @@ double size(const ComparedPair& pair, double radius_px, const TargetHistory& his
 double history_of(const StereoMatch& match, const TargetHistory& history) {
   double best = 0;
   bool any = false;
-  for (const auto& predicted : {history.steady, history.agile}) {
+  for (const auto& predicted : {history.steady, history.manoeuvring}) {
     if (!predicted) continue;
     const Eigen::Vector3d apart = match.point.p_W - predicted->position;
     Eigen::Matrix3d total = match.point.covariance + predicted->covariance;

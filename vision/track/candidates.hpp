@@ -41,9 +41,9 @@ struct Candidate {
 
 /// What is known of the target before a pair of images.
 struct TargetHistory {
-  std::optional<PositionEstimate> steady;  ///< predicted at the left image's time, for a steady motion
-  std::optional<PositionEstimate> agile;   ///< the same for the fastest changes of motion
-  double radius_m = 0;                     ///< of its last match; 0: not known
+  std::optional<PositionEstimate> steady;       ///< predicted at the left image's time, for a steady motion
+  std::optional<PositionEstimate> manoeuvring;  ///< the same for the fastest changes of motion
+  double radius_m = 0;                          ///< of its last match; 0: not known
 };
 
 /// The candidates among compared pairs, best evidence first: pairs that passed all checks of `options`. `left` and

@@ -16,7 +16,7 @@ constexpr double kAppearanceTime_s = 0.5;  // time constant of the target's appe
 
 void TargetIdentity::update(int64_t utime, const Observation& observation, bool elsewhere) {
   if (elsewhere) {
-    confirmed_ = strayed_ = convincing_ = false;
+    confirmed_ = has_moved_ = convincing_ = false;
     contours_ = moved_ = 0;
     first_px_ = observation.px;
     began_utime_ = utime;
@@ -25,7 +25,7 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   const double away = std::min((observation.px[0] - first_px_[0]).norm(), (observation.px[1] - first_px_[1]).norm());
   const bool apart = away > kDiameter * observation.radius_px;
   convincing_ = convincing_ || observation.convincing;
-  strayed_ = strayed_ || away > kStill * observation.radius_px;
+  has_moved_ = has_moved_ || away > kStill * observation.radius_px;
   contours_ = std::min(kEnough, contours_ + (observation.by_contour ? 1 : 0));
   moved_ = std::min(kEnough,
                     moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
@@ -61,13 +61,13 @@ TargetAppearance TargetIdentity::appearance(int64_t utime) const {
 
 void TargetIdentity::restart_motion_evidence() {
   first_px_ = last_px_;
-  strayed_ = false;
+  has_moved_ = false;
   moved_ = 0;
 }
 
 std::vector<double> TargetIdentity::serialize(int64_t utime) const {
   const int known = !known_ ? 0 : lost_since_ ? 2 : 1;
-  std::vector<double> state{confirmed_ ? 1.0 : 0.0, static_cast<double>(known), strayed_ ? 1.0 : 0.0,
+  std::vector<double> state{confirmed_ ? 1.0 : 0.0, static_cast<double>(known), has_moved_ ? 1.0 : 0.0,
                             static_cast<double>(contours_), static_cast<double>(moved_)};
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
@@ -94,7 +94,7 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
   confirmed_ = state[1] > 0;
   known_ = state[2] > 0;
   lost_since_ = state[2] > 1;
-  strayed_ = state[3] > 0;
+  has_moved_ = state[3] > 0;
   contours_ = static_cast<int>(state[4]);
   moved_ = static_cast<int>(state[5]);
   size_t k = 6;

@@ -40,7 +40,7 @@ class TargetIdentity {
   /// The tracked object is the target.
   bool confirmed() const { return confirmed_; }
   /// The tracked object never moved by more than a part of its size.
-  bool stands_still() const { return !strayed_; }
+  bool stands_still() const { return !has_moved_; }
   /// The target was confirmed at least once, and not too long ago to be sure that nothing else is meant.
   bool known() const { return known_; }
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
@@ -69,7 +69,7 @@ class TargetIdentity {
  private:
   static constexpr int64_t kForgets = 10000000;  // us without a match, after which the target is no longer known
 
-  bool confirmed_ = false, known_ = false, strayed_ = false;
+  bool confirmed_ = false, known_ = false, has_moved_ = false;
   bool lost_since_ = false;       // known, but lost since it was confirmed last
   bool found_again_ = false;      // the target was known when the track began or jumped
   bool convincing_ = false;       // a match since then was

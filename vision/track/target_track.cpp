@@ -221,6 +221,18 @@ PositionEstimate TargetTrack::estimate() const {
   return filter_.position();
 }
 
+PositionEstimate TargetTrack::estimate_before(int64_t utime) const {
+  const double seconds = seconds_between(utime, utime_);
+  PositionEstimate estimate = predict(-seconds, 0).position();
+  estimate.covariance.diagonal().array() += options_.max_process_noise_m2_s3 * seconds * seconds * seconds / 3;
+  return estimate;
+}
+
+TargetTrack::Status TargetTrack::unseen_status(int64_t utime) const {
+  if (status_ == Status::kLost || seconds_between(utime, utime_) > options_.coast_s) return Status::kLost;
+  return Status::kCoasting;
+}
+
 Eigen::Matrix3d TargetTrack::velocity_covariance() const {
   const Eigen::Matrix3d factor = filter_.bias_factor.bottomRows<3>();
   return filter_.covariance.bottomRightCorner<3, 3>() + factor * factor.transpose();

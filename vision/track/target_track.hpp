@@ -38,9 +38,10 @@ class TargetTrack {
     double min_process_noise_m2_s3 = 1e-4;      ///< spectral density of the acceleration, target at rest
     double max_process_noise_m2_s3 = 10;        ///< the same for a thrown target
     double coasting_process_noise_m2_s3 = 0.1;  ///< the same for a target that is not seen
-    double gate = 4;                            ///< largest innovation of this target, standard deviations
-    int confirmations = 3;                      ///< consecutive matches that confirm a jump
-    double coast_s = 0.5;                       ///< longest time without a match before the target is lost
+    double gate = 4;        ///< largest innovation of this target, standard deviations; StereoTracker
+                            ///< sets it to MatchOptions::max_prediction_sigmas
+    int confirmations = 3;  ///< consecutive matches that confirm a jump
+    double coast_s = 0.5;   ///< longest time without a match before the target is lost
     /// Largest standard deviation of the position before it is lost: root of the trace of the covariance without bias.
     double coast_sigma_m = 0.1;
   };
@@ -90,6 +91,11 @@ class TargetTrack {
   Eigen::Vector3d position_at(int64_t utime) const;
   /// Estimated position at utime(). Meaningless when lost.
   PositionEstimate estimate() const;
+  /// The same at an earlier time, for the fastest changes of motion since.
+  PositionEstimate estimate_before(int64_t utime) const;
+  /// What to report at `utime` of a pair that brought no match: a pair that is not newer than utime() leaves the track
+  /// as it is, which says nothing about times more than `coast_s` before.
+  Status unseen_status(int64_t utime) const;
   Eigen::Vector3d velocity() const { return filter_.state.tail<3>(); }  ///< m/s, in W
   Eigen::Matrix3d velocity_covariance() const;                          ///< (m/s)^2
 
