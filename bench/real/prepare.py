@@ -3,7 +3,8 @@
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
-                   --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE --vtest VIDEO
+                   --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE --pingpong-ball-detection CLONE
+                   --Advanced-Vision-1 CLONE --vtest VIDEO
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
@@ -13,7 +14,7 @@ in /usr/share/doc/opencv-doc/examples/data: makes street.
     FlaviusPopescu/av2                      cdd09d4   juggled1, juggled2
     crunchiness/AV                          69fd198   table
     EilidhHendry/ball-tracking              d19f12b   thrown
-    AlvaroNavarroMora/RVA_VisionChallenge   7159b27   vot1
+    AlvaroNavarroMora/RVA_VisionChallenge   7159b27   vot1, book, tiger
     SYSU-QuadCopter-2014-Team/Detect        22723f6   vot2 (later commits no longer have the images)
     andrepool/robocup_ml                    45430e3   football1 to football5
     PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
@@ -21,6 +22,8 @@ in /usr/share/doc/opencv-doc/examples/data: makes street.
     maheriya/depthFinderPy                  c1c5ea4   cage (later commits no longer have the image; the positions: 1c8aee5)
     sebastiengilbert73/tutorial_calibrate_stereo_vision   8708a5a   plate
     saibhakta/Disparity                     3d48942   basketball-indoors, basketball-dark, basketball-outdoors (some minutes)
+    winterbloooom/pingpong-ball-detection   7cb5e91   pingpong1 to pingpong3
+    robevans/Advanced-Vision-1              114f27a   marbles
 """
 import argparse
 import pathlib
@@ -34,6 +37,7 @@ import numpy as np
 from basketball import make_basketball
 from clone import Clone, PrepareError, decode, file_name, new_folder
 from plate import make_plate
+from small_balls import make_marbles, make_ping_pong
 from street import make_street
 
 
@@ -200,10 +204,17 @@ def make_thrown(out, clone):
 # Sequences of the visual object tracking challenge
 
 
-def write_vot(folder, clone, source, images_in, name):
+def half_size(data):
+    """A JPEG of half the size, of a JPEG."""
+    smaller = cv2.resize(decode(data), None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", smaller, [cv2.IMWRITE_JPEG_QUALITY, 97])[1].tobytes()
+
+
+def write_vot(folder, clone, source, images_in, name, thing="ball", disparity_px=10, half=False):
     """Centres of the boxes in groundtruth.txt, one line for each image: x, y of four corners.
 
-    They are measured from the image's corner, so the centre of the first pixel is at 0.5.
+    They are measured from the image's corner, so the centre of the first pixel is at 0.5. `half`: at half the size, for
+    large objects: the centre of their box may be more than 10 px from that of their colour.
     """
     lines = clone.text(f"{source}/groundtruth.txt").split()
     images = {file_name(path): clone.read(path) for path in clone.files(images_in, ".jpg")}
@@ -211,12 +222,16 @@ def write_vot(folder, clone, source, images_in, name):
     for image, line in zip(images, lines):
         corners = np.array(line.split(","), float).reshape(4, 2)
         if np.isfinite(corners).all():
-            labels.append((image, "ball", *corners.mean(axis=0) - 0.5))
-    write_video(folder, settings_of(name, "test", 30, 10), images, labels)
+            labels.append((image, thing, *(corners.mean(axis=0) * (0.5 if half else 1) - 0.5)))
+    if half:
+        images = {image: half_size(data) for image, data in images.items()}
+    write_video(folder, settings_of(name, "test", 30, disparity_px), images, labels)
 
 
 def make_vot1(out, clone):
     write_vot(out / "vot1", clone, "sequences/ball1", "sequences/ball1/color", "red football outdoors")
+    write_vot(out / "book", clone, "sequences/book", "sequences/book/color", "violet book", "book", 28, half=True)
+    write_vot(out / "tiger", clone, "sequences/tiger", "sequences/tiger/color", "toy tiger", "tiger", 28, half=True)
 
 
 def make_vot2(out, clone):
@@ -386,11 +401,16 @@ def make_cage(out, clone):
 
 # Command line
 
+
+def make_balls(make):
+    return lambda out, clone: make(out, clone, write_video, settings_of)
+
+
 SOURCES = [
     ("FlaviusPopescu/av2", "cdd09d4095a9b283635b13be0bfce906b4701e2b", make_juggled, "juggled1, juggled2"),
     ("crunchiness/AV", "69fd1988fa35489c5edd283fca1cbea8534ab39b", make_table, "table"),
     ("EilidhHendry/ball-tracking", "d19f12b61bd7cbb957c60b8bd41c1bf331e681e1", make_thrown, "thrown"),
-    ("AlvaroNavarroMora/RVA_VisionChallenge", "7159b27592e3cf9c0a0f38c95e20d1b020d947f2", make_vot1, "vot1"),
+    ("AlvaroNavarroMora/RVA_VisionChallenge", "7159b27592e3cf9c0a0f38c95e20d1b020d947f2", make_vot1, "vot1, book, tiger"),
     ("SYSU-QuadCopter-2014-Team/Detect", "22723f628a9d8f75ed27e9c47e370ea0a20f664e", make_vot2, "vot2"),
     ("andrepool/robocup_ml", "45430e3b36ea937e4ec1da62f0d4a7cb3490618b", make_football, "football1 to football5"),
     ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
@@ -398,6 +418,8 @@ SOURCES = [
     ("maheriya/depthFinderPy", "c1c5ea4d264c2c40121525079ab5c7e6deb19979", make_cage, "cage"),
     ("sebastiengilbert73/tutorial_calibrate_stereo_vision", "8708a5ad46c440ed433e9dd53ed2e10c84209cae", make_plate, "plate"),
     ("saibhakta/Disparity", "3d48942a7c1b7f86d4dbb48c7c513a5b2912361b", make_basketball, "basketball-*"),
+    ("winterbloooom/pingpong-ball-detection", "7cb5e917ad1efe10773a2683a68f58fc00bda83e", make_balls(make_ping_pong), "pingpong1 to pingpong3"),
+    ("robevans/Advanced-Vision-1", "114f27a848185a15b281151450e81c6ed95a2644", make_balls(make_marbles), "marbles"),
 ]
 
 
