@@ -196,15 +196,20 @@ void read_kalibr(const Config& file, const CameraFileHints& hints, CameraFiles& 
     camera.fy = intrinsics[1];
     camera.cx = intrinsics[2];
     camera.cy = intrinsics[3];
-    if (!(camera.fx > 0 && camera.fy > 0)) section.fail("intrinsics", "focal lengths above 0");
+    constexpr double kMost = 1e6;  // as in vision.yaml
+    if (!(camera.fx > 0 && camera.fy > 0 && camera.fx <= kMost && camera.fy <= kMost))
+      section.fail("intrinsics", "focal lengths above 0, at most 1e6 pixels");
     if (lens == "radtan") {
       const std::vector<double> distortion = section.numbers("distortion_coeffs", 4);
+      if (!are_usable(distortion)) section.fail("distortion_coeffs", kUsableDistortion);
       std::copy(distortion.begin(), distortion.end(), camera.distortion.begin());
     }
     const std::vector<double> size = section.numbers("resolution", 2);
-    camera.width = static_cast<int>(std::clamp(size[0], 0.0, 16384.0));
-    camera.height = static_cast<int>(std::clamp(size[1], 0.0, 16384.0));
-    if (camera.width < 2 || camera.height < 2) section.fail("resolution", "[width, height] in pixels");
+    if (std::ranges::any_of(
+            size, [](double pixels) { return !(pixels >= 2 && pixels <= 16384 && pixels == std::floor(pixels)); }))
+      section.fail("resolution", "[width, height] in whole pixels, 2 to 16384");
+    camera.width = static_cast<int>(size[0]);
+    camera.height = static_cast<int>(size[1]);
   };
   const Config left = file.section("cam0"), right = file.section("cam1");
   read(left, out.rig.left);

@@ -1,5 +1,6 @@
 #include "runtime/live_loop.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <sched.h>
 #include <spdlog/spdlog.h>
@@ -346,6 +347,16 @@ class LiveLoop {
     node_->reuse(outbox_);
   }
 
+  /// Says for how long a node that has received messages has received none.
+  std::string silence(const NodeCounters& counters) {
+    constexpr int64_t kSilent = 3'000'000;  // us
+    const int64_t now = monotonic_us();
+    if (std::exchange(received_, counters.received + counters.refused) != counters.received + counters.refused)
+      received_us_ = now;
+    if (counters.received == 0 || now - received_us_ < kSilent) return {};
+    return fmt::format("; nothing received for {} s", (now - received_us_) / 1'000'000);
+  }
+
   void publish_status() {
     if (dropped_datagrams() > 0 && !std::exchange(dropped_datagram_, true))
       spdlog::warn("malformed LCM datagrams arrive on this group and are dropped");
@@ -355,7 +366,7 @@ class LiveLoop {
     status.uptime_us = monotonic_us() - start_us_;
     status.node = node_->name();
     status.build_id = kBuildId;
-    status.state = (lockstep_ ? "in lockstep" : node_->state()) + text_of(bus_.gate().refused());
+    status.state = (lockstep_ ? "in lockstep" : node_->state()) + silence(counters) + text_of(bus_.gate().refused());
     status.received = counters.received;
     status.dropped = counters.dropped;
     status.refused = counters.refused + dropped_datagrams() + bus_.gate().total_refused();
@@ -388,7 +399,8 @@ class LiveLoop {
   Bus bus_;
   std::optional<UdpmSocket> socket_;  // instead of subscriptions, with a drain period
   std::optional<InputJournal> journal_;
-  std::optional<Newest> newest_;  // to be received once no newer one waits
+  int64_t received_ = 0, received_us_ = 0;  // messages until the last status, and when there was a new one
+  std::optional<Newest> newest_;            // to be received once no newer one waits
   Outbox outbox_;
   std::vector<uint8_t> inputs_;  // NODE_INPUTS
   int64_t start_us_ = 0, next_status_us_ = 0;

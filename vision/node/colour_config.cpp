@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <stdexcept>
 
 #include "runtime/config_keys.hpp"
@@ -123,26 +124,26 @@ std::string text_of(const std::vector<ChromaComponent>& components) {
 
 ColourConfig colour_config_from(const Config& colour) {
   ColourConfig config;
+  std::string where = colour.file() + ": section 'colour'";
+  std::optional<vision::ColourClass> colours;
   if (colour.has("references")) {
-    vision::ColourClass colours;
-    class_keys().read(colour, colours);
-    config.models.fill(vision::model_of(colours));
+    class_keys().read(colour, colours.emplace());
   } else if (colour.has("file")) {
     const std::string path = resolve_relative(colour.file(), colour.text("file"));
     colour.finish();
     config.file = read_text_file(path);
+    where = path;
     config.models = both_from(Config::parse(path, config.file));
   } else if (colour.has("left")) {
     config.models = both_from(colour);
   } else {
     colour.fail("references", "'references' with colours, or 'file' with what multireach-calibrate colour wrote");
   }
-  for (const ColourModel& model : config.models) {
-    try {
-      vision::check(model);
-    } catch (const std::invalid_argument& fault) {
-      throw InputError(colour.file() + ": section 'colour': " + fault.what());
-    }
+  try {
+    if (colours) config.models.fill(vision::model_of(*colours));
+    for (const ColourModel& model : config.models) vision::check(model);
+  } catch (const std::invalid_argument& fault) {
+    throw InputError(where + ": " + fault.what());
   }
   return config;
 }
