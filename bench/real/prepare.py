@@ -2,7 +2,7 @@
 """Makes the folders that multireach-bench-real measures from public repositories (docs/real-images.md).
 
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
-                   --robocup_ml CLONE --PRiMEStereoMatch CLONE --kfct CLONE --depthFinderPy CLONE
+                   --robocup_ml CLONE --PRiMEStereoMatch CLONE --stereo-matching CLONE --kfct CLONE --depthFinderPy CLONE
                    --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE --pingpong-ball-detection CLONE
                    --Advanced-Vision-1 CLONE --vtest VIDEO
 
@@ -18,6 +18,7 @@ in /usr/share/doc/opencv-doc/examples/data: makes street.
     SYSU-QuadCopter-2014-Team/Detect        22723f6   vot2 (later commits no longer have the images)
     andrepool/robocup_ml                    45430e3   football1 to football5
     PRiME-project/PRiMEStereoMatch          3a28bb6   still/Art, Books, Dolls, Laundry, Reindeer
+    2b-t/stereo-matching                    a1a3ac2   still/Adirondack
     apennisi/kfct                           0dca73c   can
     maheriya/depthFinderPy                  c1c5ea4   cage (later commits no longer have the image; the positions: 1c8aee5)
     sebastiengilbert73/tutorial_calibrate_stereo_vision   8708a5a   plate
@@ -306,6 +307,33 @@ STILL = {
 }
 
 
+ADIRONDACK = [
+    ("yellow mug", (360, 135), (340, 104, 64, 66), True),
+    ("dark red book", (180, 295), (104, 262, 150, 80), True),
+    ("red scarf", (660, 330), (532, 224, 150, 165), False),
+]
+
+
+def write_objects(folder, lines, objects):
+    """Writes the set.yaml of a still scene."""
+    lines.append("objects:")
+    for name, click, region, whole in objects:
+        where = f"click: {list(click)}, region: {list(region)}"
+        lines.append(f"  - {{name: {name}, {where}, whole: {'true' if whole else 'false'}}}")
+    (folder / "set.yaml").write_text("\n".join(lines) + "\n")
+    print(f"{folder}: {len(objects)} objects")
+
+
+def make_adirondack(out, clone):
+    """Middlebury 2014 at a quarter of its size: f = 1040.3 px, a baseline of 176.252 mm, 52.265 columns cut off."""
+    folder = new_folder(out / "still" / "Adirondack")
+    for name, source in (("left", "left"), ("right", "right"), ("disparity", "gt")):
+        (folder / f"{name}.png").write_bytes(clone.read(f"data/Adirondack_{source}.png"))
+    lines = ["name: Adirondack", "use: test", "left: left.png", "right: right.png", "disparity: disparity.png"]
+    lines += ["disparity_scale: 1", "disparity_offset_px: 52.265", "fx_px: 1040.3", "baseline_m: 0.176252"]
+    write_objects(folder, lines, ADIRONDACK)
+
+
 def make_still(out, clone):
     """Middlebury 2005 at a third of its size: f = 3740 px and a baseline of 160 mm at full size.
 
@@ -318,12 +346,7 @@ def make_still(out, clone):
         cut_off = float(clone.text(f"data/{pair}/dmin.txt")) / 3
         lines = [f"name: {pair}", "use: test", "left: view1.png", "right: view5.png", "disparity: disp1.png"]
         lines += ["disparity_scale: 3", f"disparity_offset_px: {cut_off:.3f}", "fx_px: 1246.67", "baseline_m: 0.16"]
-        lines.append("objects:")
-        for name, click, region, whole in objects:
-            where = f"click: {list(click)}, region: {list(region)}"
-            lines.append(f"  - {{name: {name}, {where}, whole: {'true' if whole else 'false'}}}")
-        (folder / "set.yaml").write_text("\n".join(lines) + "\n")
-        print(f"{folder}: {len(objects)} objects")
+        write_objects(folder, lines, objects)
 
 
 # Balls in a cage
@@ -414,6 +437,7 @@ SOURCES = [
     ("SYSU-QuadCopter-2014-Team/Detect", "22723f628a9d8f75ed27e9c47e370ea0a20f664e", make_vot2, "vot2"),
     ("andrepool/robocup_ml", "45430e3b36ea937e4ec1da62f0d4a7cb3490618b", make_football, "football1 to football5"),
     ("PRiME-project/PRiMEStereoMatch", "3a28bb633cbe455286a48a39912d7a6c1f328063", make_still, "still/*"),
+    ("2b-t/stereo-matching", "a1a3ac2d687711b87841bf7695d3f36bf5759992", make_adirondack, "still/Adirondack"),
     ("apennisi/kfct", "0dca73c621f86c70be2415339051d36b2850440f", make_can, "can"),
     ("maheriya/depthFinderPy", "c1c5ea4d264c2c40121525079ab5c7e6deb19979", make_cage, "cage"),
     ("sebastiengilbert73/tutorial_calibrate_stereo_vision", "8708a5ad46c440ed433e9dd53ed2e10c84209cae", make_plate, "plate"),
