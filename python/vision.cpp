@@ -66,6 +66,10 @@ class Vision {
   std::vector<Seen> update(const py::array& left, const py::array& right, int64_t utime,
                            std::optional<int64_t> left_utime, std::optional<int64_t> right_utime,
                            bool chroma_subsampled) {
+    for (const int64_t time : {utime, left_utime.value_or(utime), right_utime.value_or(utime)}) {
+      constexpr int64_t kMost = int64_t{1} << 60;  // so that differences do not overflow
+      if (time < -kMost || time > kMost) throw py::value_error("times: expected microseconds, at most 2^60");
+    }
     const cv::Mat left_bgr = image_of(left, "left"), right_bgr = image_of(right, "right");
     vision::DecodedImages images({utime, left_utime.value_or(utime), right_utime.value_or(utime)}, left_bgr, right_bgr,
                                  chroma_subsampled);

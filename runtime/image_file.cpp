@@ -36,6 +36,8 @@ cv::Mat decode_png(const std::vector<uint8_t>& bytes, const std::string& name) {
   // What is encoded may have 16 bits in four channels, and a byte more in each row, of seven interlaced passes at most.
   lodepng::State decoder;
   decoder.info_raw.colortype = LCT_RGB;
+  decoder.decoder.read_text_chunks = 0;  // each may hold much, too
+  decoder.decoder.remember_unknown_chunks = 0;
   decoder.decoder.zlibsettings.max_output_size = (size_t{8} * width + 7) * (height + 7) + size_t{1 << 16};
   if (fault == 0) fault = lodepng::decode(rgb, width, height, decoder, bytes);
   if (fault != 0) fail(name, std::string("is not a PNG that can be read: ") + lodepng_error_text(fault));

@@ -15,6 +15,7 @@ namespace multireach {
 namespace {
 
 constexpr double kMostGamma = 5;
+constexpr double kFarthest_m = 100;  // of the cameras from the other frame
 
 ConfigKeys<CameraModel> camera_keys() {
   const auto pixels = [](ConfigKeys<CameraModel>& keys, const char* name, double min, auto member,
@@ -60,6 +61,7 @@ Eigen::Isometry3d pose_looking_at(const Config& config) {
   if (!((at - eye).norm() > 1e-6)) config.fail("at_m", "another point than from_m");
   const Eigen::Vector3d z = (at - eye).normalized();
   const Eigen::Vector3d right = z.cross(up);
+  if (eye.norm() > kFarthest_m) config.fail("from_m", "at most 100 m: metres, not mm");
   if (!(right.norm() > 1e-6 * up.norm())) config.fail("up", "a direction that is not along the line of sight");
   const Eigen::Vector3d x = right.normalized();
   X.linear() << x, z.cross(x), z;
@@ -82,7 +84,6 @@ void read_rotation(const Config& config, Transform& transform) {
 }
 
 void read_translation(const Config& config, Transform& transform) {
-  constexpr double kFarthest_m = 100;
   transform.X.translation() = vector3_from(config, "translation_m");
   if (transform.X.translation().norm() > kFarthest_m) config.fail("translation_m", "at most 100 m: metres, not mm");
 }

@@ -12,7 +12,7 @@ struct PairTimes {
 };
 
 /// Whether an image was taken so long before or after its pair, or the other image, that they do not show one scene:
-/// more than 0.2 s. Image times below 0: there is no such image; 0: its time is not known.
+/// more than 0.2 s. A time below 0 means that there is no image; 0 means that its time is not known.
 inline bool far_apart(const PairTimes& times) {
   constexpr int64_t kFarApart = 200000;  // us
   const auto far = [](int64_t image, int64_t other) { return image > 0 && std::abs(image - other) > kFarApart; };
@@ -25,6 +25,7 @@ inline double offset_s(int64_t image, int64_t pair) {
   return far_apart({pair, image, image}) || image <= 0 ? 0 : static_cast<double>(image - pair) * 1e-6;
 }
 
-inline constexpr const char* kFarApartInTime = "the images of the pair were taken more than 0.2 s apart";
+inline constexpr const char* kFarApartInTime =
+    "an image was taken more than 0.2 s before or after the other one, or the time of the pair";
 
 }  // namespace multireach::vision

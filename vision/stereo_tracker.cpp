@@ -166,7 +166,8 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
 }
 
 TargetReport StereoTracker::report(int64_t utime, TargetTrack::Status status, const char* reason) const {
-  const PositionEstimate estimate = utime < track_.utime() ? track_.estimate_before(utime) : track_.estimate();
+  const bool before = status != TargetTrack::Status::kLost && utime < track_.utime();
+  const PositionEstimate estimate = before ? track_.estimate_before(utime) : track_.estimate();
   return {.status = status,
           .estimate = {estimate.position, estimate.covariance + estimate.bias_covariance + shape_covariance_},
           .velocity = track_.velocity(),
@@ -180,7 +181,7 @@ TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
   return unseen(utime, reason);
 }
 
-/// What the track did not accept teaches nothing about the target.
+/// The identity and the colours do not adapt to a match that the track refused.
 TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
   identity_.update_unseen(utime, track_.status() == TargetTrack::Status::kLost);
   for (CameraState& camera_state : cameras_) camera_state.gains = relaxed(camera_state.gains);

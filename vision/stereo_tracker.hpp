@@ -107,6 +107,7 @@ class StereoTracker {
   struct Found {
     StereoMatch match;
     std::vector<Candidate> candidates;
+    std::optional<StereoMatch> replaces{};  ///< the match of the followed object, which `match` is to replace
   };
   /// Matches and triangulates the two views. Does not change the tracker.
   Found match(const PairTimes& times, const View& left, const View& right, const OtherTargets& others = {}) const;

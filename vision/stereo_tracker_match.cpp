@@ -90,6 +90,7 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
       other.match.status = Status::kOutsidePredictionGate;
       other.candidates.front().chosen = false;
       other.candidates.front().reason = "it replaces the followed object if further matches confirm it";
+      other.replaces = match;
       found = std::move(other);
     }
   }

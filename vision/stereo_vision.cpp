@@ -89,7 +89,6 @@ const char* StereoVision::measure(StereoImages& images) {
   }
   if (images.times().left < 0) return "there is no left image";
   if (images.times().right < 0) return "there is no right image";
-  if (far_apart(images.times())) return kFarApartInTime;
   // Sizes are checked before decoding, so that a wrong or damaged size allocates no memory.
   const StereoTracker& any = targets_.front().tracker;
   for (const Side side : {Side::kLeft, Side::kRight}) {
@@ -97,6 +96,10 @@ const char* StereoVision::measure(StereoImages& images) {
   }
   frozen_frames_.update({images.fingerprint(Side::kLeft), images.times().left},
                         {images.fingerprint(Side::kRight), images.times().right});
+  if (far_apart(images.times())) {
+    const auto repeats = frozen_frames_.repeats();
+    return repeats ? frozen_frames_.fault() : kFarApartInTime;
+  }
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, &Target::found_inside_windows) && !search(images, true))
     return "an image cannot be decoded";

@@ -372,14 +372,24 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     const auto here = [&](size_t other) { return same_region(targets_[other], targets_[*next]); };
     match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), here)));
   }
+  std::vector<size_t> replaced;
   for (const size_t k : expected) {
     Target& target = targets_[k];
     if (target.match.status != Status::kSeen || !target.tracker.identity().doubtful(times.pair)) continue;
     StereoTracker::Found found =
         target.tracker.match(times, target.views[0], target.views[1], others_of(k, group, times, target.views));
-    if (found.match.status != Status::kOutsidePredictionGate) continue;
+    // Where the match of this target was not among the contours, what was found replaces something else.
+    const bool same =
+        found.replaces && found.replaces->left == target.match.left && found.replaces->right == target.match.right;
+    const auto takes_it = [&](size_t other) {
+      return std::ranges::any_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
+        return same_blob(blob_of(target, found.match, side), blob_of(targets_[other], targets_[other].match, side));
+      });
+    };
+    if (!same || std::ranges::any_of(replaced, takes_it)) continue;
     target.match = found.match;
     target.candidates = std::move(found.candidates);
+    replaced.push_back(k);
   }
   keep_nearest_jumps(without, targets_);
   // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.

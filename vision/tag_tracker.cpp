@@ -18,8 +18,8 @@ constexpr double kWorthwhile = 0.5;    // above this share of the image, the who
 // edges is known to some factor only.
 constexpr double kChi2PerDegree = 4, kChi2 = 30;
 
-// What an image that was left out may differ from the pose by which the other one explains the tag, in pixels and in
-// sides of its image, besides kSigmas of the pose: corners as they are found, of a tag that moves.
+// Tolerance for the tag's centre in an image that the pose does not use: pixels, plus a share of the tag's side, plus
+// kSigmas of the pose.
 constexpr double kCornerPx = 2, kCornerSides = 0.1, kSigmas = 4;
 
 constexpr const char* kContradiction =
@@ -60,7 +60,8 @@ const char* sentence_for(EdgeFault fault, Side side) {
 }
 
 /// Whether an image that was not used for a pose shows the tag where the pose puts it.
-bool agrees(const TagPose& pose, double side_m, const TagSight& sight) {
+/// `moved_m`: standard deviation of the tag's motion between the two images.
+bool agrees(const TagPose& pose, double side_m, const TagSight& sight, double moved_m) {
   Eigen::Vector2d expected(0, 0), found(0, 0);
   Eigen::Matrix<double, 2, kTagUnknowns> J = Eigen::Matrix<double, 2, kTagUnknowns>::Zero();
   for (int k = 0; k < 4; ++k) {
@@ -73,8 +74,10 @@ bool agrees(const TagPose& pose, double side_m, const TagSight& sight) {
   }
   const auto by_pose = J.leftCols<6>();
   const double side_px = (sight.corners[1] - sight.corners[0]).norm(), corner = kCornerPx + kCornerSides * side_px;
-  const Eigen::Matrix2d total = kSigmas * kSigmas * by_pose * pose.covariance * by_pose.transpose() +
-                                corner * corner * Eigen::Matrix2d::Identity();
+  Eigen::Matrix<double, 6, 6> covariance = pose.covariance;
+  covariance.topLeftCorner<3, 3>().diagonal().array() += moved_m * moved_m;
+  const Eigen::Matrix2d total =
+      kSigmas * kSigmas * by_pose * covariance * by_pose.transpose() + corner * corner * Eigen::Matrix2d::Identity();
   const Eigen::Vector2d apart = found - expected;
   return apart.dot(total.ldlt().solve(apart)) <= 1;
 }
@@ -172,8 +175,11 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
   }
   if (!match.pose) return match;
   // Where the images contradict each other, the pose by both may be outside of one, which only seems to be cut off.
-  if (!std::ranges::all_of(left_out,
-                           [&](const TagSight& sight) { return agrees(*match.pose, options_.size.side_m, sight); })) {
+  const bool lost = track_.status() == TargetTrack::Status::kLost;
+  const double speed = lost ? kUnknownSpeed : std::sqrt(track_.velocity_covariance().trace() / 3);
+  const double moved_m = speed * std::abs(offset_s(times.left, times.pair) - offset_s(times.right, times.pair));
+  if (!std::ranges::all_of(
+          left_out, [&](const TagSight& sight) { return agrees(*match.pose, options_.size.side_m, sight, moved_m); })) {
     match.pose.reset();
     match.reason = kContradiction;
     return match;
@@ -204,7 +210,8 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
 TagReport TagTracker::report(int64_t utime, TargetTrack::Status status, const char* reason) const {
   TagReport report;
   report.status = status;
-  report.estimate = utime < track_.utime() ? track_.estimate_before(utime) : track_.estimate();
+  const bool before = status != TargetTrack::Status::kLost && utime < track_.utime();
+  report.estimate = before ? track_.estimate_before(utime) : track_.estimate();
   report.velocity = track_.velocity();
   report.velocity_covariance = track_.velocity_covariance();
   report.last_seen_utime = track_.last_seen_utime();

@@ -55,7 +55,6 @@ const char* TagVision::measure(StereoImages& images) {
   }
   const PairTimes times = images.times();
   if (times.left < 0 && times.right < 0) return "there is neither a left nor a right image";
-  if (far_apart(times)) return kFarApartInTime;
   for (const Side side : kSides) {
     const bool there = (side == Side::kLeft ? times.left : times.right) >= 0;
     // Checked before decoding, so that a wrong or damaged size allocates no memory.
@@ -66,6 +65,10 @@ const char* TagVision::measure(StereoImages& images) {
   if (both)
     frozen_frames_.update({images.fingerprint(Side::kLeft), times.left},
                           {images.fingerprint(Side::kRight), times.right});
+  if (far_apart(times)) {
+    const char* fault = both ? frozen_frames_.fault() : nullptr;
+    return fault ? fault : kFarApartInTime;
+  }
   if (!search(images, false)) return "an image cannot be decoded";
   if (!std::ranges::all_of(targets_, found_in_both) && !search(images, true)) return "an image cannot be decoded";
   return both ? frozen_frames_.fault() : nullptr;

@@ -216,6 +216,7 @@ TEST(LearnColour, ASmallChangeOfTheLightDoesNotMakeTheWallTheObject) {
     image += noise;
     LearnedColour learned = learn_colour_of(image, disc);
     ASSERT_EQ(learned.status, LearnedColour::Status::kLearned);
+    EXPECT_GT(learned.kept, 0.8) << hue;
     learned.model.tolerance *= 1.2;
     EXPECT_LT(largest(learned, image).area, 10 * 3.14159 * kRadius * kRadius) << hue << ' ' << learned.model.tolerance;
   }

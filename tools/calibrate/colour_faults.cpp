@@ -288,10 +288,13 @@ std::string taken_for_it(const FoundByVision& found, const PicturePart& part) {
 std::string doubt_when_hidden(const PicturePart& part, const vision::ColourModel& model) {
   PicturePart hidden{part.bgr.clone(), part.region, part.corner, part.boxes};
   const cv::Rect picture({}, part.bgr.size());
-  const auto hide = [&](const cv::Rect& box) { hidden.bgr(box & picture).setTo(cv::Scalar::all(0)); };
+  const vision::ColourTable members(model);
+  const bool black = members.contains(0, 0, 0);
+  if (black && members.contains(255, 255, 255)) return {};
+  const auto hide = [&](const cv::Rect& box) { hidden.bgr(box & picture).setTo(cv::Scalar::all(black ? 255 : 0)); };
   for (const cv::Rect& box : part.boxes) hide(box);
   vision::BlobFinder finder;
-  for (const vision::Blob& blob : finder.find(part.bgr, picture, vision::ColourTable(model)).blobs) {
+  for (const vision::Blob& blob : finder.find(part.bgr, picture, members).blobs) {
     if (is_near(blob.box, part)) hide(blob.box);
   }
   const std::string other = taken_for_it(found_by_vision(hidden, model), hidden);

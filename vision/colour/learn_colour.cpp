@@ -345,9 +345,9 @@ void widen_saturation(LearnedColour& learned, const TrainingSamples& training) {
 }
 
 /// Keeps the model away from large parts of the background: a small change of the light would make them pass. If a
-/// tolerance kMargin times as wide lets something pass that is kLarge times as large as the object, takes the next
-/// smaller tolerance of which that is not so. On the tuning videos of docs/real-images.md nothing else that passes then
-/// is larger than the object.
+/// tolerance kMargin times as wide lets something pass that is kLarge times as large as the object, takes the
+/// largest smaller tolerance at which nothing that large passes, if there is one. On the tuning videos of
+/// docs/real-images.md nothing else that passes then is larger than the object.
 void keep_away_from_background(LearnedColour& learned, const TrainingSamples& training) {
   constexpr double kMargin = 1.2, kLarge = 10;
   const auto is_near = [&](ColourModel model) {

@@ -235,7 +235,10 @@ bool VisionNode::restore_from_outputs(const std::vector<std::span<const uint8_t>
 
 Receipt VisionNode::receive(std::string_view channel, std::span<const uint8_t> bytes, Outbox& out) {
   if (channel == channel::kVisionDebugRequest) {
-    if (const auto request = decode_and_count<debug_request_t>(bytes)) picture_of_ = request->name;
+    // Not counted as received: it tells nothing about the cameras.
+    const auto request = decode<debug_request_t>(bytes);
+    if (request) picture_of_ = request->name;
+    counters_.refused += request ? 0 : 1;
     return {};
   }
   if (channel != channel::kStereoImages) throw unknown_input(channel);

@@ -15,6 +15,8 @@ constexpr double kFirstSpeed = kFastest / 4;  // m/s, standard deviation of the 
 constexpr int64_t kJustBefore = 120000;       // us: between three and four pairs at 30 Hz
 constexpr double kNearSpeed = kFirstSpeed;    // m/s, with which a target that rested can make a near jump
 
+constexpr double kNearSigmas = 4;  // of a match, by which it may be farther than the target can have moved
+
 double seconds_between(int64_t from, int64_t to) {
   return static_cast<double>(to - from) * 1e-6;
 }
@@ -104,7 +106,7 @@ bool TargetTrack::can_reach(int64_t utime, const PositionEstimate& seen, double 
   Eigen::Matrix3d covariance = seen.covariance;
   if (seen.unbiased()) covariance += estimate().bias_covariance;
   const double sigma_along = std::sqrt(way.normalized().dot(covariance * way.normalized()));
-  return way.norm() <= speed * seconds_between(*last_seen_utime_, utime) + options_.gate * sigma_along;
+  return way.norm() <= speed * seconds_between(*last_seen_utime_, utime) + kNearSigmas * sigma_along;
 }
 
 bool TargetTrack::is_near(int64_t utime, const PositionEstimate& seen) const {
@@ -141,7 +143,7 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   const double sigma = std::sqrt(seen.covariance.trace());
   const Eigen::Vector3d moved = seen.position - outlier_;
   const bool follows =
-      outliers_ > 0 && seconds <= options_.coast_s && moved.norm() <= kFastest * seconds + options_.gate * sigma;
+      outliers_ > 0 && seconds <= options_.coast_s && moved.norm() <= kFastest * seconds + kNearSigmas * sigma;
   outliers_ = follows ? outliers_ + 1 : 1;
   outlier_ = seen.position;
   outlier_utime_ = utime;

@@ -93,8 +93,8 @@ class TargetTrack {
   PositionEstimate estimate() const;
   /// The same at an earlier time, for the fastest changes of motion since.
   PositionEstimate estimate_before(int64_t utime) const;
-  /// What to report at `utime` of a pair that brought no match: a pair that is not newer than utime() leaves the track
-  /// as it is, which says nothing about times more than `coast_s` before.
+  /// Status to report for a pair without a match. A pair that is older than utime() by more than `coast_s` is reported
+  /// as lost.
   Status unseen_status(int64_t utime) const;
   Eigen::Vector3d velocity() const { return filter_.state.tail<3>(); }  ///< m/s, in W
   Eigen::Matrix3d velocity_covariance() const;                          ///< (m/s)^2
