@@ -51,12 +51,18 @@ int run(const RunRequest& request, const std::string& output, const std::string&
       [&](double part) { progress.show(part); });
   if (log) log->close();
   progress.end();
+  if (result.damaged_places > 0) {
+    std::cerr << fmt::format(
+        "multireach-replay: {}: {} damaged bytes in {} {} were skipped; `multireach-log check` lists them\n",
+        options.session, result.damaged_bytes, result.damaged_places, result.damaged_places == 1 ? "place" : "places");
+  }
   const double took = seconds_since(begin);
   nlohmann::ordered_json report;
   report["session"] = std::filesystem::path(request.session).filename().string();
   report["digest"] = hexadecimal(result.digest);
   report["inputs"] = result.inputs;
   report["span_s"] = result.span_s;
+  report["damaged_bytes"] = result.damaged_bytes;
   report["took_s"] = took;
   report["times_real_time"] = result.span_s / took;
   for (const auto& [name, channel] : result.channels) {

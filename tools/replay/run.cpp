@@ -78,6 +78,8 @@ ReplayResult replay(const ReplayOptions& options, const ReplaySink& sink, const 
   }
   loop.advance(std::min(until_us, last_us + kDrainTime));
   result.span_s = static_cast<double>(last_us) * 1e-6;
+  result.damaged_bytes = session.log().damaged_bytes();
+  result.damaged_places = session.log().damaged_places();
   return result;
 }
 

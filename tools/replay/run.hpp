@@ -42,7 +42,8 @@ struct ReplayResult {
   std::map<std::string, Channel, std::less<>> channels;  ///< channels with computed messages
   int64_t digest = 0;  ///< of all computed messages except NODE_INPUTS, with their channels and times
   int64_t inputs = 0;
-  double span_s = 0;  ///< duration of the session
+  double span_s = 0;                             ///< duration of the session
+  size_t damaged_bytes = 0, damaged_places = 0;  ///< of the session's log that were skipped
 };
 
 /// Creates the nodes of a replay, in the order in which they tick.
