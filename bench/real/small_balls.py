@@ -52,4 +52,4 @@ def make_marbles(out, clone, write_video, settings_of):
         raise PrepareError(f"{clone.path}: gtSeq1.mat has no orange or yellow marble. Give a complete clone.")
     images = {f"{int(file_name(path)[:-4]):03d}.jpg": clone.read(path) for path in clone.files("SEQ1", ".jpg")}
     labels.sort(key=lambda row: (row[1], row[0]))
-    write_video(out / "marbles", settings_of("rolling marbles", "test", 15, 10), dict(sorted(images.items())), labels)
+    write_video(out / "marbles", settings_of("rolling marbles", "tuning", 15, 10), dict(sorted(images.items())), labels)
