@@ -85,7 +85,7 @@ cv::Mat decode_image(const std::vector<uint8_t>& bytes, const std::string& name)
   check_size(name, size->width, size->height);
   cv::Mat bgr;
   const EncodedImage image{.width = size->width, .height = size->height, .format = PixelFormat::kMjpeg, .data = bytes};
-  if (!ImageCodec().decode(image, bgr)) fail(name, "is a damaged JPEG");
+  if (!ImageCodec().decode(image, bgr)) fail(name, "is a JPEG that is damaged, or in CMYK instead of RGB");
   return bgr;
 }
 

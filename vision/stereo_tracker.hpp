@@ -189,12 +189,14 @@ class StereoTracker {
                             const std::array<std::vector<cv::Rect>, 2>& others);
   void notice_motion(Side side, const View& view, int64_t utime);
   void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
+  double lead_against_found_again() const;
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   /// What takes part in a match.
   struct MatchScope {
     bool background = false;                ///< contours that the remembered background explains
     bool prediction = false;                ///< the target's motion
     const StereoMatch* followed = nullptr;  ///< the tracked object, even if it is unlike the target; null: none
+    double lead = kLead;                    ///< evidence by which the best candidate must exceed the others
   };
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
                     const MatchScope& scope) const;

@@ -74,6 +74,12 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
          agrees(right, other.right, tracked.right);
 }
 
+/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as
+/// much in their sum as a single choice takes. The evidence of more than three pairs in a row is hardly more.
+double StereoTracker::lead_against_found_again() const {
+  return kLead / std::clamp(options_.track.confirmations, 1, 3);
+}
+
 std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
     const std::array<std::vector<cv::Rect>, 2>& others) const {

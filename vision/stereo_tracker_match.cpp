@@ -81,7 +81,8 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   const bool whole = left.window == search_area(Side::kLeft) && right.window == search_area(Side::kRight);
   const bool doubtful = match.status == Status::kSeen && whole && !others.unknown && identity_.doubtful(times.pair);
   if (!lost && (still || doubtful)) {
-    Found other = match_among(times, left, right, others, {.followed = &match});
+    const double lead = doubtful && identity_.found_again() ? lead_against_found_again() : kLead;
+    Found other = match_among(times, left, right, others, {.followed = &match, .lead = lead});
     const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
                           (still && may_replace(other.match, match, left, right));
     if (other.match.status == Status::kSeen && replaces) {
@@ -160,7 +161,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     if (!(options_.match.radius_m > 0) && !match.both_by_contour)
       match.shape_covariance += covariance_of_parts(found.candidates, k);
   }
-  const auto chosen = choose(found.candidates, others.sought);
+  const auto chosen = choose(found.candidates, others.sought, scope.lead);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
   const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));

@@ -252,6 +252,8 @@ std::vector<Run> run_video(const RealSet& set, const Choices& choices) {
   std::vector<Run> runs = runs_of(set, choices);
   for (size_t k = 0; k < set.images.size(); ++k) {
     const cv::Mat left = read_image(set.images[k]);
+    if (left.size() != cv::Size(set.rig.left.width, set.rig.left.height))
+      throw InputError(set.images[k] + ": has another size than the first image of its folder");
     cv::Mat right(left.size(), left.type());
     cv::copyMakeBorder(left.colRange(set.disparity_px, left.cols), right, 0, 0, 0, set.disparity_px,
                        cv::BORDER_REPLICATE);

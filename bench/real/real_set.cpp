@@ -26,6 +26,7 @@ std::vector<std::string> images_in(const Config& config, const std::string& key,
     const std::string ending = entry.path().extension().string();
     if (ending == ".jpg" || ending == ".png") images.push_back(entry.path().string());
   }
+  if (images.empty()) config.fail(key, "a folder with images: files .jpg or .png");
   std::ranges::sort(images);
   const auto keep = config.numbers("range", 2, std::vector<double>{0, 1e9});
   const auto count = static_cast<double>(images.size());
@@ -111,7 +112,10 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
   set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
   const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);
-  set.rig = rig_of(config, read_image(set.images.front()).size(), fx, baseline);
+  const cv::Size size = read_image(set.images.front()).size();
+  if (set.disparity_px >= size.width)
+    config.fail("disparity_px", fmt::format("less than the images' width, {} pixels", size.width));
+  set.rig = rig_of(config, size, fx, baseline);
   set.rig.left.fy = set.rig.right.fy = config.number("fy_px", 1, 1e6, fx);  // differs where pixels are not square
 }
 

@@ -157,12 +157,12 @@ bool same_thing(const Candidate& a, const Candidate& b) {
   return (a.match.left_px - b.match.left_px).norm() < nearest && (a.match.right_px - b.match.right_px).norm() < nearest;
 }
 
-std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought) {
+std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought, double lead) {
   if (candidates.empty() || candidates.front().mixed) return std::nullopt;
   const Evidence& best = candidates.front().evidence;
   std::vector<const Candidate*> things{&candidates.front()};  // that could be a target that is looked for
   for (Candidate& other : candidates.subspan(1)) {
-    const bool near = best.sum() - other.evidence.sum() < kLead, part = same_thing(candidates.front(), other);
+    const bool near = best.sum() - other.evidence.sum() < lead, part = same_thing(candidates.front(), other);
     const bool rival = !other.mixed && near && !part;
     if (rival && std::ranges::none_of(things, [&](const Candidate* thing) { return same_thing(*thing, other); }))
       things.push_back(&other);

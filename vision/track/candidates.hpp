@@ -55,10 +55,10 @@ std::vector<Candidate> candidates_of(std::span<const ComparedPair> pairs, std::s
 /// Whether two candidates may be parts of one thing: their images are too near to one another for two.
 [[nodiscard]] bool same_thing(const Candidate& a, const Candidate& b);
 
-/// Chooses the first candidate, unless other things come within kLead of it: such that are not parts of the same thing.
-/// Where `sought` targets that look alike are looked for, as many things may come so near. Sets `chosen` and all
+/// Chooses the first candidate, unless other things come within `lead` of it: such that are not parts of the same
+/// thing. Where `sought` targets that look alike are looked for, as many things may come so near. Sets `chosen` and all
 /// reasons. Returns the chosen one's index; nothing where there is none, or where several could be the target.
-std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1);
+std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1, double lead = kLead);
 
 /// Covariance of the position of the candidate with this number, m^2, from others that may be parts of the same thing,
 /// as on the two sides of what occludes its middle: its centre may be that of both, of the other for which it is
