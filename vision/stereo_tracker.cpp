@@ -151,11 +151,11 @@ View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& windo
 /// unknown motion between exposures.
 PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const StereoMatch& match) const {
   PositionEstimate estimate{match.point.p_W, match.noise_covariance(), match.bias_covariance()};
-  const bool lost = track_.status() == TargetTrack::Status::kLost;
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
-  if (!lost) estimate.position -= track_.velocity() * left;
-  const Eigen::Matrix3d speed2 =
-      lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
+  if (!match.unknown_motion) estimate.position -= track_.velocity() * left;
+  const Eigen::Matrix3d speed2 = match.unknown_motion
+                                     ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval()
+                                     : track_.velocity_covariance();
   estimate.covariance += speed2 * left * left;
   // A motion e across the line of sight between the exposures looks like an error e Z / B along it.
   const Eigen::Vector3d line = options_.rig.X_WL.linear() * (options_.rig.X_WL.inverse() * match.point.p_W);
@@ -174,6 +174,11 @@ TargetReport StereoTracker::report(int64_t utime, TargetTrack::Status status, co
           .velocity_covariance = track_.velocity_covariance(),
           .last_seen_utime = track_.last_seen_utime(),
           .reason = reason};
+}
+
+void StereoTracker::expire(int64_t utime) {
+  track_.expire(utime);
+  if (track_.status() == TargetTrack::Status::kLost) identity_.update_unseen(utime, true);
 }
 
 TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
@@ -197,9 +202,12 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     if (followed) calibration_.update(match);
     notice_motion(Side::kLeft, left, times.pair);
     notice_motion(Side::kRight, right, times.pair);
-    // What the track has not accepted may be the target that jumps, until further matches tell.
-    const bool may_be_target = followed || match.status == StereoMatch::Status::kSeen ||
-                               match.status == StereoMatch::Status::kOutsidePredictionGate;
+    // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
+    // accepted may be partly occluded.
+    using Status = StereoMatch::Status;
+    const bool partly = match.status == Status::kTogether || track_.last_seen_utime() == times.pair;
+    const bool may_be_target = match.left >= 0 && (followed || partly || match.status == Status::kSeen ||
+                                                   match.status == Status::kOutsidePredictionGate);
     learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0]);
     learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1]);
   }

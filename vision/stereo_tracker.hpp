@@ -78,6 +78,9 @@ class StereoTracker {
   const TargetTrack& track() const { return track_; }
   /// The target is lost: the next match begins a new track.
   void lose_track() { track_.lose(); }
+  /// Forgets what a pair at `utime` comes too late for, if no pairs came for some time. To be called before it is
+  /// searched.
+  void expire(int64_t utime);
   const TargetIdentity& identity() const { return identity_; }
   /// What does not fit the calibration in the mean of many pairs.
   CalibrationCheck::Disagreement calibration_disagreement() const { return calibration_.disagreement(); }
@@ -198,6 +201,7 @@ class StereoTracker {
     const StereoMatch* followed = nullptr;  ///< the tracked object, even if it is unlike the target; null: none
     double lead = kLead;                    ///< evidence by which the best candidate must exceed the others
   };
+  Found match_elsewhere(const PairTimes& times, const View& left, const View& right, const OtherTargets& others) const;
   Found match_among(const PairTimes& times, const View& left, const View& right, const OtherTargets& others,
                     const MatchScope& scope) const;
   /// Refuses the chosen candidate for a target that is not tracked, where it is unlikely to be the target. `located`:

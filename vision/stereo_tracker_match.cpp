@@ -50,7 +50,6 @@ bool is_background(const StereoMatch& match, const View& left, const View& right
 /// both images show the target at the time of the left one.
 StereoRig StereoTracker::rig_at(const PairTimes& times) const {
   StereoRig rig = options_.rig;
-  if (track_.status() == TargetTrack::Status::kLost) return rig;
   const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
   rig.X_RL.translation() += rig.X_RL.linear() * (rig.X_WL.linear().transpose() * (track_.velocity() * later));
   return rig;
@@ -72,6 +71,8 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   Found found =
       match_among(times, left, right, others, {.background = !identity_.known(), .prediction = !others.anywhere});
   StereoMatch& match = found.match;
+  if (match.status == Status::kOutsidePredictionGate && !others.unknown)
+    found = match_elsewhere(times, left, right, others);
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;
   const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
@@ -98,6 +99,19 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
                      match.status == Status::kEpipolarMismatch;
   if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
+  return found;
+}
+
+/// Matches what is not where the target is expected, which may have jumped there: it is as uncertain as a first match.
+StereoTracker::Found StereoTracker::match_elsewhere(const PairTimes& times, const View& left, const View& right,
+                                                    const OtherTargets& others) const {
+  using Status = StereoMatch::Status;
+  Found found = match_among(times, left, right, others, {.background = !identity_.known()});
+  if (found.match.status == Status::kAmbiguous) found.match.status = Status::kSeveralElsewhere;
+  if (found.match.status != Status::kSeen) return found;
+  found.match.status = Status::kOutsidePredictionGate;
+  found.candidates.front().chosen = false;
+  found.candidates.front().reason = "it is not where the target is expected: further matches must confirm it";
   return found;
 }
 
@@ -130,8 +144,11 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   std::optional<Prediction> prediction;
   if (history.manoeuvring)
     prediction = {history.manoeuvring->position, history.manoeuvring->covariance, history.manoeuvring->bias_covariance};
-  std::vector<ComparedPair> pairs = compare_pairs(rig_at(times), contours[0], contours[1], prediction, options_.match);
+  const bool moves = prediction && track_.status() != TargetTrack::Status::kLost;
+  std::vector<ComparedPair> pairs =
+      compare_pairs(moves ? rig_at(times) : options_.rig, contours[0], contours[1], prediction, options_.match);
   for (ComparedPair& pair : pairs) {
+    pair.match.unknown_motion = !moves;
     if (options_.search_region && is_located(pair.match.status) &&
         !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
       pair.match.status = StereoMatch::Status::kOutsideRegion;
@@ -144,9 +161,13 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
                                pair.match.status == StereoMatch::Status::kOutsidePredictionGate;
     const bool is_followed =
         scope.followed && pair.match.left == scope.followed->left && pair.match.right == scope.followed->right;
-    if (!expected && may_be_target && !is_followed && !(options_.match.radius_m > 0) &&
-        is_unlike(pair, left.appearance[static_cast<size_t>(pair.match.left)],
-                  right.appearance[static_cast<size_t>(pair.match.right)], identity_.appearance(times.pair)))
+    if (!may_be_target || is_followed) continue;
+    const Appearance& in_left = left.appearance[static_cast<size_t>(pair.match.left)];
+    const Appearance& in_right = right.appearance[static_cast<size_t>(pair.match.right)];
+    const bool known_size = options_.match.radius_m > 0;
+    if (is_off_colour(pair, in_left, in_right))
+      pair.match.status = StereoMatch::Status::kOffColour;
+    else if (!expected && !known_size && is_unlike(pair, in_left, in_right, identity_.appearance(times.pair)))
       pair.match.status = StereoMatch::Status::kUnlike;
   }
   Found found;
@@ -176,7 +197,10 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
 /// an image cuts it off, its covariance has that already.
 void StereoTracker::add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const {
   if (match.both_by_contour || !is_located(match.status) || !tells_size(match, left, right)) return;
-  match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_by_area(match, left, right), utime);
+  const double radius_m = radius_by_area(match, left, right);
+  match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_m, utime);
+  // The wider colours may also show some of what is beside the object.
+  if (left.wider || right.wider) match.shape_covariance += unoccluded_size_.surplus_covariance(radius_m);
 }
 
 /// Whether the areas of a match tell how large an object of unknown size is.

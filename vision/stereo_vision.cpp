@@ -82,6 +82,7 @@ std::optional<int64_t> StereoVision::newest_utime() const {
 /// Finds and matches all targets. Returns why the pair as a whole is unusable, or null.
 const char* StereoVision::measure(StereoImages& images) {
   for (Target& target : targets_) {
+    target.tracker.expire(images.times().pair);
     target.views = {};
     target.match = {};
     target.candidates.clear();

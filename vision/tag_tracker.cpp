@@ -102,6 +102,11 @@ void TagTracker::restart() {
   R_WT_.reset();
 }
 
+void TagTracker::expire(int64_t utime) {
+  track_.expire(utime);
+  if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
+}
+
 cv::Rect TagTracker::whole_image(Side side) const {
   const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
   return {0, 0, camera.width, camera.height};
@@ -247,6 +252,13 @@ TagReport TagTracker::update(const PairTimes& times, const TagMatch& match) {
   const Eigen::Matrix3d speed2 =
       lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
   estimate.covariance += speed2 * largest_offset_s * largest_offset_s;
+  if (match.used[0] && match.used[1]) {
+    // A motion e across the line of sight between the exposures looks like an error e Z / B along it.
+    const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
+    const Eigen::Vector3d line = R_WL * match.pose->tag.X_LT.translation(), along = line.normalized();
+    const double ratio = line.norm() / options_.rig.baseline_m();
+    estimate.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
+  }
   const int64_t before = track_.utime();
   if (!track_.update(times.pair, estimate)) {
     const bool past = track_.utime() == before && times.pair <= before;

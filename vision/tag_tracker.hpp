@@ -55,6 +55,8 @@ class TagTracker {
 
   const TagOptions& options() const { return options_; }
   void restart();
+  /// Ends the track if the pair at `utime` comes too late for it, see TargetTrack. To be called before it is searched.
+  void expire(int64_t utime);
   const TargetTrack& track() const { return track_; }
   cv::Rect whole_image(Side side) const;
   /// Search window for a pair at time `utime`: around the predicted position, or the whole image.

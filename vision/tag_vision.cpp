@@ -50,6 +50,7 @@ const char* TagVision::update(StereoImages& images) {
 /// Finds all tags. Returns why the pair as a whole is unusable, or null.
 const char* TagVision::measure(StereoImages& images) {
   for (Target& target : targets_) {
+    target.tracker.expire(images.times().pair);
     target.views = {};
     target.match = {};
   }

@@ -1,4 +1,5 @@
 // A target of unknown size that was hidden, and other things of its colour that are seen meanwhile.
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -134,6 +135,73 @@ TEST(FoundAgain, AThingThatWasTakenForOneOfTwoTargetsThatLookAlikeIsLeftForIt) {
   EXPECT_EQ(report.status, Status::kTracked) << report.reason;
   EXPECT_LT(distance(report, target), 0.01);
   EXPECT_LT(distance(vision.targets()[1 - first].report, second_at(k - 1)), 0.01);
+}
+
+TEST(FoundAgain, WhatIsThereAfterAStallNeedNotBeTheTarget) {
+  const StereoRig rig = level_rig();
+  for (const int64_t stall : {2'000'000, 11'000'000}) {
+    StereoVision vision({options_for(rig)});
+    for (int k = 0; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k)});
+    ASSERT_TRUE(vision.targets().front().tracker.identity().confirmed());
+    const int64_t after = kConfirm * kFrame + stall;
+    const TargetReport& report = look(vision, rig, after, {{plate(0.03, 0.02, 0), {0.1, -0.05, 0.6}}});
+    EXPECT_EQ(report.status, Status::kTracked);
+    EXPECT_EQ(report.velocity.norm(), 0) << "a first match";
+    const vision::TargetIdentity& identity = vision.targets().front().tracker.identity();
+    EXPECT_FALSE(identity.confirmed());
+    EXPECT_EQ(identity.known(), stall < 10'000'000);
+    EXPECT_EQ(identity.found_again(), stall < 10'000'000);
+  }
+}
+
+// The target is covered where it rests, while two things like it move elsewhere.
+TEST(FoundAgain, NoneOfTwoEqualThingsElsewhereIsTheTargetThatHasJumped) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k)});
+  const TargetReport& report = vision.targets().front().report;
+  ASSERT_TRUE(vision.targets().front().tracker.identity().confirmed());
+  for (int k = kConfirm; k < kConfirm + 30; ++k) {
+    const double x = -0.1 + 0.004 * (k - kConfirm);
+    const Thing first{target_at(0).draw, {x, -0.1, 0.5}}, second{target_at(0).draw, {x + 0.12, -0.1, 0.5}};
+    look(vision, rig, k * kFrame, {first, second});
+    ASSERT_NE(report.status, Status::kTracked) << k << ' ' << report.estimate.position.transpose();
+    if (report.status == Status::kCoasting) {
+      ASSERT_STREQ(report.reason, "several things are seen, but none where the object can be by now") << k;
+      ASSERT_GT(vision.targets().front().candidates.size(), 1U);
+    }
+  }
+  EXPECT_TRUE(report.ambiguous);
+}
+
+// A target that moved at 2 m/s leaves the view, and another thing rests there; the right image is 5 ms late.
+TEST(FoundAgain, TheMotionOfATargetDoesNotMoveAnotherThing) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  constexpr int64_t kLate = 5000;
+  const Eigen::Vector3d velocity(2, 0, 0), rest(-0.1, -0.08, 0.5);
+  const auto show = [&](int64_t utime, const Thing& in_left, const Thing& in_right) -> const TargetReport& {
+    cv::Mat left = testing::wall(2), right = testing::wall(3);
+    in_left.draw(left, rig.left, in_left.p_L);
+    in_right.draw(right, rig.right, rig.X_RL * in_right.p_L);
+    vision::DecodedImages images({utime, utime, utime + kLate}, left, right);
+    EXPECT_EQ(vision.update(images), nullptr);
+    return vision.targets().front().report;
+  };
+  const testing::Draw draw = target_at(0).draw;
+  int64_t utime = 0;
+  Eigen::Vector3d p(-0.25, 0.05, 0.5);
+  for (int k = 0; k < 8; ++k, utime += kFrame, p += velocity * 1e-6 * kFrame) {
+    const TargetReport& report = show(utime, {draw, p}, {draw, p + velocity * 1e-6 * kLate});
+    if (k > 4) {
+      ASSERT_LT((report.estimate.position - p).norm(), 0.01) << k;
+    }
+  }
+  for (int k = 0; k < 3; ++k, utime += kFrame) show(utime, {draw, rest}, {draw, rest});
+  const TargetReport& report = vision.targets().front().report;
+  ASSERT_EQ(report.status, Status::kTracked);
+  const Eigen::Vector3d error = report.estimate.position - rest;
+  EXPECT_LT(std::sqrt(error.dot(report.estimate.covariance.ldlt().solve(error))), 4) << error.transpose();
 }
 
 /// A large disc that moves across, so that it is confirmed, comes near the right image's border, and goes away again.

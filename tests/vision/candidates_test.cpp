@@ -170,6 +170,20 @@ TEST(Candidates, WhatIsUnlikeTheTargetNeedsMoreEvidence) {
 }
 
 // What passes every gate, but just so, is no first match.
+TEST(Candidates, AThingWithoutTheTargetsColourMustHaveAShape) {
+  ComparedPair pair;
+  const auto off = [&](double compactness, double colour_left, double colour_right) {
+    return is_off_colour(pair, {.compactness = compactness, .colour_share = colour_left},
+                         {.compactness = 1, .colour_share = colour_right});
+  };
+  EXPECT_TRUE(off(0.5, 0, 0));
+  EXPECT_TRUE(off(0.5, 0.3, 0)) << "both images must show its colour";
+  EXPECT_FALSE(off(0.5, 0.02, 0.02));
+  EXPECT_FALSE(off(0.7, 0, 0)) << "compact, in another light";
+  pair.match.both_by_contour = true;
+  EXPECT_FALSE(off(0.5, 0, 0)) << "a ball, partly covered";
+}
+
 TEST(Candidates, WhatHardlyFitsAKnownRadiusIsNoFirstMatch) {
   const MatchOptions options{.radius_m = kRadius};
   Candidate candidate = judge({{kHere}}, {}, options).candidates.at(0);

@@ -96,7 +96,10 @@ TEST(Assign, ManyTargetsThatMayBeEverythingAreAssignedInLimitedTime) {
       hypotheses[static_cast<size_t>(target)].push_back({thing, thing, thing, thing == target ? 9.0 : 1.0});
   }
   const std::vector<Assignment> assignments = assign(hypotheses);
-  for (const Assignment& assignment : assignments) EXPECT_TRUE(assignment.hypothesis);
+  for (const Assignment& assignment : assignments) {
+    EXPECT_TRUE(assignment.hypothesis);
+    EXPECT_TRUE(assignment.ambiguous) << "not all associations were compared";
+  }
 }
 
 /// The best value over all associations, by trying each.

@@ -63,6 +63,9 @@ TEST(FrozenFrameDetector, GoesOnFromItsMemory) {
   }
   EXPECT_EQ(other.repeats(), Side::kRight);
   EXPECT_FALSE(other.deserialize(0, std::vector<double>{1, 2, 3}));
+  // A time in nanoseconds must not make the state useless.
+  detector.update({1, 1'700'000'000'000'000'000}, {2, 1'700'000'000'000'000'000});
+  EXPECT_TRUE(other.deserialize(1'700'000'000'000'000, detector.serialize(1'700'000'000'000'000)));
   EXPECT_FALSE(other.deserialize(0, std::vector<double>{1, 2, -1, 0, 0, 0}));
   EXPECT_FALSE(other.deserialize(0, std::vector<double>{1, 2, 0.5, 0, 0, 0}));
 }

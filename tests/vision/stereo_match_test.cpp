@@ -90,6 +90,22 @@ TEST(StereoMatching, OfTwoAlikeTheExpectedOneIsTaken) {
   EXPECT_EQ(match_candidates({first.left}, {first.right}, far).status, Status::kOutsidePredictionGate);
 }
 
+// A sleeve at the border must not keep a ball that has bounced from being seen.
+TEST(StereoMatching, WhatIsPartlyVisibleElsewhereIsNoBetterThanWhatIsAllVisibleThere) {
+  const Pair ball = pair_of(kBall);
+  Pair cut_off = pair_of({-0.1, 0.08, 0.5}, 0.03);
+  for (SphereContour* contour : {&cut_off.left, &cut_off.right}) {
+    contour->cut_off = true;
+    contour->visible_fraction = 0.3;
+    contour->occlusion = 0.5;
+  }
+  const Prediction far{rig().X_WL * Eigen::Vector3d(0.3, 0.3, 0.5), 1e-4 * Eigen::Matrix3d::Identity()};
+  ASSERT_EQ(match_candidates({cut_off.left}, {cut_off.right}, far).status, Status::kCutOff);
+  const StereoMatch match = match_candidates({cut_off.left, ball.left}, {cut_off.right, ball.right}, far);
+  EXPECT_EQ(match.status, Status::kOutsidePredictionGate);
+  EXPECT_EQ(match.left, 1);
+}
+
 TEST(StereoMatching, EachFaultHasItsOwnStatusAndSentence) {
   const Pair ball = pair_of(kBall);
   EXPECT_EQ(match_candidates({}, {ball.right}).status, Status::kNotInLeft);

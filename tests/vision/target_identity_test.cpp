@@ -101,6 +101,9 @@ TEST(TargetIdentity, GoesOnFromItsState) {
   std::vector<double> damaged = state;
   damaged[1] = 0.5;
   EXPECT_FALSE(other.deserialize(now, damaged));
+  damaged = state;
+  damaged[12] = 1e300;
+  EXPECT_FALSE(other.deserialize(now, damaged)) << "no pixel is there";
   EXPECT_FALSE(other.deserialize(now, std::span(state).first(5)));
 }
 

@@ -151,6 +151,20 @@ TEST(TargetTrack, CoastsThroughAShortLossAndIsLostInALongOne) {
   EXPECT_EQ(track.status(), Status::kTracked);
 }
 
+TEST(TargetTrack, EndsWhereNoPairsCameForLong) {
+  for (const bool stalls : {false, true}) {
+    TargetTrack track({});
+    const auto seen = [](double x) { return PositionEstimate{{x, 0, 0.5}, 1e-6 * Eigen::Matrix3d::Identity()}; };
+    int64_t utime = 0;
+    for (int k = 0; k < 20; ++k, utime += 33333) ASSERT_TRUE(track.update(utime, seen(0.001 * k)));
+    utime += stalls ? 600'000 : 300'000;
+    track.expire(utime);
+    EXPECT_EQ(track.status() == TargetTrack::Status::kLost, stalls);
+    ASSERT_TRUE(track.update(utime, seen(0.03)));
+    EXPECT_EQ(track.began_anew(), stalls);
+  }
+}
+
 TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   const Eigen::Vector3d here(0, 0, 0.5), there(0.3, 0, 0.5);
   TargetTrack track({});

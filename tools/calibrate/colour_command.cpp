@@ -193,9 +193,14 @@ std::string advice(const std::vector<ObjectPicture>& pictures, const ObjectColou
                ? "; no other picture is accepted either: correct the clicks or rectangles, or choose another object"
                : "; the pictures do not agree: check the clicks or rectangles in each";
   }
-  std::vector<std::string> names;
-  for (const size_t k : agreeing.left_out) names.push_back(pictures[k].name);
-  const std::string without = fmt::format("; without {} the rest passes", fmt::join(names, ", "));
+  std::vector<std::string> names, kept;
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    const bool left_out = std::ranges::find(agreeing.left_out, k) != agreeing.left_out.end();
+    if (pictures[k].region) (left_out ? names : kept).push_back(pictures[k].name);
+  }
+  const bool few = kept.size() < names.size();
+  const std::string without = few ? fmt::format("; only {} would pass, without the others", fmt::join(kept, ", "))
+                                  : fmt::format("; without {} the rest passes", fmt::join(names, ", "));
   if (agreeing.doubt.empty()) return without + ": correct the clicks or rectangles there, or leave them out";
   return fmt::format(
       "{}, but {}: correct the clicks or rectangles there or, if they are right, choose another object or another "

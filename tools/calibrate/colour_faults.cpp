@@ -109,9 +109,11 @@ std::string others_like_it(const PicturePart& part) {
   const auto longest =
       std::ranges::max_element(largest->runs, {}, [](const vision::Run& run) { return run.end - run.begin; });
   return fmt::format(
-      "; what is at {} has the same colours: if it is the object, draw {} rectangle around all of it; else take a "
-      "picture without it, or set search_region_m in vision.yaml and give --within-left and --within-right",
-      position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner), rectangle ? "the" : "a");
+      "; what is at {} has the same colours: if it is the object, or a part of it, draw {} rectangle around all of "
+      "it{}; "
+      "else take a picture without it, or set search_region_m in vision.yaml and give --within-left and --within-right",
+      position_of({0.5 * (longest->begin + longest->end - 1), longest->row}, part.corner), rectangle ? "the" : "a",
+      rectangle ? "" : ", or click on it");
 }
 
 /// Why the finder does not find the object in the picture that its colour was learned from; empty when it does.
@@ -124,7 +126,7 @@ std::string finder_fault(const PicturePart& part, const vision::ColourModel& mod
   if (static_cast<double>(found.members) > kFilled * static_cast<double>(bgr.total()))
     return "the learned colours fill most of the picture: show more of what is around the object";
   const std::vector<vision::Blob> blobs = vision::join_parts(found.blobs);
-  if (blobs.empty()) return "with the learned colours nothing is found, not even the object" + others_like_it(part);
+  if (blobs.empty()) return "no colour tells the object from what is around it" + others_like_it(part);
   const vision::Blob* object = nullptr;
   double inside = 0;
   double all_inside = 0;  // also of the object's other parts, as beside a stripe
@@ -140,8 +142,8 @@ std::string finder_fault(const PicturePart& part, const vision::ColourModel& mod
                        position_of(blobs[0].centroid, part.corner));
   }
   if (inside < 0.5 * object->area) {
-    return "with the learned colours the object is found together with much of what is around it: click where "
-           "it differs from that, or show it before something else";
+    return std::string("with the learned colours the object is found together with much of what is around it: ") +
+           if_part(part) + "; else click where it differs from that, or show it before something else";
   }
   for (const vision::Blob& blob : blobs) {
     if (blob.area < kSimilar * object->area || was_clicked(blob, part)) continue;
@@ -268,11 +270,12 @@ std::string doubt_of_vision(const FoundByVision& found, const PicturePart& part,
     return !is_clicked(candidate.match.left_px, part);
   });
   if (other == found->candidates.end() && part.boxes.size() > 1) return {};  // several that look alike
+  if (other == found->candidates.end())
+    return "by the colours alone vision may take a part of the object for all of it: " + if_part(part);
   return fmt::format(
-      "by the colours alone vision may take {} for the object, or not choose between the two: set search_region_m, or "
-      "ball_radius_m of a ball",
-      other == found->candidates.end() ? "a part of it"
-                                       : "what is at " + position_of(other->match.left_px, part.corner));
+      "by the colours alone vision may take what is at {} for the object, or not choose between the two: set "
+      "search_region_m, or ball_radius_m of a ball",
+      position_of(other->match.left_px, part.corner));
 }
 
 /// Where vision would take something else for the object, as "X,Y" in the picture; empty where it would not. What is

@@ -88,6 +88,10 @@ bool ChromaClassifier::contains(const Rgb& pixel) const {
   return vision::contains(criterion_, PixelOf<double>{pixel.r, pixel.g, pixel.b});
 }
 
+bool ChromaClassifier::contains_as_read(const Rgb& pixel) const {
+  return vision::contains(criterion_, PixelOf<double>{pixel.r, pixel.g, pixel.b}, true);
+}
+
 uint32_t ChromaClassifier::contains(double red, double green, const std::array<double, 32>& blues) const {
   BlueRows rows;
   for (size_t k = 0; k < blues.size(); ++k) rows[k / kRowLanes].lane[k % kRowLanes] = blues[k];

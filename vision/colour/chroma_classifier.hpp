@@ -32,6 +32,8 @@ class ChromaClassifier {
 
   void set_gains(const WhiteBalanceGains& gains);
   bool contains(const Rgb& pixel) const;
+  /// The same, with the values of clipped channels as they are.
+  bool contains_as_read(const Rgb& pixel) const;
   /// The same for the pixels of 32 blues, in SIMD lanes: bit k tells it for blues[k]. Does not depend on the
   /// instruction set.
   uint32_t contains(double red, double green, const std::array<double, 32>& blues) const;

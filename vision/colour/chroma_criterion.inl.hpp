@@ -67,9 +67,9 @@ inline PixelOf<Lanes> unclipped(const ChromaCriterion& criterion, const ChromaCr
   return {above(pixel.r, colour.r), above(pixel.g, colour.g), above(pixel.b, colour.b)};
 }
 
-/// ChromaClassifier::contains().
+/// ChromaClassifier::contains(), and contains_as_read() if `as_read`.
 template <class Lanes>
-inline auto contains(const ChromaCriterion& criterion, const PixelOf<Lanes>& pixel) {
+inline auto contains(const ChromaCriterion& criterion, const PixelOf<Lanes>& pixel, bool as_read = false) {
   using Mask = decltype(pixel.r < pixel.g);
   constexpr double kBrightest = 360;  // see ColourModel: three times as bright as an object of Y = 120
   const Lanes luma = pixel.luma();
@@ -81,7 +81,7 @@ inline auto contains(const ChromaCriterion& criterion, const PixelOf<Lanes>& pix
     Mask fits = usable & !found;
     if (!any(fits)) break;
     PixelOf<Lanes> tested = pixel;
-    if (any(clipped & fits)) {
+    if (!as_read && any(clipped & fits)) {
       const PixelOf<Lanes> brighter = unclipped(criterion, component, pixel);
       tested = {where(clipped, brighter.r, pixel.r), where(clipped, brighter.g, pixel.g),
                 where(clipped, brighter.b, pixel.b)};

@@ -114,7 +114,7 @@ double AdaptedColourModel::share_well_inside(const WhiteBalanceGains& gains, con
     for (; next < length; next += every) {
       const auto& pixel = bgr.at<cv::Vec3b>(run.row, run.begin + static_cast<int>(next));
       ++seen;
-      inside += inner_.contains(
+      inside += inner_.contains_as_read(
           {static_cast<double>(pixel[2]), static_cast<double>(pixel[1]), static_cast<double>(pixel[0])});
     }
     next -= length;

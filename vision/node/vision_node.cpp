@@ -136,7 +136,7 @@ target_t VisionNode::target_message(size_t k, const StereoFrames& frames, const 
   message.reason = uncalibrated ? "seen; the camera pose is unknown" : report.reason;
   put(message.position_m, report.estimate.position);
   put(message.covariance_m2, report.estimate.covariance);
-  if (report.status != Status::kLost && !report.ambiguous) {
+  if (message.status != target_t::STATUS_LOST && !report.ambiguous) {
     put(message.velocity_m_s, report.velocity);
     put(message.velocity_covariance_m2_s2, report.velocity_covariance);
   }

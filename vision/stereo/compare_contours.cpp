@@ -193,8 +193,8 @@ class ContourComparison {
       if (match.both_by_contour) total += prediction_->bias_covariance;
       const double distance2 = apart.dot(total.ldlt().solve(apart));
       scored.score /= 1 + distance2;
-      if (!(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas))
-        match.status = Status::kOutsidePredictionGate;
+      scored.outside_gate = !(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas);
+      if (scored.outside_gate) match.status = Status::kOutsidePredictionGate;
     }
     // A blob that the border cuts off may belong to anything: good enough to continue a track, not to start one.
     const auto cut_off_blob = [](const SphereContour& contour) { return contour.cut_off && contour.kind == kCentroid; };

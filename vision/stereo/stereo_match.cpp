@@ -12,22 +12,26 @@ using Status = StereoMatch::Status;
 
 constexpr double kWrongRig = 0.02;  // share of the image's width that a wrong calibration is off at most: a choice
 
-/// Rank of a status: the higher, the more checks the pair passed. The pair of highest rank is chosen.
-int progress(Status status) {
-  switch (status) {
+constexpr int kMismatched = 2;  // rank of a pair of contours that violate the epipolar constraint
+
+/// Rank of a compared pair: the higher, the more checks it passed. The pair of highest rank is chosen. What is partly
+/// visible elsewhere than predicted says nothing about the target.
+int progress(const ComparedPair& pair) {
+  switch (pair.match.status) {
     case Status::kSeen:
       return 6;
     case Status::kOccludedTooMuch:
     case Status::kCutOff:
-      return 5;
+      return pair.outside_gate ? 3 : 5;
     case Status::kOutsidePredictionGate:
       return 4;
     case Status::kWrongRadius:
     case Status::kUnlike:
+    case Status::kOffColour:
     case Status::kOutsideRegion:
       return 3;
     case Status::kEpipolarMismatch:
-      return 2;
+      return kMismatched;
     case Status::kInconsistentPair:
       return 1;
     default:
@@ -118,6 +122,10 @@ const char* description(StereoMatch::Status status) {
       return "only things much smaller or more ragged than the target are seen";
     case Status::kUnlikely:
       return "only small or ragged blobs of the target's colour are seen";
+    case Status::kOffColour:
+      return "only things whose colours are at the limits of the target's are seen";
+    case Status::kSeveralElsewhere:
+      return "several things are seen, but none where the object can be by now";
     case Status::kAmbiguous:
       return "several things could be the target";
     case Status::kOtherTarget:
@@ -154,9 +162,7 @@ std::vector<ComparedPair> compare_pairs(const StereoRig& rig, std::span<const Sp
 }
 
 const ComparedPair* contradiction_of(std::span<const ComparedPair> pairs, const StereoRig& rig, size_t located) {
-  const auto is_located = [](const ComparedPair& pair) {
-    return progress(pair.match.status) > progress(Status::kEpipolarMismatch);
-  };
+  const auto is_located = [](const ComparedPair& pair) { return progress(pair) > kMismatched; };
   const auto share_one = [](const ComparedPair& a, const ComparedPair& b) {
     return a.match.left == b.match.left || a.match.right == b.match.right;
   };
@@ -188,7 +194,7 @@ StereoMatch best_match(std::span<const SphereContour> left, std::span<const Sphe
   if (left.empty() || right.empty() || pairs.empty()) return none;
   const ComparedPair* best = nullptr;
   for (const ComparedPair& scored : pairs) {
-    const int came = progress(scored.match.status), best_came = best ? progress(best->match.status) : -1;
+    const int came = progress(scored), best_came = best ? progress(*best) : -1;
     if (came > best_came || (came == best_came && scored.score > best->score)) best = &scored;
   }
   return best->match;

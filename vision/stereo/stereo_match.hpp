@@ -32,6 +32,8 @@ struct StereoMatch {
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
     kUnlike,                 ///< only things much smaller or more ragged than the target, which was seen shortly before
     kUnlikely,               ///< only specks that are too small and ragged to be taken for the target
+    kOffColour,              ///< only things of which no pixel is well inside the target's colours
+    kSeveralElsewhere,       ///< several things that may be the target, none of them where it is predicted
     kAmbiguous,              ///< several objects could be the target
     kOtherTarget,            ///< only what another target is that looks alike
     kTogether,               ///< a blob in which this target and another one that looks alike are expected
@@ -58,6 +60,8 @@ struct StereoMatch {
   /// By which share of the known radius the object looks larger at its distance, and the standard deviation; 0 and 0
   /// where the radius is not known.
   double size_share = 0, size_sigma = 0;
+  /// Located as if the object were at rest, since its motion is not known: no prediction supports the match.
+  bool unknown_motion = false;
   /// The pair does not fit, but would if the left and the right image were exchanged.
   bool fits_swapped = false;
 
@@ -98,10 +102,11 @@ struct Prediction {
 /// A pair of contours, one of each image, that was compared.
 struct ComparedPair {
   StereoMatch match;
-  double score = 0;        ///< among pairs of the same status: see match_candidates()
-  double size_sigmas = 0;  ///< difference of the radii that both images show at this position, standard deviations
-  double radius_px = 0;    ///< of the smaller image
-  double radius_m = 0;     ///< without prior knowledge of the radius; 0 where it was not triangulated
+  double score = 0;           ///< among pairs of the same status: see match_candidates()
+  double size_sigmas = 0;     ///< difference of the radii that both images show at this position, standard deviations
+  bool outside_gate = false;  ///< not where the object is predicted, whatever the status
+  double radius_px = 0;       ///< of the smaller image
+  double radius_m = 0;        ///< without prior knowledge of the radius; 0 where it was not triangulated
   double radius_sigma_m = 0;
   /// Of two objects that look alike, each left contour fits both right ones, and this pair most likely consists of the
   /// left image of one and the right image of the other: it exchanges their order, or fits clearly less.

@@ -13,9 +13,11 @@ namespace multireach::vision {
 
 /// What one blob shows of a thing besides its contour.
 struct Appearance {
-  double background = 0;    ///< share of its pixels that the remembered background explains, 0 to 1
-  double compactness = 0;   ///< 1 for a disc, less for other shapes: compactness() in colour/blob.hpp
-  double colour_share = 0;  ///< share of its pixels that are well inside the colour model, 0 to 1
+  double background = 0;   ///< share of its pixels that the remembered background explains, 0 to 1
+  double compactness = 0;  ///< 1 for a disc, less for other shapes: compactness() in colour/blob.hpp
+  /// Share of its pixels that are well inside the colour model, 0 to 1. Of a clipped channel, the value counts as it
+  /// is: a lamp could be of any colour.
+  double colour_share = 0;
 };
 
 /// Evidence that a candidate is the target, by terms: logarithms of likelihood ratios between the target and another
@@ -86,6 +88,10 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 /// `radius_px`: of the smaller image.
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
+
+/// Whether a thing is no target because no pixel of it is well inside the target's colours, in one image at least, and
+/// it is neither a sphere's contour nor as compact as a target (0.6).
+[[nodiscard]] bool is_off_colour(const ComparedPair& pair, const Appearance& left, const Appearance& right);
 
 /// Whether a thing of unknown size is no target where no prediction supports it: it is much smaller or more ragged than
 /// the target was shortly before, and not convincing.

@@ -9,8 +9,8 @@
 namespace multireach::vision {
 namespace {
 
-// Steps of the search. Six targets with six hypotheses each that exclude no others take 137,000; more are not tracked
-// at once, for no more blobs are measured.
+// Steps of the search. Six targets with six hypotheses each that exclude no others take 137,000. Where there are more,
+// as of ten targets in their windows, the best association may not be found, and all of it is ambiguous.
 constexpr int kMostSteps = 200000;
 
 /// How good an association, an assignment to every target, is: first by the number of targets that are given a thing,
@@ -48,8 +48,12 @@ class Search {
   std::vector<Assignment> result() {
     visit(0, {0, 0});
     for (const std::optional<size_t>& hypothesis : best_) result_.push_back({hypothesis});
+    const bool complete = steps_ <= kMostSteps;
     steps_ = 0;
     visit(0, {0, 0});
+    if (!complete || steps_ > kMostSteps) {
+      for (Assignment& each : result_) each.ambiguous = true;
+    }
     return result_;
   }
 

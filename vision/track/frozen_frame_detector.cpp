@@ -1,11 +1,13 @@
 #include "vision/track/frozen_frame_detector.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace multireach::vision {
 namespace {
 
-constexpr int64_t kFrozen = 5;  // consecutive repetitions that count as frozen
+constexpr double kLargest = 9007199254740992.0;  // 2^53: a double represents integers up to here exactly
+constexpr int64_t kFrozen = 5;                   // consecutive repetitions that count as frozen
 
 }  // namespace
 
@@ -39,12 +41,15 @@ const char* FrozenFrameDetector::fault() const {
 
 std::vector<double> FrozenFrameDetector::serialize(int64_t utime) const {
   const auto number = [](int64_t value) { return static_cast<double>(value); };
-  return {number(last_[0].hash), number(last_[1].hash),          number(repeated_[0]),
-          number(repeated_[1]),  number(utime - last_[0].utime), number(utime - last_[1].utime)};
+  // A time that is by far wrong, as in nanoseconds, is kept as far as the state can tell.
+  const auto age = [&](const Image& image) {
+    return std::clamp(number(utime) - number(image.utime), -kLargest + 1, kLargest - 1);
+  };
+  return {number(last_[0].hash), number(last_[1].hash), number(repeated_[0]),
+          number(repeated_[1]),  age(last_[0]),         age(last_[1])};
 }
 
 bool FrozenFrameDetector::deserialize(int64_t utime, std::span<const double> state) {
-  constexpr double kLargest = 9007199254740992.0;  // 2^53: exact up to here
   if (state.size() != kSerializedSize) return false;
   for (size_t k = 0; k < state.size(); ++k) {
     const double least = k < 4 ? 0 : -kLargest;

@@ -89,7 +89,9 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
       !(state[1] > 0 && state[2] != 1) && whole(state[3], 0, 1) && whole(state[4], 0, kEnough) &&
       whole(state[5], 0, kEnough) && state[14] >= 0 && whole(state[15], 0, 3) && whole(state[16], -9e15, 9e15) &&
       whole(state[17], -9e15, 9e15) && state[18] >= 0 && state[19] >= 0 && !(state[18] > 0 && state[2] == 0);
-  if (!valid) return false;
+  constexpr double kFarthest = 1e6;  // pixels
+  if (!valid || !std::ranges::all_of(state.subspan(6, 9), [](double v) { return std::abs(v) < kFarthest; }))
+    return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
   confirmed_ = state[1] > 0;
   known_ = state[2] > 0;

@@ -201,6 +201,10 @@ void TargetTrack::lose() {
   outliers_ = 0;
 }
 
+void TargetTrack::expire(int64_t utime) {
+  if (status_ != Status::kLost && seconds_between(*last_seen_utime_, utime) > options_.coast_s) lose();
+}
+
 std::optional<PositionEstimate> TargetTrack::predicted(int64_t utime) const {
   return predicted_with(utime, options_.max_process_noise_m2_s3);
 }

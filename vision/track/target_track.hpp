@@ -60,6 +60,9 @@ class TargetTrack {
   bool update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump = Jump::kIfConfirmed);
   /// The target is lost: the next match begins a new track.
   void lose();
+  /// Ends the track if a pair at `utime` comes more than `coast_s` after the last match, as after a camera has stalled.
+  /// To be called before a pair is searched.
+  void expire(int64_t utime);
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.
   std::optional<PositionEstimate> predicted(int64_t utime) const;

@@ -8,6 +8,12 @@ namespace {
 // What looks larger for a moment is blurred, or seen with something else. What looks smaller for long has turned.
 constexpr double kGrow_s = 0.5, kShrink_s = 30;  // time constants: choices
 
+/// Covariance of the centroid of what has radius `larger_m`, if only a part of it of radius `smaller_m` counts, m^2.
+Eigen::Matrix3d covariance_of_rest(double smaller_m, double larger_m) {
+  const double share = smaller_m / larger_m, sigma_m = (1 - share * share) * larger_m;
+  return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+}
+
 }  // namespace
 
 /// The size of the whole object, as far as it is remembered when it is seen with a radius.
@@ -25,9 +31,11 @@ void UnoccludedSize::update(double radius_m, int64_t utime) {
 
 Eigen::Matrix3d UnoccludedSize::occlusion_covariance(double radius_m, int64_t utime) const {
   const double whole_m = updated(radius_m, utime);
-  if (!(radius_m < whole_m)) return Eigen::Matrix3d::Zero();
-  const double share = radius_m / whole_m, sigma_m = (1 - share * share) * whole_m;
-  return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+  return radius_m < whole_m ? covariance_of_rest(radius_m, whole_m) : Eigen::Matrix3d::Zero();
+}
+
+Eigen::Matrix3d UnoccludedSize::surplus_covariance(double radius_m) const {
+  return radius_m_ > 0 && radius_m > radius_m_ ? covariance_of_rest(radius_m_, radius_m) : Eigen::Matrix3d::Zero();
 }
 
 }  // namespace multireach::vision

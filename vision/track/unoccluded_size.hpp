@@ -15,6 +15,9 @@ class UnoccludedSize {
   /// long as wide, where what is not seen of its area is at one end.
   Eigen::Matrix3d occlusion_covariance(double radius_m, int64_t utime) const;
 
+  /// The same of a blob that is larger than the object, because it shows something beside it, at one end.
+  Eigen::Matrix3d surplus_covariance(double radius_m) const;
+
   double radius_m() const { return radius_m_; }  ///< 0: not known
   int64_t utime() const { return utime_; }       ///< of the last update, us
   void restore(double radius_m, int64_t utime) {
