@@ -21,7 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 # The side bar: headings, with pages in reading order. Pages that are not named here are under the last heading.
 CONTENTS = {
     "Begin": ["README.md", "docs/tutorial.md", "docs/install.md", "docs/python.md"],
-    "Use": ["docs/your-robot.md", "docs/robots.md", "docs/calibrate.md", "docs/cameras.md", "docs/vision.md", "docs/real-images.md",
+    "Use": ["docs/your-robot.md", "docs/robots.md", "docs/calibrate.md", "docs/cameras.md", "docs/vision.md", "docs/vision-association.md", "docs/vision-accuracy.md", "docs/real-images.md",
             "docs/view.md", "docs/operation.md", "docs/safety.md", "docs/keys.md", "docs/import.md", "docs/replay.md"],
     "Look up": ["docs/configuration.md", "docs/messages.md", "docs/programs/README.md", "docs/notation.md", "docs/architecture.md"],
     "Research": ["docs/guarantees.md", "docs/results.md", "docs/results-protocols.md", "docs/study.md", "docs/equations.md",

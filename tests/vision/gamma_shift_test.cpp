@@ -50,7 +50,7 @@ TEST(GammaShift, IsThatOfTheMeanLightOnThePixels) {
           << gamma << ": " << inside << ", " << outside;
     }
   }
-  EXPECT_NEAR(GammaShift(2.2).of_edge(200, 100, 1), 0.07, 0.005) << "as docs/vision.md says";
+  EXPECT_NEAR(GammaShift(2.2).of_edge(200, 100, 1), 0.07, 0.005) << "as docs/vision-accuracy.md says";
   EXPECT_NEAR(GammaShift(2.2).of_edge(200, 20, 1), 0.16, 0.005);
 }
 
@@ -95,7 +95,7 @@ Errors errors_with(std::optional<double> told, bool jpeg, const Scene& scene) {
   return errors;
 }
 
-// NEES of at most 1.25, as everywhere in docs/vision.md.
+// NEES of at most 1.25, as everywhere in docs/vision-accuracy.md.
 TEST(SphereContourFit, AGammaCurveIsCorrectedWhereItIsKnownAndCoveredWhereItIsNot) {
   const Scene scene{.wall_rgb = {190, 200, 205}, .noise = 2, .gamma = 2.2};
   const Errors ignored = errors_with(1, false, scene), known = errors_with(2.2, false, scene),

@@ -8,7 +8,7 @@ namespace {
 
 // What the closed form misses, share of the shift: the blur, and the colours of both sides, are measured behind the
 // curve; a window may hold less than the whole of a blurred edge. The first is set on the benchmark's balls
-// (docs/vision.md, the sets on which constants were set), the others on pictures as those of
+// (docs/vision-accuracy.md, the sets on which constants were set), the others on pictures as those of
 // tests/vision/ball_picture.hpp.
 constexpr double kMissed = 0.3, kMissedBlurred = 0.7;
 constexpr double kBlurred2 = 1;     // px^2

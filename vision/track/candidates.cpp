@@ -15,7 +15,7 @@ namespace {
 using Status = StereoMatch::Status;
 
 // Log odds of the labelled balls among all candidates of an image, by conditional logistic regression on the videos
-// that docs/real-images.md names for tuning, except kContour and kLargeArea: docs/vision.md, Which object.
+// that docs/real-images.md names for tuning, except kContour and kLargeArea: docs/vision-association.md, Which object.
 constexpr double kStill[] = {0, -4.2, -6.2};  // share of remembered background 0, 0.3 and 1
 constexpr double kShape[] = {-4.0, 0, 2.3};   // compactness 0, kNoShape and 1
 constexpr double kNoShape = 0.6;
