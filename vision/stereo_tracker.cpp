@@ -203,13 +203,13 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     notice_motion(Side::kLeft, left, times.pair);
     notice_motion(Side::kRight, right, times.pair);
     // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
-    // accepted may be partly occluded.
+    // accepted may be partly occluded. Of several things elsewhere, any may be the target.
     using Status = StereoMatch::Status;
-    const bool partly = match.status == Status::kTogether || track_.last_seen_utime() == times.pair;
-    const bool may_be_target = match.left >= 0 && (followed || partly || match.status == Status::kSeen ||
-                                                   match.status == Status::kOutsidePredictionGate);
-    learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0]);
-    learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1]);
+    const bool goes_on = track_.status() != TargetTrack::Status::kLost;
+    const bool may_be_target = match.left >= 0 && match.right >= 0 && (goes_on || match.status == Status::kSeen);
+    const bool tells = match.status != Status::kSeveralElsewhere;
+    learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0], tells);
+    learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1], tells);
   }
   return result;
 }
@@ -229,8 +229,9 @@ void StereoTracker::notice_motion(Side side, const View& view, int64_t utime) {
 
 /// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be
 /// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched; and
-/// where it may have jumped to, it may be.
-void StereoTracker::learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects) {
+/// where it may have jumped to, it may be. `tells`: whether what is not the target is known.
+void StereoTracker::learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects,
+                                     bool tells) {
   CameraState& camera_state = cameras_[index(side)];
   if (!view.fits || view.filled || view.dark || view.wider) return;
   cv::Rect object;
@@ -243,7 +244,7 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen, st
   }
   objects.push_back(object);
   const bool whole = view.window == search_area(side);
-  camera_state.background.learn(view.window, view.blobs, objects, whole ? camera_state.since_look + 1 : 1);
+  if (tells) camera_state.background.learn(view.window, view.blobs, objects, whole ? camera_state.since_look + 1 : 1);
   camera_state.since_look = whole ? 0 : std::min(kLookEvery, camera_state.since_look + 1);
   if (whole) camera_state.looks = std::min(kFirstLooks, camera_state.looks + 1);
 }
@@ -257,19 +258,25 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
   const bool partly = (match.status == Status::kOccludedTooMuch || match.status == Status::kCutOff) &&
-                      match.occlusion < BlobCentre::kNotLocated && match.left >= 0 && match.right >= 0 &&
-                      track_.status() != TargetTrack::Status::kLost;
+                      !match.unknown_motion && match.occlusion < BlobCentre::kNotLocated && match.left >= 0 &&
+                      match.right >= 0 && track_.status() != TargetTrack::Status::kLost;
   if (!seen && !partly) {
     TargetReport unseen = update_unseen(times.pair, description(match.status));
     unseen.ambiguous = match.status == Status::kAmbiguous;
     return unseen;
   }
   const PositionEstimate estimate = estimate_at_pair(times, match);
+  // How far it moved between the exposures does not tell how far it can have got.
+  PositionEstimate there = estimate;
+  if (match.unknown_motion) there.covariance = match.noise_covariance();
   using Jump = TargetTrack::Jump;
-  const Jump jump = !seen                                                           ? Jump::kNever
-                    : has_bounced(times.pair, estimate, match, left, right, others) ? Jump::kAtOnce
-                                                                                    : Jump::kIfConfirmed;
-  if (!track_.update(times.pair, estimate, jump))
+  const Jump jump = !seen                                                        ? Jump::kNever
+                    : has_bounced(times.pair, there, match, left, right, others) ? Jump::kAtOnce
+                                                                                 : Jump::kIfConfirmed;
+  // An unknown motion between the exposures makes the position so uncertain that it may seem to be the expected one.
+  const bool elsewhere =
+      match.status == Status::kOutsidePredictionGate && match.unknown_motion && times.left != times.right;
+  if (!track_.update(times.pair, estimate, jump, elsewhere))
     return unseen(times.pair, description(Status::kOutsidePredictionGate));
   shape_covariance_ = match.shape_covariance.selfadjointView<Eigen::Lower>();  // exactly symmetric, as is restored
   if (partly) return report(times.pair, TargetTrack::Status::kCoasting, description(match.status));

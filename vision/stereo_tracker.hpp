@@ -57,13 +57,14 @@ struct TargetReport {
 /// What a pair shows of the other targets that look like one.
 struct OtherTargets {
   std::array<std::vector<bool>, 2> taken{};  ///< for each blob of the views, whether it is another target; or empty
-  size_t sought = 1;      ///< how many targets that look like this one are looked for, itself included
-  bool unknown = false;   ///< there are others, but which blobs they are is not known yet
-  bool anywhere = false;  ///< this target is looked for wherever it may be, not where its motion takes it
+  size_t sought = 1;            ///< how many targets that look like this one are looked for, itself included
+  bool unknown = false;         ///< there are others, but which blobs they are is not known yet
+  size_t sought_elsewhere = 1;  ///< the same, of those that are not where they are expected
+  bool anywhere = false;        ///< this target is looked for wherever it may be, not where its motion takes it
 };
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
-/// pair measure() for both images, match(), then update() or update_unseen(). Deterministic: its
+/// pair expire(), measure() for both images, match(), then update() or update_unseen(). Deterministic: its
 /// whole state between pairs is what serialize() returns, except the diagnostics
 /// calibration_disagreement() and camera_shift().
 class StereoTracker {
@@ -78,8 +79,8 @@ class StereoTracker {
   const TargetTrack& track() const { return track_; }
   /// The target is lost: the next match begins a new track.
   void lose_track() { track_.lose(); }
-  /// Forgets what a pair at `utime` comes too late for, if no pairs came for some time. To be called before it is
-  /// searched.
+  /// Ends the track, and forgets the target, if too much time has passed without pairs before the one at `utime`. To be
+  /// called before it is searched.
   void expire(int64_t utime);
   const TargetIdentity& identity() const { return identity_; }
   /// What does not fit the calibration in the mean of many pairs.
@@ -191,7 +192,7 @@ class StereoTracker {
   TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
                             const std::array<std::vector<cv::Rect>, 2>& others);
   void notice_motion(Side side, const View& view, int64_t utime);
-  void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects);
+  void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects, bool tells);
   double lead_against_found_again() const;
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   /// What takes part in a match.

@@ -44,7 +44,8 @@ bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) cons
   using Status = StereoMatch::Status;
   const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
                       match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
-                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget;
+                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget ||
+                      match.status == Status::kOffColour || match.status == Status::kSeveralElsewhere;
   const auto seen = track_.last_seen_utime();
   if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
   if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
@@ -74,8 +75,9 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
          agrees(right, other.right, tracked.right);
 }
 
-/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as
-/// much in their sum as a single choice takes. The evidence of more than three pairs in a row is hardly more.
+/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as much
+/// in their sum as a single choice takes, or two thirds of it where a near jump takes two pairs. More than three
+/// successive pairs hardly show more than three.
 double StereoTracker::lead_against_found_again() const {
   return kLead / std::clamp(options_.track.confirmations, 1, 3);
 }
@@ -84,7 +86,9 @@ std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
     const std::array<std::vector<cv::Rect>, 2>& others) const {
   using Status = StereoMatch::Status;
-  if (match.status != Status::kSeen && match.status != Status::kOutsidePredictionGate) return std::nullopt;
+  const bool elsewhere = match.status == Status::kOutsidePredictionGate || match.status == Status::kSeveralElsewhere ||
+                         match.status == Status::kUnlikely || match.status == Status::kNoDistance;
+  if (match.status != Status::kSeen && !elsewhere) return std::nullopt;
   const auto p_C = expected_in_cameras(times);
   if (!p_C || !(radius_m_ > 0)) return std::nullopt;
   struct Expected {

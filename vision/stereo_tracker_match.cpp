@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "vision/stereo/compare_contours.hpp"
 #include "vision/stereo_tracker.hpp"
 
 namespace multireach::vision {
@@ -71,7 +72,9 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
   Found found =
       match_among(times, left, right, others, {.background = !identity_.known(), .prediction = !others.anywhere});
   StereoMatch& match = found.match;
-  if (match.status == Status::kOutsidePredictionGate && !others.unknown)
+  const bool outside = match.status == Status::kOutsidePredictionGate && !others.unknown;
+  // The gate of the track, unlike that of a match, allows for the errors of its velocity between the exposures.
+  if (outside && !track_.expects(times.pair, estimate_at_pair(times, match)))
     found = match_elsewhere(times, left, right, others);
   if (identity_.known() && match.left < 0 && !left.contours.empty() && !right.contours.empty())
     match.status = Status::kOnlyBackground;
@@ -106,7 +109,9 @@ StereoTracker::Found StereoTracker::match(const PairTimes& times, const View& le
 StereoTracker::Found StereoTracker::match_elsewhere(const PairTimes& times, const View& left, const View& right,
                                                     const OtherTargets& others) const {
   using Status = StereoMatch::Status;
-  Found found = match_among(times, left, right, others, {.background = !identity_.known()});
+  OtherTargets among = others;
+  among.sought = others.sought_elsewhere;
+  Found found = match_among(times, left, right, among, {.background = !identity_.known()});
   if (found.match.status == Status::kAmbiguous) found.match.status = Status::kSeveralElsewhere;
   if (found.match.status != Status::kSeen) return found;
   found.match.status = Status::kOutsidePredictionGate;
@@ -147,8 +152,23 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   const bool moves = prediction && track_.status() != TargetTrack::Status::kLost;
   std::vector<ComparedPair> pairs =
       compare_pairs(moves ? rig_at(times) : options_.rig, contours[0], contours[1], prediction, options_.match);
+  const auto is_followed = [&](const ComparedPair& pair) {
+    return scope.followed && from[0][static_cast<size_t>(pair.match.left)] == scope.followed->left &&
+           from[1][static_cast<size_t>(pair.match.right)] == scope.followed->right;
+  };
   for (ComparedPair& pair : pairs) {
-    pair.match.unknown_motion = !moves;
+    const bool followed = is_followed(pair);
+    if (followed) {
+      // Its motion is known: its images fit each other where it has moved between the exposures.
+      const int l = pair.match.left, r = pair.match.right;
+      const bool mixed = pair.mixed;
+      pair = compare_contours(rig_at(times), contours[0][static_cast<size_t>(l)], contours[1][static_cast<size_t>(r)],
+                              prediction, options_.match);
+      pair.match.left = l;
+      pair.match.right = r;
+      pair.mixed = mixed;
+    }
+    pair.match.unknown_motion = !moves && !followed;
     if (options_.search_region && is_located(pair.match.status) &&
         !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
       pair.match.status = StereoMatch::Status::kOutsideRegion;
@@ -159,9 +179,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       pair.match.status = StereoMatch::Status::kInconsistentPair;
     const bool may_be_target = pair.match.status == StereoMatch::Status::kSeen ||
                                pair.match.status == StereoMatch::Status::kOutsidePredictionGate;
-    const bool is_followed =
-        scope.followed && pair.match.left == scope.followed->left && pair.match.right == scope.followed->right;
-    if (!may_be_target || is_followed) continue;
+    if (!may_be_target || followed) continue;
     const Appearance& in_left = left.appearance[static_cast<size_t>(pair.match.left)];
     const Appearance& in_right = right.appearance[static_cast<size_t>(pair.match.right)];
     const bool known_size = options_.match.radius_m > 0;

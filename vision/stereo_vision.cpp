@@ -62,7 +62,10 @@ std::array<std::vector<cv::Rect>, 2> StereoVision::boxes_of_others(size_t target
   if (!group) return boxes;
   for (const size_t other : *group) {
     const Target& its = targets_[other];
-    if (other == target || its.match.status != StereoMatch::Status::kSeen) continue;
+    using Status = StereoMatch::Status;
+    const Status status = its.match.status;
+    const bool partly = status == Status::kTogether || status == Status::kOccludedTooMuch || status == Status::kCutOff;
+    if (other == target || !(status == Status::kSeen || partly) || its.match.left < 0 || its.match.right < 0) continue;
     boxes[0].push_back(its.views[0].blobs[static_cast<size_t>(its.match.left)].box);
     boxes[1].push_back(its.views[1].blobs[static_cast<size_t>(its.match.right)].box);
   }

@@ -349,6 +349,7 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     Target& target = targets_[k];
     OtherTargets others = others_of(k, group, times, target.views);
     others.sought = sought;
+    others.sought_elsewhere = std::max(sought, without.size() + lost.size());
     others.anywhere = target.begins_anew;
     StereoTracker::Found found = target.tracker.match(times, target.views[0], target.views[1], others);
     target.match = found.match;

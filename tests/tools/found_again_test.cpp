@@ -161,17 +161,61 @@ TEST(FoundAgain, NoneOfTwoEqualThingsElsewhereIsTheTargetThatHasJumped) {
   for (int k = 0; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k)});
   const TargetReport& report = vision.targets().front().report;
   ASSERT_TRUE(vision.targets().front().tracker.identity().confirmed());
+  int coasting = 0;
   for (int k = kConfirm; k < kConfirm + 30; ++k) {
     const double x = -0.1 + 0.004 * (k - kConfirm);
     const Thing first{target_at(0).draw, {x, -0.1, 0.5}}, second{target_at(0).draw, {x + 0.12, -0.1, 0.5}};
     look(vision, rig, k * kFrame, {first, second});
     ASSERT_NE(report.status, Status::kTracked) << k << ' ' << report.estimate.position.transpose();
     if (report.status == Status::kCoasting) {
+      ++coasting;
       ASSERT_STREQ(report.reason, "several things are seen, but none where the object can be by now") << k;
       ASSERT_GT(vision.targets().front().candidates.size(), 1U);
     }
   }
+  EXPECT_GT(coasting, 5);
   EXPECT_TRUE(report.ambiguous);
+}
+
+// Two things that rest where the target may have been put down are not background for that.
+TEST(FoundAgain, ThingsElsewhereAreNoBackgroundWhileOneMayBeTheTarget) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  for (int k = 0; k < kConfirm; ++k) look(vision, rig, k * kFrame, {target_at(k)});
+  const StereoVision::Target& target = vision.targets().front();
+  const Thing first{target_at(0).draw, {-0.1, -0.1, 0.5}}, second{target_at(0).draw, {0.1, -0.1, 0.5}};
+  int k = kConfirm;
+  for (; target.report.status != Status::kLost && k < kConfirm + 40; ++k) {
+    look(vision, rig, k * kFrame, {first, second});
+    if (target.report.status != Status::kCoasting) continue;
+    for (const vision::Appearance& appearance : target.views[0].appearance) ASSERT_LT(appearance.background, 0.1) << k;
+  }
+  EXPECT_GT(k, kConfirm + 3);
+}
+
+// Where the time between the exposures makes a position uncertain, a thing behind the covered target is still no
+// continuation of its track.
+TEST(FoundAgain, AnUnknownMotionDoesNotMakeAnotherThingTheTarget) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  constexpr int64_t kLate = 5000;
+  const auto show = [&](int64_t utime, const Thing& thing) {
+    cv::Mat left = testing::wall(2), right = testing::wall(3);
+    thing.draw(left, rig.left, thing.p_L);
+    thing.draw(right, rig.right, rig.X_RL * thing.p_L);
+    vision::DecodedImages images({utime, utime, utime + kLate}, left, right);
+    EXPECT_EQ(vision.update(images), nullptr);
+  };
+  const StereoVision::Target& target = vision.targets().front();
+  const testing::Draw ball = testing::disc(0.025);  // contours locate it precisely
+  const Thing rests{ball, target_at(39).p_L};
+  int k = 0;
+  for (; k < 40; ++k) show(k * kFrame, {ball, target_at(k).p_L});
+  for (; k < 60; ++k) show(k * kFrame, rests);
+  ASSERT_TRUE(target.tracker.identity().confirmed());
+  const Thing behind{testing::disc(0.028), 1.12 * rests.p_L};
+  show(k * kFrame, behind);
+  EXPECT_EQ(target.report.status, Status::kCoasting) << target.report.estimate.position.transpose();
 }
 
 // A target that moved at 2 m/s leaves the view, and another thing rests there; the right image is 5 ms late.

@@ -169,7 +169,6 @@ TEST(Candidates, WhatIsUnlikeTheTargetNeedsMoreEvidence) {
   EXPECT_FALSE(unlike(0.001, 3, ragged, ragged, {})) << "nothing is known";
 }
 
-// What passes every gate, but just so, is no first match.
 TEST(Candidates, AThingWithoutTheTargetsColourMustHaveAShape) {
   ComparedPair pair;
   const auto off = [&](double compactness, double colour_left, double colour_right) {
@@ -184,6 +183,7 @@ TEST(Candidates, AThingWithoutTheTargetsColourMustHaveAShape) {
   EXPECT_FALSE(off(0.5, 0, 0)) << "a ball, partly covered";
 }
 
+// What passes every gate, but just so, is no first match.
 TEST(Candidates, WhatHardlyFitsAKnownRadiusIsNoFirstMatch) {
   const MatchOptions options{.radius_m = kRadius};
   Candidate candidate = judge({{kHere}}, {}, options).candidates.at(0);

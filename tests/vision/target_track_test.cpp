@@ -165,6 +165,27 @@ TEST(TargetTrack, EndsWhereNoPairsCameForLong) {
   }
 }
 
+TEST(TargetTrack, SlowPairsAreNoPause) {
+  TargetTrack track({.coast_s = 0});
+  const auto seen = [](double x) { return PositionEstimate{{x, 0, 0.5}, 1e-6 * Eigen::Matrix3d::Identity()}; };
+  int64_t utime = 0;
+  for (int k = 0; k < 10; ++k, utime += 200'000) {
+    track.expire(utime);
+    ASSERT_TRUE(track.update(utime, seen(0.001 * k)));
+    EXPECT_EQ(track.began_anew(), k == 0);
+  }
+}
+
+TEST(TargetTrack, WhatIsElsewhereIsAJumpHoweverNear) {
+  TargetTrack track({});
+  const auto seen = [](double x) { return PositionEstimate{{x, 0, 0.5}, 1e-4 * Eigen::Matrix3d::Identity()}; };
+  int64_t utime = 0;
+  for (int k = 0; k < 20; ++k, utime += 33333) ASSERT_TRUE(track.update(utime, seen(0)));
+  EXPECT_FALSE(track.update(utime, seen(0.01), TargetTrack::Jump::kIfConfirmed, true));
+  EXPECT_TRUE(track.update(utime + 33333, seen(0.01), TargetTrack::Jump::kIfConfirmed, true));
+  EXPECT_TRUE(track.began_anew());
+}
+
 TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   const Eigen::Vector3d here(0, 0, 0.5), there(0.3, 0, 0.5);
   TargetTrack track({});

@@ -11,11 +11,11 @@ namespace {
 constexpr double kModelCentre = 0.003, kModelRadius = 0.04;
 constexpr double kModelBlur = 0.05;  // asymmetry of the blur, share of its width
 constexpr double kNoBlur = 0.2;      // px^2: blur that sharp edges of a shaded ball appear to have
-// Set on rendered balls (docs/vision-accuracy.md, Errors and covariance, names them): the variance of an image's own errors, in
-// variances of what the edges say, with chroma of full resolution (1 where no light has a direction) and in blocks of
-// it, which the encoding or only the edges tell; how it grows in a small contour (pixels of radius), where edges are
-// missing, and, with chroma of full resolution, with the share of the contour beside which the surface has another
-// colour.
+// Set on rendered balls (docs/vision-accuracy.md, Errors and covariance, names them): the variance of an image's own
+// errors, in variances of what the edges say, with chroma of full resolution (1 where no light has a direction) and in
+// blocks of it, which the encoding or only the edges tell; how it grows in a small contour (pixels of radius), where
+// edges are missing, and, with chroma of full resolution, with the share of the contour beside which the surface has
+// another colour.
 constexpr double kOwnEdges = 0.7, kBlocks = 2, kGuessedBlocks = 3;
 constexpr double kFewPixels = 5, kBlockPixels = 11, kOneSideOnly = 2, kPainted = 40, kOneSided = 0.25;
 // The shared error along the light, in variances of an image's own: usual, and in blocks of chroma.

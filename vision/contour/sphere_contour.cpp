@@ -19,21 +19,10 @@ using Along = ContourPoint::Along;
 constexpr int kMaxEdgels = 240;       // edgels per contour; a larger one is measured at every second, third ... line
 constexpr int kEdgelsBefore = 64;     // edgels in the passes before the last one
 constexpr int kMaxBorder = 16;        // rows, and columns, of the blob whose ends the first fit uses
-constexpr double kWorstShape = 0.03;  // largest residual of an edge fit, relative to the radius
 constexpr double kLumaEdge = 0.15;    // smallest brightness share of a colour difference for measuring luma blur
 constexpr double kModelEdge = 0.01;   // error of the image model at an edge, pixels
 constexpr double kPaintedEdge = 0.5;  // the same, where the surface beside it has another colour than most of it
-constexpr double kLargeEnough = 12;   // pixels of radius: a smaller contour has too few pixels inside to judge by
-// A contour with both ends missing: residual, pixels; where so much is painted; share of the area that seems occluded.
-constexpr double kRagged = 0.275, kRaggedPaint = 0.375, kSomePaint = 0.05, kBothEndsOccluded = 0.25;
-constexpr double kExplained = 0.4;  // of the area that missing edges make expect to be hidden
-// A blob that is this many times as long as a contour shows more than the contour does: for certain (a disc of which
-// three tenths are hidden measures 1.11), and where a motion of some 4 px blurs its edges (variance beyond kMoved2,
-// px^2).
-constexpr double kLonger = 1.2, kSlightlyLonger = 1.08, kMoved2 = 1;
 constexpr double kMovedShare = 0.25;  // of the variance from a moved contour's distance to the blob's centroid
-constexpr double kLeastCutOff = 0.5;  // share of the contour of an object of unknown shape that the border cuts off
-constexpr double kBothEndsMissing = 0.65;  // share of the contour of a moved ball that its sides, and more, must show
 
 struct Median {
   double value = 0, sigma = 0;  // and its standard deviation, from the scatter of the values
@@ -285,12 +274,12 @@ void SphereContourFitter::measure_edgels(const cv::Mat& bgr, bool refined, const
   find_rays();
 }
 
-SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search,
-                                                            SphereContour& result) {
+ContourVerdict SphereContourFitter::fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search,
+                                              SphereContour& result) {
   find_border_points();
   const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
   auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
-  if (!fit) return Verdict::kNothing;
+  if (!fit) return ContourVerdict::kNothing;
   const double focal = std::sqrt(camera_.fx * camera_.fy);
   if (search.larger_px > 0) {
     const double sine = std::min(0.8, fit->cone.sine() + search.larger_px / focal);
@@ -301,13 +290,13 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   for (int pass = 0; pass < kPasses; ++pass) {
     const auto polygon = polygon_of(fit->cone, camera_);
     const double radius_px = fit->cone.sine() * focal;
-    if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return Verdict::kNothing;
+    if (!polygon || radius_px < 2 || radius_px > 4 * std::max(box_.width, box_.height)) return ContourVerdict::kNothing;
     place_edgels(*polygon, radius_px, pass < kPasses - 1 ? kEdgelsBefore : kMaxEdgels, edgels_);
     model.radius_px = radius_px;
     measure_edgels(bgr, pass > 0, search, model);
     RobustFit to_edges{.trials = pass == 0 ? 16 : 0, .gate_px = 0.5, .largest_px = 1.5, .smallest_share = 0.3};
     fit = fit_cone(points_, d_ray_d_pixel_, to_edges, &fit->cone);
-    if (!fit) return Verdict::kNothing;
+    if (!fit) return ContourVerdict::kNothing;
     learn_parts();
     if (pass == kPasses - 1) break;
     learn_blur(search);
@@ -315,32 +304,20 @@ SphereContourFitter::Verdict SphereContourFitter::fit_edges(const cv::Mat& bgr, 
   }
   const double seen_inside = describe(*fit, model.noise, result);
   result.motion_px = motion_.length_px();
-  // Where the object moved further than an edge's window, both ends have no edges, and the rest fits anywhere between.
   const auto polygon = polygon_of(fit->cone, camera_);
-  const double longer = polygon ? half_length(blob) / half_length(*polygon) : 0;
-  const bool whole = result.visible_fraction >= kOfAnything;
-  // A straight border that hides the share h of a circle hides h - sin(2 pi h) / 2 pi of its area. Where edges are
-  // missing although nothing is hidden and the surface there is not painted, the contour is not what it seems.
-  const double paint = painted_share(true), missing = std::max(0.0, 1 - seen_inside - paint);
-  double sine, cosine;
-  sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
-  const double expected = missing - sine / (2 * std::numbers::pi);
-  const bool unexplained = missing > 1 - kOfAnything && !result.cut_off && result.occlusion < kExplained * expected;
-  const bool moved = motion_.variance > kMoved2;
-  // An occluder leaves the other edges sharp. Where they are not, both ends of a fast ball are missing.
-  const bool ragged = least_seen_ == kOfASphere && !whole && result.radius_px > kLargeEnough &&
-                      result.residual_px > (paint < kSomePaint ? kRagged : kRaggedPaint);
-  const bool contradicted = moved ? longer > kSlightlyLonger || result.visible_fraction < kBothEndsMissing ||
-                                        (ragged && result.occlusion > kBothEndsOccluded)
-                                  : unexplained || ragged || (longer > kLonger && !whole);
-  if (contradicted) {
-    result.occlusion = SphereContour::kUnknown;
-    return Verdict::kNothing;
-  }
-  const double most_residual = std::max(search.small_residual, kWorstShape * result.radius_px);
-  if (!(result.residual_px < most_residual) || result.visible_fraction < kOfASphere) return Verdict::kNothing;
-  const bool enough = result.visible_fraction >= std::min(least_seen_, kLeastCutOff) && seen_inside >= least_seen_;
-  return enough ? Verdict::kAccepted : Verdict::kPart;
+  const ContourVerdict verdict = verdict_on({.radius_px = result.radius_px,
+                                             .residual_px = result.residual_px,
+                                             .visible_fraction = result.visible_fraction,
+                                             .seen_inside = seen_inside,
+                                             .painted_missing = painted_share(true),
+                                             .occlusion = result.occlusion,
+                                             .cut_off = result.cut_off,
+                                             .blob_length = polygon ? half_length(blob) / half_length(*polygon) : 0,
+                                             .motion_blur2 = motion_.variance},
+                                            least_seen_, search.small_residual);
+  if (verdict != ContourVerdict::kContradicted) return verdict;
+  result.occlusion = SphereContour::kUnknown;
+  return ContourVerdict::kNothing;
 }
 
 double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) const {
@@ -453,14 +430,14 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
   const Eigen::Vector2d pinhole((middle_px_.x() - camera_.cx) / camera_.fx, (middle_px_.y() - camera_.cy) / camera_.fy);
   middle_ray_ = ray_of(camera_, middle_px_, pinhole);
   d_ray_d_pixel_ = image_of(camera_, middle_ray_).d_pixel_d_ray.inverse();
-  Verdict verdict = fit_edges(bgr, blob, kSharp, result);
-  if (verdict != Verdict::kAccepted) {
+  ContourVerdict verdict = fit_edges(bgr, blob, kSharp, result);
+  if (verdict != ContourVerdict::kAccepted) {
     SphereContour second;
-    const Verdict of_second = fit_edges(bgr, blob, kSoft, second);
+    const ContourVerdict of_second = fit_edges(bgr, blob, kSoft, second);
     if (of_second > verdict) result = second;
     verdict = std::max(verdict, of_second);
   }
-  if (verdict == Verdict::kAccepted) {
+  if (verdict == ContourVerdict::kAccepted) {
     SphereContour centroid{.occlusion = SphereContour::kUnknown};
     use_centroid(centroid);
     centroid.area = blob.area;
@@ -474,7 +451,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
     }
     // The ends of a moved object have no sharp edges: the blob's centroid, which they do not mislead, tells how far the
     // contour may be off.
-    if (motion_.variance > kMoved2)
+    if (motion_.variance > kMovedBlur2)
       result.covariance += kMovedShare * result.from_centroid * result.from_centroid.transpose();
   } else {
     const SphereContour part = result;
@@ -485,7 +462,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
       result.alternative_spread += d_ray_d_pixel_ * blob.alternative_spread * d_ray_d_pixel_.transpose();
       result.alternative_size = std::sqrt(blob.alternative_area / blob.area) * result.value.z();
     }
-    if (verdict == Verdict::kPart) {
+    if (verdict == ContourVerdict::kPart) {
       // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
       result.shared.col(kOccluded) = part.value - result.value;
       result.covariance += result.shared.col(kOccluded) * result.shared.col(kOccluded).transpose();

@@ -8,6 +8,7 @@
 
 #include "vision/colour/blob.hpp"
 #include "vision/contour/blob_centre.hpp"
+#include "vision/contour/contour_acceptance.hpp"
 #include "vision/contour/contour_cone.hpp"
 #include "vision/contour/contour_edgel.hpp"
 #include "vision/contour/contour_polygon.hpp"
@@ -60,7 +61,7 @@ class SphereContourFitter {
  public:
   /// Smallest visible share of an accepted contour: low for an object known to be a sphere, high for one of unknown
   /// shape. Only the contour within the image counts; of an object of unknown shape, half of all must be visible, too.
-  static constexpr double kOfASphere = 0.35, kOfAnything = 0.75;
+  static constexpr double kOfASphere = kSeenOfASphere, kOfAnything = kSeenOfAnything;
 
   explicit SphereContourFitter(const CameraModel& camera, double least_seen = kOfASphere)
       : camera_(camera), least_seen_(least_seen), gamma_shift_(camera.gamma) {}
@@ -100,13 +101,7 @@ class SphereContourFitter {
   void learn_parts();
   void learn_shading(const EdgeModel& model);
   double painted_share(bool missing) const;
-  /// What a fit to edges shows of the object.
-  enum class Verdict {
-    kNothing,   ///< no sphere contour, or one that does not explain the blob: the object moved, or is no sphere
-    kPart,      ///< an arc of a sphere contour: less of it than is accepted
-    kAccepted,  ///< a sphere contour
-  };
-  Verdict fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search, SphereContour& result);
+  ContourVerdict fit_edges(const cv::Mat& bgr, const Blob& blob, const Search& search, SphereContour& result);
   /// Returns the share with a fitting edge of the contour's length within the readable pixels.
   double describe(const ConeFit& fit, double noise, SphereContour& result);
   double occluded_fraction(const ContourPolygon& polygon) const;

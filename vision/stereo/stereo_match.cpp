@@ -14,8 +14,8 @@ constexpr double kWrongRig = 0.02;  // share of the image's width that a wrong c
 
 constexpr int kMismatched = 2;  // rank of a pair of contours that violate the epipolar constraint
 
-/// Rank of a compared pair: the higher, the more checks it passed. The pair of highest rank is chosen. What is partly
-/// visible elsewhere than predicted says nothing about the target.
+/// Rank of a compared pair: the higher, the more checks it passed. The pair of highest rank is chosen. A partly
+/// visible thing away from the prediction says nothing about the target.
 int progress(const ComparedPair& pair) {
   switch (pair.match.status) {
     case Status::kSeen:

@@ -241,7 +241,7 @@ bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearanc
   return (smaller || ragged) && !is_convincing(pair.match, pair.radius_px, left, right);
 }
 
-// Of 25 videos, 22 of 36955 matches of targets are so, and 220 of 1154 of other things.
+// On 25 videos, 22 of 36955 matches of targets fail this check, and 220 of 1154 matches of other things.
 bool is_off_colour(const ComparedPair& pair, const Appearance& left, const Appearance& right) {
   return !pair.match.both_by_contour && std::min(left.colour_share, right.colour_share) == 0 &&
          std::min(left.compactness, right.compactness) < kNoShape;

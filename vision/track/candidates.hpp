@@ -89,8 +89,8 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
 
-/// Whether a thing is no target because no pixel of it is well inside the target's colours, in one image at least, and
-/// it is neither a sphere's contour nor as compact as a target (0.6).
+/// Whether a thing is no target because none of its sampled pixels is well inside the target's colours, in one image at
+/// least, and it is neither a sphere's contour nor as compact as a target (0.6).
 [[nodiscard]] bool is_off_colour(const ComparedPair& pair, const Appearance& left, const Appearance& right);
 
 /// Whether a thing of unknown size is no target where no prediction supports it: it is much smaller or more ragged than

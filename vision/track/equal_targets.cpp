@@ -9,8 +9,8 @@
 namespace multireach::vision {
 namespace {
 
-// Steps of the search. Six targets with six hypotheses each that exclude no others take 137,000. Where there are more,
-// as of ten targets in their windows, the best association may not be found, and all of it is ambiguous.
+// Steps of the search. Six targets with six hypotheses each that exclude no others take 137,000. Where there are more
+// (ten targets, each with candidates in its window), the best association may not be found: all are ambiguous.
 constexpr int kMostSteps = 200000;
 
 /// How good an association, an assignment to every target, is: first by the number of targets that are given a thing,

@@ -163,7 +163,7 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   return true;
 }
 
-bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump) {
+bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump, bool elsewhere) {
   began_anew_ = false;
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
@@ -175,7 +175,7 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
   if (usable && status_ == Status::kLost) {
     begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed);
     taken = true;
-  } else if (usable) {
+  } else if (usable && !elsewhere) {
     taken = correct(seconds, *seen);
   }
   if (!taken && status_ != Status::kLost) {
@@ -202,7 +202,9 @@ void TargetTrack::lose() {
 }
 
 void TargetTrack::expire(int64_t utime) {
-  if (status_ != Status::kLost && seconds_between(*last_seen_utime_, utime) > options_.coast_s) lose();
+  constexpr double kPause = 0.5;  // s: the pairs of slow cameras are no pause
+  if (status_ != Status::kLost && seconds_between(*last_seen_utime_, utime) > std::max(options_.coast_s, kPause))
+    lose();
 }
 
 std::optional<PositionEstimate> TargetTrack::predicted(int64_t utime) const {

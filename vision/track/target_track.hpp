@@ -56,12 +56,13 @@ class TargetTrack {
 
   /// Updates the track with the position measured at `utime` (microseconds), or with none. Returns false when the
   /// measurement was rejected: there was none, it was too far from the prediction, or `utime` is not after the last
-  /// one.
-  bool update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump = Jump::kIfConfirmed);
+  /// one. `elsewhere`: it was found not to be where the target is expected, and counts as outside the gate.
+  bool update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump = Jump::kIfConfirmed,
+              bool elsewhere = false);
   /// The target is lost: the next match begins a new track.
   void lose();
-  /// Ends the track if a pair at `utime` comes more than `coast_s` after the last match, as after a camera has stalled.
-  /// To be called before a pair is searched.
+  /// Ends the track if a pair at `utime` comes more than `coast_s`, and half a second, after the last match, as after a
+  /// camera has stalled. To be called before a pair is searched.
   void expire(int64_t utime);
   /// Position predicted at `utime` with the largest process noise; nothing when the target is lost or `utime` is not
   /// after the last pair.

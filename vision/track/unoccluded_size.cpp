@@ -8,7 +8,8 @@ namespace {
 // What looks larger for a moment is blurred, or seen with something else. What looks smaller for long has turned.
 constexpr double kGrow_s = 0.5, kShrink_s = 30;  // time constants: choices
 
-/// Covariance of the centroid of what has radius `larger_m`, if only a part of it of radius `smaller_m` counts, m^2.
+/// Covariance of the centre of a disc of radius `smaller_m` in something of radius `larger_m` at one end of which it
+/// is, m^2, or the other way round.
 Eigen::Matrix3d covariance_of_rest(double smaller_m, double larger_m) {
   const double share = smaller_m / larger_m, sigma_m = (1 - share * share) * larger_m;
   return sigma_m * sigma_m * Eigen::Matrix3d::Identity();

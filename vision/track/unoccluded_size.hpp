@@ -15,7 +15,7 @@ class UnoccludedSize {
   /// long as wide, where what is not seen of its area is at one end.
   Eigen::Matrix3d occlusion_covariance(double radius_m, int64_t utime) const;
 
-  /// The same of a blob that is larger than the object, because it shows something beside it, at one end.
+  /// Covariance of the centre of the object in a blob that is larger because it shows something else at one end, m^2.
   Eigen::Matrix3d surplus_covariance(double radius_m) const;
 
   double radius_m() const { return radius_m_; }  ///< 0: not known
