@@ -205,8 +205,10 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
     // accepted may be partly occluded. Of several things elsewhere, any may be the target.
     using Status = StereoMatch::Status;
-    const bool goes_on = track_.status() != TargetTrack::Status::kLost;
-    const bool may_be_target = match.left >= 0 && match.right >= 0 && (goes_on || match.status == Status::kSeen);
+    const bool partly = match.status == Status::kTogether || track_.last_seen_utime() == times.pair;
+    const bool may_be_target =
+        match.left >= 0 && match.right >= 0 &&
+        (partly || match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate);
     const bool tells = match.status != Status::kSeveralElsewhere;
     learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0], tells);
     learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1], tells);

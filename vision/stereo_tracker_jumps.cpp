@@ -75,8 +75,8 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
          agrees(right, other.right, tracked.right);
 }
 
-/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as much
-/// in their sum as a single choice takes, or two thirds of it where a near jump takes two pairs. More than three
+/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as
+/// much in their sum as a single choice takes, or two thirds of it where a near jump takes two pairs. More than three
 /// successive pairs hardly show more than three.
 double StereoTracker::lead_against_found_again() const {
   return kLead / std::clamp(options_.track.confirmations, 1, 3);
