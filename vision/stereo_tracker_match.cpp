@@ -149,7 +149,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   std::optional<Prediction> prediction;
   if (history.manoeuvring)
     prediction = {history.manoeuvring->position, history.manoeuvring->covariance, history.manoeuvring->bias_covariance};
-  const bool moves = prediction && track_.status() != TargetTrack::Status::kLost;
+  const bool moves = prediction.has_value();  // not known of what is lost, or seen elsewhere
   std::vector<ComparedPair> pairs =
       compare_pairs(moves ? rig_at(times) : options_.rig, contours[0], contours[1], prediction, options_.match);
   const auto is_followed = [&](const ComparedPair& pair) {

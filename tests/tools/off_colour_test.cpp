@@ -4,23 +4,17 @@
 namespace multireach {
 namespace {
 
-using testing::kFrame;
-using testing::level_rig;
-using testing::look;
-using testing::options_for;
-using testing::plate;
-using testing::Thing;
+using namespace testing;
 using vision::StereoVision;
 using Status = vision::TargetTrack::Status;
 
 /// A cross, with this colour.
-testing::Draw cross(const cv::Scalar& bgr) {
+Draw cross(const cv::Scalar& bgr) {
   return [=](cv::Mat& image, const CameraModel& camera, const Eigen::Vector3d& p_C) {
     const Eigen::Vector2d c = camera.project(p_C);
-    const int reach = testing::sixteenths(camera.fx * 0.04 / p_C.z()), x = testing::sixteenths(c.x()),
-              y = testing::sixteenths(c.y());
+    const int reach = sixteenths(camera.fx * 0.04 / p_C.z()), x = sixteenths(c.x()), y = sixteenths(c.y());
     for (const cv::Point& arm : {cv::Point(reach, 0), cv::Point(0, reach)})
-      cv::line(image, cv::Point(x, y) - arm, cv::Point(x, y) + arm, bgr, 9, cv::LINE_AA, testing::kBits);
+      cv::line(image, cv::Point(x, y) - arm, cv::Point(x, y) + arm, bgr, 9, cv::LINE_AA, kBits);
   };
 }
 
@@ -30,7 +24,7 @@ TEST(OffColour, AReflectionThatMayBeOfAnyWarmColourIsNoTarget) {
   const Eigen::Vector3d there(0.05, 0.02, 0.5);
   for (const bool red : {true, false}) {
     StereoVision vision({options_for(rig)});
-    const Thing thing{cross(red ? testing::kRed : cv::Scalar(130, 150, 255)), there};
+    const Thing thing{cross(red ? kRed : cv::Scalar(130, 150, 255)), there};
     for (int k = 0; k < 5; ++k) look(vision, rig, k * kFrame, {thing});
     const vision::TargetReport& report = vision.targets().front().report;
     if (red) {
@@ -43,17 +37,16 @@ TEST(OffColour, AReflectionThatMayBeOfAnyWarmColourIsNoTarget) {
 }
 
 /// A ball of which a grey panel covers a part, m from its left edge.
-testing::Draw covered_ball(double radius, double covered) {
+Draw covered_ball(double radius, double covered) {
   return [=](cv::Mat& image, const CameraModel& camera, const Eigen::Vector3d& p_C) {
-    testing::disc(radius)(image, camera, p_C);
+    disc(radius)(image, camera, p_C);
     if (covered <= 0) return;
     const double left = -radius - 0.03, right = covered - radius;
     const cv::Scalar grey(90, 90, 90);
     const Eigen::Vector2d a = camera.project(p_C + Eigen::Vector3d(left, -1.3 * radius, 0)),
                           b = camera.project(p_C + Eigen::Vector3d(right, 1.3 * radius, 0));
-    cv::rectangle(image, {testing::sixteenths(a.x()), testing::sixteenths(a.y())},
-                  {testing::sixteenths(b.x()), testing::sixteenths(b.y())}, grey, cv::FILLED, cv::LINE_AA,
-                  testing::kBits);
+    cv::rectangle(image, {sixteenths(a.x()), sixteenths(a.y())}, {sixteenths(b.x()), sixteenths(b.y())}, grey,
+                  cv::FILLED, cv::LINE_AA, kBits);
   };
 }
 

@@ -8,8 +8,8 @@ namespace {
 // What looks larger for a moment is blurred, or seen with something else. What looks smaller for long has turned.
 constexpr double kGrow_s = 0.5, kShrink_s = 30;  // time constants: choices
 
-/// Covariance of the centre of a disc of radius `smaller_m` in something of radius `larger_m` at one end of which it
-/// is, m^2, or the other way round.
+/// Covariance, m^2, of the distance between the centres of two shapes with these radii, the smaller one at one end of
+/// the larger one.
 Eigen::Matrix3d covariance_of_rest(double smaller_m, double larger_m) {
   const double share = smaller_m / larger_m, sigma_m = (1 - share * share) * larger_m;
   return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
