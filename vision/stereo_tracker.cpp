@@ -10,7 +10,9 @@
 namespace multireach::vision {
 namespace {
 
-constexpr double kFilled = 0.5;        // mask's share of an image above which the colour model is too wide
+constexpr double kFilled = 0.5;  // mask's share of an image above which the colour model is too wide
+constexpr double kAlone =
+    0.5;  // share of the target's compactness: what has less is seen with something else; a choice
 constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
@@ -196,10 +198,16 @@ TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
                                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   const bool newer = !track_.begun() || times.pair > track_.utime();
+  const bool confirmed = identity_.confirmed();
   TargetReport result = update_track(times, match, left, right, others);
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
     if (followed) calibration_.update(match);
+    // Until it was confirmed, the target was learned as background where it stood.
+    if (followed && identity_.confirmed() && !confirmed) {
+      cameras_[index(Side::kLeft)].background.forget(left.blobs[static_cast<size_t>(match.left)]);
+      cameras_[index(Side::kRight)].background.forget(right.blobs[static_cast<size_t>(match.right)]);
+    }
     notice_motion(Side::kLeft, left, times.pair);
     notice_motion(Side::kRight, right, times.pair);
     // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
@@ -293,17 +301,18 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
   const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
   const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-  identity_.update(
-      times.pair,
-      {.by_contour = match.both_by_contour,
-       .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
-       .px = {match.left_px, match.right_px},
-       .radius_px = radius_px,
-       .appearance = tells_size(match, left, right) ? TargetAppearance{radius_m_, compactness} : TargetAppearance{},
-       .background = {left.appearance[l].background, right.appearance[r].background}},
-      track_.began_anew());
-  // What is not known to be the target must not change its colour.
-  if (options_.adapt_colour && identity_.confirmed()) {
+  const bool alone = compactness > kAlone * identity_.appearance(times.pair).compactness;
+  const bool tells = alone && tells_size(match, left, right);
+  identity_.update(times.pair,
+                   {.by_contour = match.both_by_contour,
+                    .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
+                    .px = {match.left_px, match.right_px},
+                    .radius_px = radius_px,
+                    .appearance = tells ? TargetAppearance{radius_m_, compactness} : TargetAppearance{},
+                    .background = {left.appearance[l].background, right.appearance[r].background}},
+                   track_.began_anew());
+  // What is not known to be the target must not change its colour, nor what is seen with it.
+  if (options_.adapt_colour && identity_.confirmed() && alone) {
     // Without a sphere contour the blob may include other things: adapt more slowly.
     const double quality = match.both_by_contour ? 1 - match.occlusion : 0.5;
     adapt(Side::kLeft, left, match.left, quality);

@@ -21,6 +21,7 @@ struct Ball {
   cv::Point centre;
   double radius = 20;
   Rgb colour;
+  double seam = 0;  ///< width of its dark seams, radii: one across, and one on each side from top to bottom
 };
 
 /// A part of the picture with one colour and a fine texture, pixel by pixel of its brightness.
@@ -51,6 +52,11 @@ cv::Mat picture(const std::vector<Ball>& balls, const std::vector<Patch>& patche
         const double x = (column - ball.centre.x) / ball.radius, y = (row - ball.centre.y) / ball.radius;
         if (x * x + y * y > 1) continue;
         const double z = std::sqrt(1 - x * x - y * y), lit = -0.4 * x - 0.6 * y + 0.69 * z;
+        const double to_side = std::abs(std::abs(x) - 0.45 * std::sqrt(1 - y * y));
+        if (std::min(to_side, std::abs(y)) < ball.seam / 2) {
+          image.at<cv::Vec3f>(row, column) = cv::Vec3f(24, 22, 25);
+          continue;
+        }
         const double shade = 0.35 + 0.75 * std::max(0.0, lit), shine = 120 * std::pow(std::max(0.0, lit), 40);
         const auto channel = [&](double value) { return static_cast<float>(std::min(255.0, value * shade + shine)); };
         image.at<cv::Vec3f>(row, column) = {channel(ball.colour.b), channel(ball.colour.g), channel(ball.colour.r)};
@@ -104,6 +110,22 @@ TEST(ObjectRegion, OfAFrameIsNotWhatItEncloses) {
   const double share = cv::countNonZero(region.mask(frame)) / static_cast<double>(frame.area() - inside.area());
   EXPECT_GT(share, 0.7);
   EXPECT_LT(cv::countNonZero(region.mask(inside)), 0.2 * inside.area());
+}
+
+TEST(ObjectRegion, HasThePanelsBeyondDarkSeams) {
+  for (const Rgb& colour : {kRed, kOrange, Rgb{40, 90, 180}}) {
+    for (const cv::Point& click : {cv::Point(150, 85), cv::Point(150, 130), cv::Point(118, 95), cv::Point(185, 125)}) {
+      const Ball ball{{150, 110}, 50, colour, 0.08};
+      const cv::Mat image = picture({ball}, {{{0, 165, kWidth, 75}, kWood}}, 5);
+      EXPECT_GT(overlap(region_around(image, click), ball), 0.75) << colour.r << " at " << click.x << ',' << click.y;
+    }
+  }
+}
+
+TEST(ObjectRegion, HasNoOtherObjectBeyondADarkGap) {
+  const Ball ball{{110, 110}, 30, kOrange}, other{{174, 112}, 30, kOrange};
+  const cv::Mat image = picture({ball, other}, {{{0, 0, kWidth, kHeight}, {40, 38, 36}}}, 6);
+  EXPECT_GT(overlap(region_around(image, ball.centre), ball), 0.8);
 }
 
 TEST(ObjectRegion, IsNotTheBackgroundThatReachesTheBorder) {

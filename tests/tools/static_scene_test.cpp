@@ -33,8 +33,9 @@ const std::vector<cv::Rect> kFolders{cv::Rect(60, 130, 26, 60), cv::Rect(92, 134
 /// A room with folders on a shelf, larger than the ball and of nearly its colour.
 class Room {
  public:
-  explicit Room(const StereoRig& rig, const std::vector<cv::Rect>& folders = kFolders)
+  explicit Room(const StereoRig& rig, const std::vector<cv::Rect>& folders = kFolders, double distance_m = 2.5)
       : folders_(folders),
+        disparity_px_(cvRound(kFocal * kBaseline / distance_m)),
         left_(kScene, rig.left, rig.X_WL, rig.X_WL),
         right_(kScene, rig.right, rig.X_RL.inverse(), rig.X_WL) {}
 
@@ -54,7 +55,7 @@ class Room {
     }
     for (const cv::Rect& folder : folders_) {
       cv::rectangle(left, folder, {88, 44, 208}, cv::FILLED);
-      cv::rectangle(right, folder - cv::Point(cvRound(kFocal * kBaseline / 2.5), 0), {88, 44, 208}, cv::FILLED);
+      cv::rectangle(right, folder - cv::Point(disparity_px_, 0), {88, 44, 208}, cv::FILLED);
     }
     const int64_t utime = k * kFrame;
     vision::DecodedImages images({utime, utime, utime}, left, right);
@@ -64,6 +65,7 @@ class Room {
  private:
   static constexpr SceneOptions kScene{.ball_radius_m = 0.033, .wall_distance_m = 3, .distractors = 0};
   std::vector<cv::Rect> folders_;
+  int disparity_px_;
   BallRenderer left_, right_;
 };
 
@@ -132,6 +134,35 @@ TEST(StaticScene, ASpeckIsNotTakenForABallWhoseImagesAreOfDifferentTimes) {
     room.look(k, std::nullopt, alone);
   }
   EXPECT_EQ(alone.targets().front().report.status, Status::kTracked) << "the speck, where nothing outdoes it";
+}
+
+TEST(StaticScene, WhatStoodStillUntilItWasConfirmedIsNoBackground) {
+  const StereoRig rig = level_rig();
+  const Eigen::Vector3d ball(0, 0, 0.6);  // 16 px of radius
+  const Room alone(rig, {}), with_bar(rig, {cv::Rect(130, 110, 60, 20)}, ball.z());
+  StereoVision vision({options_for(rig)});
+  int k = 0;
+  for (; k < 20; ++k) with_bar.look(k, ball, vision);
+  EXPECT_FALSE(vision.targets().front().tracker.identity().confirmed());
+  for (; k < 24; ++k) alone.look(k, ball, vision);
+  EXPECT_TRUE(vision.targets().front().tracker.identity().confirmed());
+  for (; k < 60; ++k) {
+    with_bar.look(k, ball, vision);
+    EXPECT_EQ(vision.targets().front().report.status, Status::kTracked) << k;
+  }
+}
+
+TEST(StaticScene, WhatIsSeenWithTheTargetDoesNotChangeItsColour) {
+  const StereoRig rig = level_rig();
+  const Eigen::Vector3d ball(0, 0, 0.6);
+  const Room alone(rig, {}), with_bar(rig, {cv::Rect(170, 114, 70, 12)}, ball.z());
+  StereoVision vision({options_for(rig)});
+  int k = 0;
+  for (; k < 20; ++k) alone.look(k, ball, vision);
+  const std::vector<double> before = gains_of(vision, k * kFrame);
+  for (; k < 50; ++k) with_bar.look(k, ball, vision);
+  const std::vector<double> after = gains_of(vision, k * kFrame);
+  for (size_t n = 0; n < before.size(); ++n) EXPECT_NEAR(after[n], before[n], 0.005) << n;
 }
 
 TEST(StaticScene, AThingThatStandsStillAloneIsTracked) {

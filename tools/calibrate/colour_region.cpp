@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "vision/colour/blob.hpp"
 #include "vision/colour/colour_model.hpp"
 
 namespace multireach {
@@ -50,10 +52,10 @@ class Features {
 /// A normal distribution of features.
 struct Distribution {
   Feature mean;
-  Eigen::Matrix3d information;
+  Eigen::Matrix3d covariance, information;
 
   Distribution(const Features& features, const cv::Mat& mask) : mean(Feature::Zero()) {
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    covariance.setZero();
     double pixels = 0;
     const auto each = [&](const auto& visit) {
       for (int row = 0; row < mask.rows; ++row) {
@@ -158,9 +160,8 @@ double score_of(const cv::Mat& gradient, const cv::Mat& region) {
 
 /// Grows regions from a patch around the click, with several limits of similarity, and returns the one with the border
 /// of highest contrast.
-cv::Mat grown(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Point& click) {
+cv::Mat grown(const cv::Mat& bgr, const Features& features, const cv::Mat& gradient, const cv::Point& click) {
   const cv::Rect whole({0, 0}, bgr.size());
-  const Features features(bgr);
   const cv::Rect start = cv::Rect(click.x - kStart, click.y - kStart, 2 * kStart + 1, 2 * kStart + 1) & whole;
   cv::Mat patch = cv::Mat::zeros(bgr.size(), CV_8UC1), best = patch;
   patch(start) = 255;
@@ -236,6 +237,81 @@ cv::Mat cut(const cv::Mat& bgr, const cv::Mat& gradient, const cv::Mat& region, 
   return score_of(gradient, found) >= kSet * score_of(gradient, region) ? found : region;
 }
 
+/// How much a region resembles a disc: compactness() in vision/colour/blob.hpp.
+double compactness_of(const cv::Mat& region) {
+  const cv::Moments m = cv::moments(region, true);
+  if (!(m.m00 > 0)) return 0;
+  Eigen::Matrix2d spread;
+  spread << m.mu20, m.mu11, m.mu11, m.mu02;
+  return vision::compactness(m.m00, spread / m.m00);
+}
+
+/// The pixels whose chroma is that of a region, however bright they are.
+cv::Mat of_chroma(const Features& features, const cv::Mat& region, double sigmas) {
+  const Distribution colours(features, region);
+  const Eigen::Matrix2d information = colours.covariance.topLeftCorner<2, 2>().inverse();
+  cv::Mat alike = cv::Mat::zeros(region.size(), CV_8UC1);
+  for (int row = 0; row < alike.rows; ++row) {
+    for (int column = 0; column < alike.cols; ++column) {
+      const Eigen::Vector2d from = features.at(row, column).head<2>() - colours.mean.head<2>();
+      if (from.dot(information * from) < sigmas * sigmas) alike.at<uint8_t>(row, column) = 255;
+    }
+  }
+  cv::morphologyEx(alike, alike, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+  return alike;
+}
+
+/// A disc of at least this width, pixels.
+cv::Mat disc(double width) {
+  const int odd = static_cast<int>(width) | 1;
+  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {odd, odd});
+}
+
+/// Whether dark lines, at most `width` wide, run through a region.
+bool has_seams(const cv::Mat& bgr, const cv::Mat& region, double width) {
+  constexpr double kDarker = 0.7;    // times as bright as what is beside the line
+  constexpr double kCovered = 0.02;  // share of the region: of a basketball's disc, its seams cover about a tenth
+  cv::Mat grey, lit, inner;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::morphologyEx(grey, lit, cv::MORPH_CLOSE, disc(width));
+  lit.convertTo(lit, CV_8U, kDarker);
+  cv::erode(region, inner, disc(9));  // without the object's dark edge
+  return cv::countNonZero(inner & (grey < lit)) > kCovered * cv::countNonZero(inner);
+}
+
+/// Adds the other parts of an object that dark seams divide, as the panels of a basketball: what has the chroma of the
+/// region and is at most a seam away, if all is compact, more so than the region, has seams, and is about as well set
+/// off. The numbers are choices, made with the balls that docs/real-images.md names in view.
+cv::Mat with_other_parts(const cv::Mat& bgr, const Features& features, const cv::Mat& gradient, const cv::Mat& region,
+                         const cv::Point& click) {
+  constexpr double kSeam = 0.08;     // largest width of a seam, of the diameter of twice the region's area
+  constexpr double kNeck = 0.2;      // likewise, of what connects an object to something else, as its reflection
+  constexpr double kCompact = 0.8;   // half a disc has 0.5
+  constexpr double kMore = 1.3;      // times the region's area
+  constexpr double kLeastSize = 40;  // pixels, diameter: seams of smaller objects are narrower than two pixels
+  constexpr double kSetOff = 0.5;    // times the region's score: the object's border may be of lower contrast
+  const double diameter = 2 * std::sqrt(2 * cv::countNonZero(region) / std::numbers::pi), seam = kSeam * diameter + 2;
+  const double least_compact = std::max(kCompact, compactness_of(region));
+  double best_score = kSetOff * score_of(gradient, region);
+  cv::Mat best = region.clone();
+  for (const double sigmas : {4.0, 3.0, 2.0}) {
+    cv::Mat whole;
+    cv::morphologyEx(of_chroma(features, region, sigmas), whole, cv::MORPH_CLOSE, disc(seam));
+    whole = filled(component_at(whole, click));
+    cv::morphologyEx(whole, whole, cv::MORPH_OPEN, disc(kNeck * diameter));
+    whole = component_at(whole, click);
+    const double most = largest_share(whole) * static_cast<double>(bgr.total());
+    if (cv::countNonZero(whole) == 0 || cv::countNonZero(whole) > most) continue;
+    whole = cut(bgr, gradient, whole, click);
+    const double area = cv::countNonZero(whole), score = score_of(gradient, whole);
+    const bool more = area > kMore * cv::countNonZero(region) && 2 * std::sqrt(area / std::numbers::pi) > kLeastSize;
+    if (!more || compactness_of(whole) < least_compact || score < best_score || !has_seams(bgr, whole, seam)) continue;
+    best_score = score;
+    best = whole & of_chroma(features, whole, 4);  // without the seams
+  }
+  return best;
+}
+
 }  // namespace
 
 ObjectRegion region_around(const cv::Mat& bgr, const cv::Point& click) {
@@ -250,9 +326,13 @@ ObjectRegion region_around(const cv::Mat& bgr, const std::vector<cv::Point>& cli
     cv::resize(bgr, image, {}, scale, scale, cv::INTER_AREA);
     for (cv::Point& point : points) point = {point.x * image.cols / bgr.cols, point.y * image.rows / bgr.rows};
   }
+  const Features features(image);
   const cv::Mat gradient = gradient_of(image);
   cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
-  for (const cv::Point& point : points) mask |= cut(image, gradient, grown(image, gradient, point), point);
+  for (const cv::Point& point : points) {
+    const cv::Mat part = cut(image, gradient, grown(image, features, gradient, point), point);
+    mask |= with_other_parts(image, features, gradient, part, point);
+  }
   if (scale < 1) cv::resize(mask, mask, bgr.size(), 0, 0, cv::INTER_NEAREST);
   return {cv::boundingRect(mask), mask};
 }

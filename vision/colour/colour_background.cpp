@@ -35,6 +35,10 @@ void ColourBackground::for_each_cell(const Blob& blob, const Take& take) const {
   }
 }
 
+void ColourBackground::forget(const Blob& blob) {
+  for_each_cell(blob, [&](size_t cell, int) { level_[cell] = 0; });
+}
+
 void ColourBackground::learn(const cv::Rect& window, std::span<const Blob> blobs, std::span<const cv::Rect> objects,
                              int weight) {
   std::ranges::fill(pixels_, 0);

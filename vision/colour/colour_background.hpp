@@ -19,6 +19,8 @@ class ColourBackground {
   explicit ColourBackground(const cv::Size& image);
 
   void forget();
+  /// Forgets what is where a blob is.
+  void forget(const Blob& blob);
   /// Learns from the blobs found in `window`; cells that are not completely inside do not change. `weight` is the
   /// number of pairs that this look stands for. Pixels inside `objects` are neither colour nor free of it.
   void learn(const cv::Rect& window, std::span<const Blob> blobs, std::span<const cv::Rect> objects, int weight);
