@@ -198,13 +198,12 @@ TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
                                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   const bool newer = !track_.begun() || times.pair > track_.utime();
-  const bool confirmed = identity_.confirmed();
   TargetReport result = update_track(times, match, left, right, others);
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
     if (followed) calibration_.update(match);
-    // Until it was confirmed, the target was learned as background where it stood.
-    if (followed && identity_.confirmed() && !confirmed) {
+    // Where a known target is found again, it may have been seen, but not located, and so learned as background.
+    if (followed && identity_.known() && track_.began_anew()) {
       cameras_[index(Side::kLeft)].background.forget(left.blobs[static_cast<size_t>(match.left)]);
       cameras_[index(Side::kRight)].background.forget(right.blobs[static_cast<size_t>(match.right)]);
     }

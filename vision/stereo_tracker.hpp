@@ -146,9 +146,6 @@ class StereoTracker {
   /// Matches a single pair by searching the search areas; the pair does not update the track.
   Found find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled = false);
 
-  /// Share of a blob that the remembered background explains, from which on it is taken for background.
-  static constexpr double kBackgroundShare = 0.5;
-
   /// The state after a pair at time `utime`, which may be older than the pairs before.
   std::vector<double> serialize(int64_t utime) const;
   /// Restores the state that serialize(utime) returned. Returns false, and changes nothing, when `state` is not valid.

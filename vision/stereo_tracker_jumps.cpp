@@ -14,7 +14,7 @@ constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learne
 constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
 
 bool is_background(const View& view, size_t blob) {
-  return view.appearance[blob].background > StereoTracker::kBackgroundShare;
+  return view.appearance[blob].background > ColourBackground::kExplained;
 }
 
 bool is_compact(const View& view, int chosen) {
@@ -62,8 +62,8 @@ bool StereoTracker::is_target_again(const Found& found, const View& left, const 
          (match.both_by_contour || (is_compact(left, match.left) && is_compact(right, match.right)));
 }
 
-/// Whether `other`, which is not in the background, is evidence enough against the tracked object: that stands still,
-/// and the other one is compact and no speck beside it.
+/// Whether `other`, which is not in the background, is evidence enough against the tracked object, which is: that has
+/// never moved, or looks less like the target, and the other one is compact and no speck beside it.
 bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left,
                                 const View& right) const {
   const auto agrees = [&](const View& view, int candidate, int current) {
@@ -71,8 +71,13 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
     return view.appearance[c].compactness > kCompact &&
            view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
   };
-  return identity_.stands_still() && agrees(left, other.left, tracked.left) &&
-         agrees(right, other.right, tracked.right);
+  const auto looks = [&](const StereoMatch& match) {
+    const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
+    const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
+    return evidence_by_looks(match, radius_px, left.appearance[l], right.appearance[r]);
+  };
+  return agrees(left, other.left, tracked.left) && agrees(right, other.right, tracked.right) &&
+         (identity_.stands_still() || looks(other) > looks(tracked) + kLead);
 }
 
 /// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as

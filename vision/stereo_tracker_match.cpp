@@ -41,8 +41,8 @@ bool is_located(StereoMatch::Status status) {
 
 bool is_background(const StereoMatch& match, const View& left, const View& right) {
   return match.left >= 0 && match.right >= 0 &&
-         left.appearance[static_cast<size_t>(match.left)].background > StereoTracker::kBackgroundShare &&
-         right.appearance[static_cast<size_t>(match.right)].background > StereoTracker::kBackgroundShare;
+         left.appearance[static_cast<size_t>(match.left)].background > ColourBackground::kExplained &&
+         right.appearance[static_cast<size_t>(match.right)].background > ColourBackground::kExplained;
 }
 
 }  // namespace
@@ -136,11 +136,13 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const std::vector<bool>& taken = others.taken[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
       if (k < taken.size() && taken[k]) continue;
-      if (!scope.background && view.appearance[k].background > kBackgroundShare && !is_expected(side, view.contours[k]))
+      if (!scope.background && view.appearance[k].background > ColourBackground::kExplained &&
+          !is_expected(side, view.contours[k]))
         continue;
       contours[index(side)].push_back(view.contours[k]);
       // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
-      if (view.appearance[k].background > kBackgroundShare) contours[index(side)].back().by_centroid = nullptr;
+      if (view.appearance[k].background > ColourBackground::kExplained)
+        contours[index(side)].back().by_centroid = nullptr;
       from[index(side)].push_back(static_cast<int>(k));
     }
   }

@@ -136,20 +136,39 @@ TEST(StaticScene, ASpeckIsNotTakenForABallWhoseImagesAreOfDifferentTimes) {
   EXPECT_EQ(alone.targets().front().report.status, Status::kTracked) << "the speck, where nothing outdoes it";
 }
 
-TEST(StaticScene, WhatStoodStillUntilItWasConfirmedIsNoBackground) {
+TEST(StaticScene, AStandingBallIsTrackedAlthoughFewImagesShowItsContour) {
   const StereoRig rig = level_rig();
   const Eigen::Vector3d ball(0, 0, 0.6);  // 16 px of radius
   const Room alone(rig, {}), with_bar(rig, {cv::Rect(130, 110, 60, 20)}, ball.z());
   StereoVision vision({options_for(rig)});
+  const vision::StereoTracker& tracker = vision.targets().front().tracker;
   int k = 0;
   for (; k < 20; ++k) with_bar.look(k, ball, vision);
-  EXPECT_FALSE(vision.targets().front().tracker.identity().confirmed());
+  EXPECT_FALSE(tracker.identity().confirmed()) << "the bar hides the contour";
   for (; k < 24; ++k) alone.look(k, ball, vision);
-  EXPECT_TRUE(vision.targets().front().tracker.identity().confirmed());
   for (; k < 60; ++k) {
     with_bar.look(k, ball, vision);
     EXPECT_EQ(vision.targets().front().report.status, Status::kTracked) << k;
   }
+}
+
+TEST(StaticScene, AMovingBallReplacesAThingThatOnlySeemsToMove) {
+  const StereoRig rig = level_rig();
+  const auto hook = [&](int x) { return Room(rig, {cv::Rect(x, 130, 24, 5), cv::Rect(x, 130, 5, 20)}); };
+  const std::array<Room, 2> rooms{hook(60), hook(65)};
+  StereoVision vision({options_for(rig)});
+  int k = 0;
+  for (; k < 60; ++k) rooms[k / 3 % 2].look(k, std::nullopt, vision);
+  EXPECT_EQ(vision.targets().front().report.status, Status::kTracked) << "the hook, while there is nothing else";
+  EXPECT_FALSE(vision.targets().front().tracker.identity().stands_still());
+  int right = 0;
+  for (int start = k; k < start + 30; ++k) {
+    const Eigen::Vector3d ball(0.3 - 0.01 * (k - start), -0.1, 1);
+    rooms[k / 3 % 2].look(k, ball, vision);
+    const vision::TargetReport& report = vision.targets().front().report;
+    right += report.status == Status::kTracked && (report.estimate.position - ball).norm() < 0.05;
+  }
+  EXPECT_GE(right, 26) << "of 30: three matches confirm a jump";
 }
 
 TEST(StaticScene, WhatIsSeenWithTheTargetDoesNotChangeItsColour) {

@@ -57,6 +57,15 @@ TEST(ColourBackground, LeavesTheObjectAndWhatIsOutsideOfTheWindow) {
   EXPECT_EQ(share(background, outside), 0);
 }
 
+TEST(ColourBackground, ForgetsWhereABlobIs) {
+  ColourBackground background(kImage);
+  const cv::Rect found(40, 60, 50, 30), elsewhere(200, 100, 40, 40);
+  for (int k = 0; k < 40; ++k) background.learn(kWhole, rectangles({found, elsewhere}), {}, 1);
+  background.forget(rectangles({found}).front());
+  EXPECT_EQ(share(background, found), 0);
+  EXPECT_GT(share(background, elsewhere), 0.85);
+}
+
 TEST(ColourBackground, GoesOnFromItsState) {
   ColourBackground background(kImage);
   background.learn(kWhole, rectangles({{40, 60, 50, 30}, {200, 100, 80, 80}}), {}, 5);

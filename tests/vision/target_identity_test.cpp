@@ -16,13 +16,15 @@ TargetIdentity::Observation at(double x, double background, bool by_contour = fa
           .background = {background, background}};
 }
 
-TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnly) {
-  TargetIdentity still, sphere;
+TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnlyUnlessTheColourWasThereBefore) {
+  TargetIdentity still, sphere, scene;
   for (int k = 0; k < 100; ++k) {
     still.update(k * kFrame, at(100 + k % 3, 0.9), k == 0);
-    sphere.update(k * kFrame, at(100, 0.9, true), k == 0);
+    sphere.update(k * kFrame, at(100, 0.4, true), k == 0);
+    scene.update(k * kFrame, at(100, 0.6, true), k == 0);
     EXPECT_FALSE(still.confirmed());
     EXPECT_EQ(sphere.confirmed(), k >= 2);
+    EXPECT_FALSE(scene.confirmed());
   }
 }
 

@@ -15,6 +15,8 @@ namespace multireach::vision {
 class ColourBackground {
  public:
   static constexpr int kColumns = 40;  ///< cells in a row of the image; cells are square
+  /// Share of a blob that the background explains, from which on the blob is taken for background.
+  static constexpr double kExplained = 0.5;
 
   explicit ColourBackground(const cv::Size& image);
 

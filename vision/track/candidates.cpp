@@ -233,6 +233,11 @@ bool is_convincing(const StereoMatch& match, double radius_px, const Appearance&
   return roundness(match, left, right) + colour(left, right) + by_area(radius_px) >= kLikely + kLead;
 }
 
+double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
+  return interpolated(std::min(left.background, right.background), 0.3, kStill) + roundness(match, left, right) +
+         colour(left, right) + by_area(radius_px);
+}
+
 bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
                const TargetAppearance& target) {
   const bool smaller = pair.radius_m > 0 && pair.radius_m < kSmaller * target.radius_m;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/colour/colour_background.hpp"
+
 namespace multireach::vision {
 namespace {
 
@@ -26,9 +28,10 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   const bool apart = away > kDiameter * observation.radius_px;
   convincing_ = convincing_ || observation.convincing;
   has_moved_ = has_moved_ || away > kStill * observation.radius_px;
-  contours_ = std::min(kEnough, contours_ + (observation.by_contour ? 1 : 0));
-  moved_ = std::min(kEnough,
-                    moved_ + (apart && observation.background[0] < kNew && observation.background[1] < kNew ? 1 : 0));
+  const double background = std::max(observation.background[0], observation.background[1]);
+  contours_ =
+      std::min(kEnough, contours_ + (observation.by_contour && background < ColourBackground::kExplained ? 1 : 0));
+  moved_ = std::min(kEnough, moved_ + (apart && background < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
   if (confirmed_ && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {
     const double elapsed_s = 1e-6 * static_cast<double>(utime - appearance_utime_);

@@ -14,9 +14,9 @@ struct TargetAppearance {
   double compactness = 0;  ///< of the less compact blob, see Appearance
 };
 
-/// Whether what is tracked is known to be the target: by its shape, or because it moved to where the image showed
-/// nothing of its colour. What only stands there with the right colour may be a part of the scene. And what the target
-/// looks like, by which it is told from other things when it was hidden.
+/// Whether what is tracked is known to be the target: by its shape, unless its colour has been there for long, or
+/// because it moved to where the image showed nothing of its colour. What only stands there with the right colour may
+/// be a part of the scene. And what the target looks like, by which it is told from other things when it was hidden.
 class TargetIdentity {
  public:
   /// A match that the track accepted.
