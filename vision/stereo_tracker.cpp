@@ -202,8 +202,9 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
     if (followed) calibration_.update(match);
-    // Where a known target is found again, it may have been seen, but not located, and so learned as background.
-    if (followed && identity_.known() && track_.began_anew()) {
+    // Where a known target is found again, or jumps to, it may have been seen, but not located, and so learned as
+    // background.
+    if (followed && identity_.known() && track_.began_anew() && !left.wider && !right.wider) {
       cameras_[index(Side::kLeft)].background.forget(left.blobs[static_cast<size_t>(match.left)]);
       cameras_[index(Side::kRight)].background.forget(right.blobs[static_cast<size_t>(match.right)]);
     }
@@ -293,17 +294,18 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   tracked.estimate = {estimate.position, estimate.covariance + shape_covariance_};
   // What only the wider colours show teaches nothing about the target.
   if (left.wider || right.wider) return tracked;
-  if (tells_size(match, left, right)) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   radius_m_ = options_.match.radius_m > 0 ? options_.match.radius_m
                                           : left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm();
   const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
   const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
   const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-  const bool alone = compactness > kAlone * identity_.appearance(times.pair).compactness;
+  const bool alone = compactness >= kAlone * identity_.appearance(times.pair).compactness;
   const bool tells = alone && tells_size(match, left, right);
+  if (tells) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
   identity_.update(times.pair,
                    {.by_contour = match.both_by_contour,
+                    .of_known_size = options_.match.radius_m > 0,
                     .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
                     .px = {match.left_px, match.right_px},
                     .radius_px = radius_px,

@@ -62,8 +62,8 @@ bool StereoTracker::is_target_again(const Found& found, const View& left, const 
          (match.both_by_contour || (is_compact(left, match.left) && is_compact(right, match.right)));
 }
 
-/// Whether `other`, which is not in the background, is evidence enough against the tracked object, which is: that has
-/// never moved, or looks less like the target, and the other one is compact and no speck beside it.
+/// Whether `other`, which is not remembered background, is evidence enough against the tracked object, which is: if it
+/// is compact and no speck beside that, and that has never moved or looks less like the target by kLead.
 bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left,
                                 const View& right) const {
   const auto agrees = [&](const View& view, int candidate, int current) {
@@ -74,7 +74,7 @@ bool StereoTracker::may_replace(const StereoMatch& other, const StereoMatch& tra
   const auto looks = [&](const StereoMatch& match) {
     const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
     const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-    return evidence_by_looks(match, radius_px, left.appearance[l], right.appearance[r]);
+    return evidence_by_looks(match, radius_px, left.appearance[l], right.appearance[r], options_.match);
   };
   return agrees(left, other.left, tracked.left) && agrees(right, other.right, tracked.right) &&
          (identity_.stands_still() || looks(other) > looks(tracked) + kLead);

@@ -17,11 +17,15 @@ TargetIdentity::Observation at(double x, double background, bool by_contour = fa
 }
 
 TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnlyUnlessTheColourWasThereBefore) {
-  TargetIdentity still, sphere, scene;
+  TargetIdentity still, sphere, scene, known_ball;
   for (int k = 0; k < 100; ++k) {
     still.update(k * kFrame, at(100 + k % 3, 0.9), k == 0);
     sphere.update(k * kFrame, at(100, 0.4, true), k == 0);
     scene.update(k * kFrame, at(100, 0.6, true), k == 0);
+    TargetIdentity::Observation of_its_size = at(100, 0.6, true);
+    of_its_size.of_known_size = true;
+    known_ball.update(k * kFrame, of_its_size, k == 0);
+    EXPECT_EQ(known_ball.confirmed(), k >= 2);
     EXPECT_FALSE(still.confirmed());
     EXPECT_EQ(sphere.confirmed(), k >= 2);
     EXPECT_FALSE(scene.confirmed());

@@ -246,13 +246,13 @@ double compactness_of(const cv::Mat& region) {
   return vision::compactness(m.m00, spread / m.m00);
 }
 
-/// The pixels whose chroma is that of a region, however bright they are.
-cv::Mat of_chroma(const Features& features, const cv::Mat& region, double sigmas) {
+/// The pixels of a part of the image whose chroma is that of a region, however bright they are.
+cv::Mat of_chroma(const Features& features, const cv::Mat& region, const cv::Rect& part, double sigmas) {
   const Distribution colours(features, region);
   const Eigen::Matrix2d information = colours.covariance.topLeftCorner<2, 2>().inverse();
   cv::Mat alike = cv::Mat::zeros(region.size(), CV_8UC1);
-  for (int row = 0; row < alike.rows; ++row) {
-    for (int column = 0; column < alike.cols; ++column) {
+  for (int row = part.y; row < part.br().y; ++row) {
+    for (int column = part.x; column < part.br().x; ++column) {
       const Eigen::Vector2d from = features.at(row, column).head<2>() - colours.mean.head<2>();
       if (from.dot(information * from) < sigmas * sigmas) alike.at<uint8_t>(row, column) = 255;
     }
@@ -261,22 +261,37 @@ cv::Mat of_chroma(const Features& features, const cv::Mat& region, double sigmas
   return alike;
 }
 
-/// A disc of at least this width, pixels.
-cv::Mat disc(double width) {
-  const int odd = static_cast<int>(width) | 1;
-  return cv::getStructuringElement(cv::MORPH_ELLIPSE, {odd, odd});
+/// The mask, or what is not in it, without or with what is nearer to the rest than `radius`: by distances, since large
+/// structuring elements take long.
+cv::Mat eroded(const cv::Mat& mask, double radius) {
+  cv::Mat distance;
+  cv::distanceTransform(mask, distance, cv::DIST_L2, cv::DIST_MASK_5);
+  return distance > radius;
+}
+cv::Mat dilated(const cv::Mat& mask, double radius) {
+  cv::Mat distance;
+  cv::distanceTransform(mask == 0, distance, cv::DIST_L2, cv::DIST_MASK_5);
+  return distance <= radius;
 }
 
-/// Whether dark lines, at most `width` wide, run through a region.
-bool has_seams(const cv::Mat& bgr, const cv::Mat& region, double width) {
-  constexpr double kDarker = 0.7;    // times as bright as what is beside the line
-  constexpr double kCovered = 0.02;  // share of the region: of a basketball's disc, its seams cover about a tenth
-  cv::Mat grey, lit, inner;
+/// Dark lines, at most `width` wide: pixels at most 0.7 times as bright as what is beside the line.
+cv::Mat dark_lines(const cv::Mat& bgr, double width) {
+  constexpr double kDarker = 0.7;
+  const int size = static_cast<int>(std::ceil(width)) | 1;
+  cv::Mat grey, beside;
   cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  cv::morphologyEx(grey, lit, cv::MORPH_CLOSE, disc(width));
-  lit.convertTo(lit, CV_8U, kDarker);
-  cv::erode(region, inner, disc(9));  // without the object's dark edge
-  return cv::countNonZero(inner & (grey < lit)) > kCovered * cv::countNonZero(inner);
+  cv::morphologyEx(grey, beside, cv::MORPH_CLOSE, cv::getStructuringElement(cv::MORPH_RECT, {size, size}));
+  beside.convertTo(beside, CV_8U, kDarker);
+  return grey < beside;
+}
+
+/// Whether a region has the hue of another one, and about its saturation: from 0.7 to 1.5 of it.
+bool has_hue(const Features& features, const cv::Mat& region, const cv::Mat& of) {
+  const Eigen::Vector2d mean = Distribution(features, region).mean.head<2>();
+  const Eigen::Vector2d wanted = Distribution(features, of).mean.head<2>();
+  const double saturation = wanted.norm(), along = mean.dot(wanted) / saturation;
+  const double across = std::abs(mean.x() * wanted.y() - mean.y() * wanted.x()) / saturation;
+  return across < kDrift && along > 0.7 * saturation && along < 1.5 * saturation;
 }
 
 /// Adds the other parts of an object that dark seams divide, as the panels of a basketball: what has the chroma of the
@@ -284,30 +299,44 @@ bool has_seams(const cv::Mat& bgr, const cv::Mat& region, double width) {
 /// off. The numbers are choices, made with the balls that docs/real-images.md names in view.
 cv::Mat with_other_parts(const cv::Mat& bgr, const Features& features, const cv::Mat& gradient, const cv::Mat& region,
                          const cv::Point& click) {
-  constexpr double kSeam = 0.08;     // largest width of a seam, of the diameter of twice the region's area
+  constexpr double kSeam = 0.08;     // largest width of a seam, of the diameter of a disc of twice the region's area
   constexpr double kNeck = 0.2;      // likewise, of what connects an object to something else, as its reflection
-  constexpr double kCompact = 0.8;   // half a disc has 0.5
+  constexpr double kSeams = 0.02;    // least share of the object that seams cover: of a basketball's disc about a tenth
+  constexpr double kCompact = 0.7;   // as join_parts() asks for; half a disc has 0.5
   constexpr double kMore = 1.3;      // times the region's area
   constexpr double kLeastSize = 40;  // pixels, diameter: seams of smaller objects are narrower than two pixels
   constexpr double kSetOff = 0.5;    // times the region's score: the object's border may be of lower contrast
-  const double diameter = 2 * std::sqrt(2 * cv::countNonZero(region) / std::numbers::pi), seam = kSeam * diameter + 2;
-  const double least_compact = std::max(kCompact, compactness_of(region));
+  const double area = cv::countNonZero(region), diameter = 2 * std::sqrt(2 * area / std::numbers::pi);
+  const double seam = kSeam * diameter + 2, least_compact = std::max(kCompact, compactness_of(region));
+  const double least_area = std::max(kMore * area, std::numbers::pi / 4 * kLeastSize * kLeastSize);
+  const int around = static_cast<int>(1.5 * diameter) + 2;
+  const cv::Rect box = cv::boundingRect(region);
+  const cv::Rect part = cv::Rect(box.x - around, box.y - around, box.width + 2 * around, box.height + 2 * around) &
+                        cv::Rect({0, 0}, bgr.size());
+  cv::Mat seams = cv::Mat::zeros(region.size(), CV_8UC1);
+  dark_lines(bgr(part), seam).copyTo(seams(part));
+  const auto has_seams = [&](const cv::Mat& whole) {
+    cv::Mat inner;
+    cv::erode(whole, inner, cv::getStructuringElement(cv::MORPH_ELLIPSE, {9, 9}));  // without the object's dark edge
+    return cv::countNonZero(inner & seams) > kSeams * cv::countNonZero(inner);
+  };
   double best_score = kSetOff * score_of(gradient, region);
   cv::Mat best = region.clone();
   for (const double sigmas : {4.0, 3.0, 2.0}) {
-    cv::Mat whole;
-    cv::morphologyEx(of_chroma(features, region, sigmas), whole, cv::MORPH_CLOSE, disc(seam));
-    whole = filled(component_at(whole, click));
-    cv::morphologyEx(whole, whole, cv::MORPH_OPEN, disc(kNeck * diameter));
-    whole = component_at(whole, click);
+    const cv::Mat closed = eroded(dilated(of_chroma(features, region, part, sigmas), seam / 2), seam / 2);
+    cv::Mat whole = filled(component_at(closed, click));
+    if (cv::countNonZero(whole) < area || !has_seams(whole)) continue;
+    whole = component_at(dilated(eroded(whole, kNeck / 2 * diameter), kNeck / 2 * diameter) & whole, click);
     const double most = largest_share(whole) * static_cast<double>(bgr.total());
     if (cv::countNonZero(whole) == 0 || cv::countNonZero(whole) > most) continue;
     whole = cut(bgr, gradient, whole, click);
-    const double area = cv::countNonZero(whole), score = score_of(gradient, whole);
-    const bool more = area > kMore * cv::countNonZero(region) && 2 * std::sqrt(area / std::numbers::pi) > kLeastSize;
-    if (!more || compactness_of(whole) < least_compact || score < best_score || !has_seams(bgr, whole, seam)) continue;
+    const double score = score_of(gradient, whole);
+    if (cv::countNonZero(whole) < least_area || compactness_of(whole) < least_compact || score < best_score) continue;
+    const cv::Mat without_seams = whole & ~dilated(seams, 1);
+    if (!has_seams(whole) || cv::countNonZero(without_seams) == 0 || !has_hue(features, without_seams, region))
+      continue;
     best_score = score;
-    best = whole & of_chroma(features, whole, 4);  // without the seams
+    best = without_seams & of_chroma(features, without_seams, part, 4);
   }
   return best;
 }

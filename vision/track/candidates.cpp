@@ -233,9 +233,9 @@ bool is_convincing(const StereoMatch& match, double radius_px, const Appearance&
   return roundness(match, left, right) + colour(left, right) + by_area(radius_px) >= kLikely + kLead;
 }
 
-double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
-  return interpolated(std::min(left.background, right.background), 0.3, kStill) + roundness(match, left, right) +
-         colour(left, right) + by_area(radius_px);
+double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right,
+                         const MatchOptions& options) {
+  return roundness(match, left, right) + colour(left, right) + (options.radius_m > 0 ? 0 : by_area(radius_px));
 }
 
 bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,

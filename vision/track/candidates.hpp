@@ -89,10 +89,10 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
 
-/// Evidence that a thing of unknown size is the target, by what it looks like alone: still, round, colour and area.
-/// `radius_px`: of the smaller image.
+/// Evidence that a thing is the target, by what it looks like alone: by shape, colour and, without a known radius,
+/// area. `radius_px`: of the smaller image.
 [[nodiscard]] double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left,
-                                       const Appearance& right);
+                                       const Appearance& right, const MatchOptions& options);
 
 /// Whether a thing is no target because none of its sampled pixels is well inside the target's colours, in one image at
 /// least, and it is neither a sphere's contour nor as compact as a target (0.6).

@@ -29,8 +29,8 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   convincing_ = convincing_ || observation.convincing;
   has_moved_ = has_moved_ || away > kStill * observation.radius_px;
   const double background = std::max(observation.background[0], observation.background[1]);
-  contours_ =
-      std::min(kEnough, contours_ + (observation.by_contour && background < ColourBackground::kExplained ? 1 : 0));
+  const bool shape = observation.by_contour && (observation.of_known_size || background < ColourBackground::kExplained);
+  contours_ = std::min(kEnough, contours_ + (shape ? 1 : 0));
   moved_ = std::min(kEnough, moved_ + (apart && background < kNew ? 1 : 0));
   confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
   if (confirmed_ && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {

@@ -22,6 +22,7 @@ class TargetIdentity {
   /// A match that the track accepted.
   struct Observation {
     bool by_contour = false;                 ///< both images show a complete sphere contour
+    bool of_known_size = false;              ///< the target's radius is known, and the match has it
     bool convincing = false;                 ///< see is_convincing()
     std::array<Eigen::Vector2d, 2> px;       ///< of the left and the right image
     double radius_px = 0;                    ///< of the smaller image of it
@@ -46,7 +47,7 @@ class TargetIdentity {
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
   /// arbitrary which of several targets that look alike follows which object.
   bool established() const { return known_ && !lost_since_; }
-  /// What the confirmed target looked like, smoothed; zeros where it was not seen for ten seconds. It is not learned
+  /// What the confirmed target looked like, smoothed; zeros where no match told it for ten seconds. It is not learned
   /// while a target that was found again may be another thing.
   TargetAppearance appearance(int64_t utime) const;
   /// Whether the tracked thing may be another one, even if it is confirmed: the track began or jumped less than ten
