@@ -229,13 +229,13 @@ bool is_likely(const Candidate& candidate) {
   return term[Evidence::kRound] + term[Evidence::kColour] + by_area(candidate.radius_px) > kLikely;
 }
 
-bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
-  return roundness(match, left, right) + colour(left, right) + by_area(radius_px) >= kLikely + kLead;
-}
-
 double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right,
                          const MatchOptions& options) {
   return roundness(match, left, right) + colour(left, right) + (options.radius_m > 0 ? 0 : by_area(radius_px));
+}
+
+bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
+  return evidence_by_looks(match, radius_px, left, right, {}) >= kLikely + kLead;
 }
 
 bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
