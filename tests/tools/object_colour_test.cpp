@@ -1,4 +1,4 @@
-// Regions that clicks propose, and colours learned from them, on generated pictures of shaded balls.
+// Colours learned from the regions that clicks propose, on generated pictures of shaded balls.
 #include "tools/calibrate/object_colour.hpp"
 
 #include <gtest/gtest.h>
@@ -6,150 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "numeric/random.hpp"
+#include "tests/tools/shaded_balls.hpp"
 #include "vision/colour/find.hpp"
 
 namespace multireach {
 namespace {
-
-constexpr int kWidth = 320, kHeight = 240;
-
-struct Ball {
-  cv::Point centre;
-  double radius = 20;
-  Rgb colour;
-  double seam = 0;  ///< width of its dark seams, radii: one across, and one on each side from top to bottom
-};
-
-/// A part of the picture with one colour and a fine texture, pixel by pixel of its brightness.
-struct Patch {
-  cv::Rect box;
-  Rgb colour;
-};
-
-/// Shaded balls, each with a highlight and a dark side, before patches on a grey wall; blurred as by a lens, with
-/// noise.
-cv::Mat picture(const std::vector<Ball>& balls, const std::vector<Patch>& patches, uint64_t seed) {
-  cv::Mat image(kHeight, kWidth, CV_32FC3, cv::Scalar(150, 152, 150));
-  const CounterRandom random(seed);
-  uint64_t counter = 0;
-  for (const Patch& patch : patches) {
-    for (int row = patch.box.y; row < patch.box.br().y; ++row) {
-      for (int column = patch.box.x; column < patch.box.br().x; ++column) {
-        const auto bright = static_cast<float>(random.uniform(counter++, 0.85, 1.15));
-        image.at<cv::Vec3f>(row, column) =
-            bright * cv::Vec3f(static_cast<float>(patch.colour.b), static_cast<float>(patch.colour.g),
-                               static_cast<float>(patch.colour.r));
-      }
-    }
-  }
-  for (const Ball& ball : balls) {
-    for (int row = 0; row < kHeight; ++row) {
-      for (int column = 0; column < kWidth; ++column) {
-        const double x = (column - ball.centre.x) / ball.radius, y = (row - ball.centre.y) / ball.radius;
-        if (x * x + y * y > 1) continue;
-        const double z = std::sqrt(1 - x * x - y * y), lit = -0.4 * x - 0.6 * y + 0.69 * z;
-        const double to_side = std::abs(std::abs(x) - 0.45 * std::sqrt(1 - y * y));
-        if (std::min(to_side, std::abs(y)) < ball.seam / 2) {
-          image.at<cv::Vec3f>(row, column) = cv::Vec3f(24, 22, 25);
-          continue;
-        }
-        const double shade = 0.35 + 0.75 * std::max(0.0, lit), shine = 120 * std::pow(std::max(0.0, lit), 40);
-        const auto channel = [&](double value) { return static_cast<float>(std::min(255.0, value * shade + shine)); };
-        image.at<cv::Vec3f>(row, column) = {channel(ball.colour.b), channel(ball.colour.g), channel(ball.colour.r)};
-      }
-    }
-  }
-  cv::GaussianBlur(image, image, {0, 0}, 1);
-  for (int row = 0; row < kHeight; ++row) {
-    for (int column = 0; column < kWidth; ++column) {
-      for (int k = 0; k < 3; ++k)
-        image.at<cv::Vec3f>(row, column)[k] += static_cast<float>(random.uniform(counter++, -4, 4));
-    }
-  }
-  cv::Mat bytes;
-  image.convertTo(bytes, CV_8UC3);
-  std::vector<uint8_t> jpeg;
-  cv::imencode(".jpg", bytes, jpeg, {cv::IMWRITE_JPEG_QUALITY, 85});
-  return cv::imdecode(jpeg, cv::IMREAD_COLOR);
-}
-
-/// Share of the union of a region and a ball's disc that both have.
-double overlap(const ObjectRegion& region, const Ball& ball) {
-  cv::Mat disc = cv::Mat::zeros(region.mask.size(), CV_8UC1);
-  cv::circle(disc, ball.centre, static_cast<int>(ball.radius), cv::Scalar::all(255), cv::FILLED);
-  return static_cast<double>(cv::countNonZero(disc & region.mask)) / cv::countNonZero(disc | region.mask);
-}
-
-const Rgb kRed{190, 60, 85}, kOrange{220, 120, 30}, kYellow{185, 195, 105}, kWood{172, 135, 82}, kSkin{190, 120, 110};
-
-TEST(ObjectRegion, ReachesFromTheDarkSideToTheHighlight) {
-  for (const Rgb& colour : {kRed, kOrange, kYellow, Rgb{40, 90, 180}}) {
-    const Ball ball{{150, 110}, 22, colour};
-    const cv::Mat image = picture({ball}, {}, 1);
-    EXPECT_GT(overlap(region_around(image, ball.centre + cv::Point(4, 3)), ball), 0.8) << colour.r;
-  }
-}
-
-TEST(ObjectRegion, DoesNotDriftToTheColourOfItsSurroundings) {
-  // A door of nearly the ball's hue, with a border of much contrast to the white wall around it.
-  for (const double radius : {10.0, 14.0, 20.0}) {
-    const Ball ball{{150, 110}, radius, kYellow};
-    const cv::Mat image = picture({ball}, {{{0, 0, kWidth, kHeight}, {235, 238, 236}}, {{110, 10, 80, 220}, kWood}}, 1);
-    EXPECT_GT(overlap(region_around(image, ball.centre), ball), 0.8) << radius;
-  }
-}
-
-TEST(ObjectRegion, OfAFrameIsNotWhatItEncloses) {
-  const cv::Rect frame(120, 80, 72, 72), inside(138, 98, 36, 36);
-  const cv::Mat image = picture({}, {{frame, {75, 95, 165}}, {inside, kRed}}, 3);
-  const ObjectRegion region = region_around(image, cv::Point(129, 116));
-  const double share = cv::countNonZero(region.mask(frame)) / static_cast<double>(frame.area() - inside.area());
-  EXPECT_GT(share, 0.7);
-  EXPECT_LT(cv::countNonZero(region.mask(inside)), 0.2 * inside.area());
-}
-
-TEST(ObjectRegion, HasThePanelsBeyondDarkSeams) {
-  for (const Rgb& colour : {kRed, kOrange, Rgb{40, 90, 180}}) {
-    for (const cv::Point& click : {cv::Point(150, 85), cv::Point(150, 130), cv::Point(118, 95), cv::Point(185, 125)}) {
-      const Ball ball{{150, 110}, 50, colour, 0.08};
-      const cv::Mat image = picture({ball}, {{{0, 165, kWidth, 75}, kWood}}, 5);
-      const ObjectRegion region = region_around(image, click);
-      EXPECT_GT(overlap(region, ball), 0.75) << colour.r << " at " << click.x << ',' << click.y;
-      if (click.y > 100) continue;  // GrabCut finds the whole ball from there, whose holes belong to it
-      EXPECT_LT(cv::countNonZero(region.mask.row(ball.centre.y)), 0.2 * 2 * ball.radius) << "seams are not learned";
-    }
-  }
-}
-
-TEST(ObjectRegion, OfAFrameIsNotAPrintedThingThatItEncloses) {
-  const cv::Rect frame(90, 50, 140, 140), inside(112, 72, 96, 96);
-  std::vector<Patch> patches{{frame, kOrange}, {inside, {40, 90, 180}}};
-  for (int k = 0; k < 6; ++k) patches.push_back({{120, 80 + 15 * k, 80, 4}, {20, 20, 22}});
-  const ObjectRegion region = region_around(picture({}, patches, 7), cv::Point(101, 120));
-  EXPECT_LT(cv::countNonZero(region.mask(inside)), 0.2 * inside.area());
-}
-
-TEST(ObjectRegion, HasNoOtherObjectBeyondADarkGap) {
-  const Ball ball{{110, 110}, 30, kOrange}, other{{174, 112}, 30, kOrange};
-  const cv::Mat image = picture({ball, other}, {{{0, 0, kWidth, kHeight}, {40, 38, 36}}}, 6);
-  EXPECT_GT(overlap(region_around(image, ball.centre), ball), 0.8);
-}
-
-TEST(ObjectRegion, IsNotTheBackgroundThatReachesTheBorder) {
-  const auto share = [](const cv::Mat& image, const cv::Point& click) {
-    return cv::countNonZero(region_around(image, click).mask) / static_cast<double>(image.total());
-  };
-  const Rgb blind{190, 195, 205};
-  const cv::Rect at_border(0, 20, kWidth / 4, kHeight - 60), inside(40, 20, kWidth / 4, kHeight - 60);
-  EXPECT_LT(share(picture({}, {{at_border, blind}}, 1), {30, 100}), 0.1);
-  EXPECT_GT(share(picture({}, {{inside, blind}}, 1), {70, 100}), 0.15) << "a large thing of which all is in view";
-  const Ball ball{{8, 110}, 20, kRed};
-  EXPECT_GT(overlap(region_around(picture({ball}, {}, 1), {12, 110}), ball), 0.7) << "a ball that the border cuts off";
-}
 
 /// A colour learned from a click at the middle of a ball.
 ObjectColour learned(const cv::Mat& image, const Ball& ball) {
