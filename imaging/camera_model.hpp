@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct CameraModel {
   /// (IEC 61966-2-1). Nothing: not known.
   std::optional<double> gamma{};
 
+  /// Focal length of a camera with square pixels that covers the same solid angle, pixels.
+  double focal_px() const { return std::sqrt(fx * fy); }
   /// Projects a point `p_C` in front of the camera (z > 0; m, in the camera's frame) to pixels.
   Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
   /// Undistorted viewing ray (x/z, y/z) of a pixel: the inverse of `project`.

@@ -25,6 +25,8 @@ inline double offset_s(int64_t image, int64_t pair) {
   return far_apart({pair, image, image}) || image <= 0 ? 0 : static_cast<double>(image - pair) * 1e-6;
 }
 
+/// Why a pair is not used.
+inline constexpr const char* kNotNewer = "the pair is not newer than the last one";
 inline constexpr const char* kFarApartInTime =
     "an image was taken more than 0.2 s before or after the other one, or the time of the pair";
 

@@ -6,14 +6,15 @@
 #include <stdexcept>
 
 #include "vision/colour/join_parts.hpp"
+#include "vision/exposure_skew.hpp"
 
 namespace multireach::vision {
 namespace {
 
 constexpr double kFilled = 0.5;  // mask's share of an image above which the colour model is too wide
+constexpr double kMore = 2;      // areas, by which the colours as learned show more of the target: a choice
 constexpr double kAlone =
     0.5;  // share of the target's compactness: what has less is seen with something else; a choice
-constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a target that was not tracked
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
 constexpr double kWider = 0.15;
@@ -155,15 +156,9 @@ PositionEstimate StereoTracker::estimate_at_pair(const PairTimes& times, const S
   PositionEstimate estimate{match.point.p_W, match.noise_covariance(), match.bias_covariance()};
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!match.unknown_motion) estimate.position -= track_.velocity() * left;
-  const Eigen::Matrix3d speed2 = match.unknown_motion
-                                     ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval()
-                                     : track_.velocity_covariance();
+  const Eigen::Matrix3d speed2 = match.unknown_motion ? unknown_velocity_covariance() : track_.velocity_covariance();
   estimate.covariance += speed2 * left * left;
-  // A motion e across the line of sight between the exposures looks like an error e Z / B along it.
-  const Eigen::Vector3d line = options_.rig.X_WL.linear() * (options_.rig.X_WL.inverse() * match.point.p_W);
-  const double ratio = line.norm() / options_.rig.baseline_m();
-  const Eigen::Vector3d along = line.normalized();
-  estimate.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
+  estimate.covariance += covariance_of_skew(options_.rig, match.point.p_W, speed2, later);
   return estimate;
 }
 
@@ -184,6 +179,7 @@ void StereoTracker::expire(int64_t utime) {
 }
 
 TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
+  if (track_.begun() && utime <= track_.utime()) return report(utime, track_.unseen_status(utime), reason);
   track_.update(utime, std::nullopt);
   return unseen(utime, reason);
 }
@@ -198,13 +194,15 @@ TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
 TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& match, const View& left,
                                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   const bool newer = !track_.begun() || times.pair > track_.utime();
+  const bool in_doubt = identity_.found_again() && identity_.doubtful(identity_.last_utime());
   TargetReport result = update_track(times, match, left, right, others);
   if (newer) {
     const bool followed = result.status == TargetTrack::Status::kTracked;
     if (followed) calibration_.update(match);
-    // Where a known target is found again, or jumps to, it may have been seen, but not located, and so learned as
-    // background.
-    if (followed && identity_.known() && track_.began_anew() && !left.wider && !right.wider) {
+    // Where a known target was found again, it may have been seen, but not located, and so learned as background. Only
+    // once this is the target beyond doubt: the background tells it from other things.
+    const bool beyond_doubt = followed && in_doubt && !identity_.doubtful(times.pair);
+    if (beyond_doubt && identity_.confirmed() && !left.wider && !right.wider) {
       cameras_[index(Side::kLeft)].background.forget(left.blobs[static_cast<size_t>(match.left)]);
       cameras_[index(Side::kRight)].background.forget(right.blobs[static_cast<size_t>(match.right)]);
     }
@@ -213,13 +211,13 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
     // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
     // accepted may be partly occluded. Of several things elsewhere, any may be the target.
     using Status = StereoMatch::Status;
-    const bool partly = match.status == Status::kTogether || track_.last_seen_utime() == times.pair;
+    const bool accepted = match.status == Status::kTogether || track_.last_seen_utime() == times.pair;
     const bool may_be_target =
         match.left >= 0 && match.right >= 0 &&
-        (partly || match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate);
-    const bool tells = match.status != Status::kSeveralElsewhere;
-    learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0], tells);
-    learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1], tells);
+        (accepted || match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate);
+    const bool others_are_background = match.status != Status::kSeveralElsewhere;
+    learn_background(Side::kLeft, left, may_be_target ? match.left : -1, others[0], others_are_background);
+    learn_background(Side::kRight, right, may_be_target ? match.right : -1, others[1], others_are_background);
   }
   return result;
 }
@@ -239,22 +237,23 @@ void StereoTracker::notice_motion(Side side, const View& view, int64_t utime) {
 
 /// Learns where the image shows the target's colour besides the target. A target that is not confirmed may be
 /// background itself. Where a known target was seen last, it may still be, occluded or too faint to be matched; and
-/// where it may have jumped to, it may be. `tells`: whether what is not the target is known.
+/// where it may have jumped to, it may be.
 void StereoTracker::learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects,
-                                     bool tells) {
+                                     bool others_are_background) {
   CameraState& camera_state = cameras_[index(side)];
   if (!view.fits || view.filled || view.dark || view.wider) return;
   cv::Rect object;
   if (identity_.confirmed() && chosen >= 0) object = view.blobs[static_cast<size_t>(chosen)].box;
   if (identity_.known() && identity_.last_radius_px() > 0) {
     const Eigen::Vector2d centre = identity_.last_px(index(side));
-    const double half = kAround * identity_.last_radius_px();
+    const double half = kTargetRadii * identity_.last_radius_px();
     object |= cv::Rect(static_cast<int>(centre.x() - half), static_cast<int>(centre.y() - half),
                        static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1);
   }
   objects.push_back(object);
   const bool whole = view.window == search_area(side);
-  if (tells) camera_state.background.learn(view.window, view.blobs, objects, whole ? camera_state.since_look + 1 : 1);
+  if (others_are_background)
+    camera_state.background.learn(view.window, view.blobs, objects, whole ? camera_state.since_look + 1 : 1);
   camera_state.since_look = whole ? 0 : std::min(kLookEvery, camera_state.since_look + 1);
   if (whole) camera_state.looks = std::min(kFirstLooks, camera_state.looks + 1);
 }
@@ -263,7 +262,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
                                          const View& right, const std::array<std::vector<cv::Rect>, 2>& others) {
   using Status = StereoMatch::Status;
   if (track_.begun() && times.pair <= track_.utime())
-    return report(times.pair, track_.unseen_status(times.pair), "the pair is not newer than the last one");
+    return report(times.pair, track_.unseen_status(times.pair), kNotNewer);
   // A match away from the prediction may be a jump: the track accepts it once further matches confirm it, or at once.
   const bool seen = match.status == Status::kSeen || match.status == Status::kOutsidePredictionGate;
   // A mostly occluded target is measured poorly: good enough to continue a track, not to start one.
@@ -300,18 +299,20 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
   const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
   const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-  const bool alone = compactness >= kAlone * identity_.appearance(times.pair).compactness;
-  const bool tells = alone && tells_size(match, left, right);
-  if (tells) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
+  // What is seen with something else is larger, too: a flat target that has turned is not.
+  const TargetAppearance before = identity_.appearance(times.pair);
+  const bool alone = compactness >= kAlone * before.compactness || radius_by_area(match, left, right) < before.radius_m;
+  const bool shows_size = alone && tells_size(match, left, right);
+  if (shows_size) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
   identity_.update(times.pair,
                    {.by_contour = match.both_by_contour,
                     .of_known_size = options_.match.radius_m > 0,
                     .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
                     .px = {match.left_px, match.right_px},
                     .radius_px = radius_px,
-                    .appearance = tells ? TargetAppearance{radius_m_, compactness} : TargetAppearance{},
+                    .appearance = shows_size ? TargetAppearance{radius_m_, compactness} : TargetAppearance{},
                     .background = {left.appearance[l].background, right.appearance[r].background}},
-                   track_.began_anew());
+                   track_.start());
   // What is not known to be the target must not change its colour, nor what is seen with it.
   if (options_.adapt_colour && identity_.confirmed() && alone) {
     // Without a sphere contour the blob may include other things: adapt more slowly.
@@ -324,9 +325,28 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
 
 void StereoTracker::adapt(Side side, const View& view, int chosen, double quality) {
   CameraState& camera_state = cameras_[index(side)];
-  const IlluminationSample sample =
-      camera_state.model.sample(camera_state.gains, view.bgr, view.blobs[static_cast<size_t>(chosen)]);
+  const Blob& blob = view.blobs[static_cast<size_t>(chosen)];
+  if (learned_colours_show_more(side, view, blob)) {
+    camera_state.gains = returning(camera_state.gains, quality);
+    return;
+  }
+  const IlluminationSample sample = camera_state.model.sample(camera_state.gains, view.bgr, blob);
   camera_state.gains = adapted(camera_state.gains, sample, quality);
+}
+
+/// Whether the colours as learned show more of a compact object than those that were adapted, which show `blob`. Gains
+/// that follow a part of an object, as the side in the light, lose the rest of it.
+bool StereoTracker::learned_colours_show_more(Side side, const View& view, const Blob& blob) {
+  CameraState& camera_state = cameras_[index(side)];
+  if (camera_state.gains == WhiteBalanceGains{}) return false;
+  const cv::Size margin = blob.box.size() / 2;
+  const cv::Rect around = (blob.box - cv::Point(margin)) + margin + margin;
+  const FoundBlobs found = camera_state.finder.find(view.bgr, around & view.window, camera_state.learned,
+                                                    {.min_area = options_.min_area_px, .most = kMaxBlobs});
+  return std::ranges::any_of(join_parts(found.blobs), [&](const Blob& other) {
+    const bool same = 2 * static_cast<double>(common_pixels(other, blob)) > blob.area;
+    return same && other.area > kMore * blob.area && compactness(other) > compactness(blob);
+  });
 }
 
 StereoTracker::Found StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {

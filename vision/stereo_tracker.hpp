@@ -3,13 +3,13 @@
 #include <array>
 
 #include "imaging/side.hpp"
+#include "vision/camera_check/calibration_check.hpp"
+#include "vision/camera_check/camera_motion.hpp"
 #include "vision/colour/colour_background.hpp"
 #include "vision/colour/find.hpp"
 #include "vision/colour/illumination.hpp"
 #include "vision/pair_times.hpp"
-#include "vision/stereo/calibration_check.hpp"
 #include "vision/stereo/stereo_match.hpp"
-#include "vision/track/camera_motion.hpp"
 #include "vision/track/candidates.hpp"
 #include "vision/track/search_region.hpp"
 #include "vision/track/target_identity.hpp"
@@ -155,12 +155,14 @@ class StereoTracker {
   struct CameraState {
     CameraState(const CameraModel& camera, const ColourModel& colour, double least_seen, const cv::Rect& searched)
         : area(searched),
+          learned(colour),
           model(colour),
           wider(wider_model(colour)),
           fitter(camera, least_seen),
           background({camera.width, camera.height}),
           motion(searched.size()) {}
-    cv::Rect area;  // that is searched
+    cv::Rect area;        // that is searched
+    ColourTable learned;  // without white-balance gains
     AdaptedColourModel model, wider;
     WhiteBalanceGains gains;
     BlobFinder finder;
@@ -176,7 +178,7 @@ class StereoTracker {
   static constexpr int kFirstLooks = 16;      // search areas that a new tracker searches to learn the background
   static constexpr int kLookEvery = 8;        // pairs between two searches of a whole area for the background
   static constexpr double kWorthwhile = 0.5;  // above this share of the search area, all of it is searched instead
-  static constexpr double kAround = 2;        // radii around where the target is or is expected: no background there
+  static constexpr double kTargetRadii = 2;   // around where the target was seen last: no background is learned
   static ColourModel wider_model(const ColourModel& model);
   static CameraState camera_state(const TrackerOptions& options, Side side);
   StereoRig rig_at(const PairTimes& times) const;
@@ -184,12 +186,14 @@ class StereoTracker {
   TargetReport report(int64_t utime, TargetTrack::Status status, const char* reason) const;
   TargetReport unseen(int64_t utime, const char* reason);
   void adapt(Side side, const View& view, int chosen, double quality);
+  bool learned_colours_show_more(Side side, const View& view, const Blob& blob);
   bool has_bounced(int64_t utime, const PositionEstimate& there, const StereoMatch& match, const View& left,
                    const View& right, const std::array<std::vector<cv::Rect>, 2>& others) const;
   TargetReport update_track(const PairTimes& times, const StereoMatch& match, const View& left, const View& right,
                             const std::array<std::vector<cv::Rect>, 2>& others);
   void notice_motion(Side side, const View& view, int64_t utime);
-  void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects, bool tells);
+  void learn_background(Side side, const View& view, int chosen, std::vector<cv::Rect> objects,
+                        bool others_are_background);
   double lead_against_found_again() const;
   bool may_replace(const StereoMatch& other, const StereoMatch& tracked, const View& left, const View& right) const;
   /// What takes part in a match.
@@ -209,8 +213,9 @@ class StereoTracker {
   TargetHistory history_at(const PairTimes& times) const;
   void add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const;
   bool tells_size(const StereoMatch& match, const View& left, const View& right) const;
-  /// Radius of a disc of the matched object's area, in the image where it is smaller, m.
+  /// Radius of a disc of the matched object's area, and of its contour, in the image where it is smaller, m.
   double radius_by_area(const StereoMatch& match, const View& left, const View& right) const;
+  double radius_by_contour(const StereoMatch& match, const View& left, const View& right) const;
   /// Where the target is expected, in the frames of the left and of the right camera, if it is before both.
   std::optional<std::array<Eigen::Vector3d, 2>> expected_in_cameras(const PairTimes& times) const;
 

@@ -47,7 +47,10 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
   const ComparedPair* better = outdone_by(candidate, found.candidates, pairs, {left.contours, right.contours},
                                           {left.appearance, right.appearance}, options_.match);
   if (better) {
-    refuse(better->match, better->match.status, "both images show something more like the target, which fits no pair");
+    const bool cut_off = better->match.status == Status::kCutOff;
+    refuse(better->match, better->match.status,
+           cut_off ? "both images show something more like the target, which the border cuts off"
+                   : "both images show something more like the target, which fits no pair");
   }
 }
 

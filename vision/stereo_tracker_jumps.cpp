@@ -1,5 +1,6 @@
 // Whether what is seen elsewhere than expected, or by other colours than the learned ones, is the target.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "numeric/natural_log.hpp"
@@ -12,10 +13,6 @@ constexpr double kCompact = 0.4;        // see Appearance: an ellipse of 5:2, or
 constexpr double kSpeck = 0.25;         // share of the object's radius below which another thing is a speck
 constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
 constexpr double kOtherSize = -2;       // evidence of a size that differs by two standard deviations
-
-bool is_background(const View& view, size_t blob) {
-  return view.appearance[blob].background > ColourBackground::kExplained;
-}
 
 bool is_compact(const View& view, int chosen) {
   return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
@@ -32,22 +29,27 @@ bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others,
   const auto object = static_cast<size_t>(chosen);
   for (size_t k = 0; k < view.blobs.size(); ++k) {
     if (k == object || is_of_others(view.blobs[k], others)) continue;
-    if (background_known && is_background(view, k)) continue;
+    if (background_known && view.appearance[k].is_background()) continue;
     if (view.contours[k].radius_px > kSpeck * view.contours[object].radius_px) return false;
   }
   return true;
 }
 
+/// Whether nothing that the learned colours show is the target, or only what is not where it is expected.
+bool shows_no_target(StereoMatch::Status status) {
+  using Status = StereoMatch::Status;
+  static constexpr std::array kNoTarget{Status::kNotInLeft,     Status::kNotInRight,      Status::kInconsistentPair,
+                                        Status::kOutsideRegion, Status::kNoDistance,      Status::kOnlyBackground,
+                                        Status::kUnlike,        Status::kUnlikely,        Status::kOffColour,
+                                        Status::kOtherTarget,   Status::kSeveralElsewhere};
+  return std::ranges::find(kNoTarget, status) != kNoTarget.end();
+}
+
 }  // namespace
 
 bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) const {
-  using Status = StereoMatch::Status;
-  const bool missed = match.status == Status::kNotInLeft || match.status == Status::kNotInRight ||
-                      match.status == Status::kOnlyBackground || match.status == Status::kInconsistentPair ||
-                      match.status == Status::kOutsideRegion || match.status == Status::kOtherTarget ||
-                      match.status == Status::kOffColour || match.status == Status::kSeveralElsewhere;
   const auto seen = track_.last_seen_utime();
-  if (!missed || !seen || utime - identity_.last_utime() > kWiderFor) return false;
+  if (!shows_no_target(match.status) || !seen || utime - identity_.last_utime() > kWiderFor) return false;
   if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
   return std::ranges::all_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
     const auto window = predicted_window(side, utime);
@@ -105,11 +107,11 @@ std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(
     constexpr double kAbout = 2;  // radii of the target
     const Eigen::Vector3d& expected_C = (*p_C)[index(side)];
     const Eigen::Vector2d centre = camera.project(expected_C);
-    const double radius_px = camera.fx * radius_m_ / expected_C.norm(), most = options_.match.max_size_ratio;
+    const double radius_px = camera.focal_px() * radius_m_ / expected_C.norm(), most = options_.match.max_size_ratio;
     Expected expected{.shown = false, .far = (matched_px - centre).norm() > kAbout * radius_px};
     for (size_t k = 0; k < view.blobs.size() && !view.wider; ++k) {
       if (is_of_others(view.blobs[k], others[index(side)])) continue;
-      if (identity_.known() && is_background(view, k)) continue;
+      if (identity_.known() && view.appearance[k].is_background()) continue;
       const double size = view.contours[k].radius_px / radius_px;
       const bool alike = size * most > 1 && size < most && is_compact(view, static_cast<int>(k));
       if (alike && (view.contours[k].centre_px - centre).norm() < radius_px) expected.shown = true;
@@ -136,7 +138,7 @@ bool StereoTracker::has_bounced(int64_t utime, const PositionEstimate& there, co
   const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
     if (view.wider || view.full || view.window != search_area(side)) return false;
-    if (identity_.known() && is_background(view, static_cast<size_t>(chosen))) return false;
+    if (identity_.known() && view.appearance[static_cast<size_t>(chosen)].is_background()) return false;
     const SphereContour& contour = view.contours[static_cast<size_t>(chosen)];
     const double distance_m = (side == Side::kLeft ? p_L : options_.rig.X_RL * p_L).norm();
     const double sigmas =

@@ -39,10 +39,11 @@ bool is_located(StereoMatch::Status status) {
          status == Status::kWrongRadius || status == Status::kOutsidePredictionGate;
 }
 
+constexpr double kExpectedRadii = 2;  // of a contour, from where the target is expected to its centre: a choice
+
 bool is_background(const StereoMatch& match, const View& left, const View& right) {
-  return match.left >= 0 && match.right >= 0 &&
-         left.appearance[static_cast<size_t>(match.left)].background > ColourBackground::kExplained &&
-         right.appearance[static_cast<size_t>(match.right)].background > ColourBackground::kExplained;
+  return match.left >= 0 && match.right >= 0 && left.appearance[static_cast<size_t>(match.left)].is_background() &&
+         right.appearance[static_cast<size_t>(match.right)].is_background();
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
   const auto expected_at = identity_.confirmed() && scope.prediction ? expected_px(times) : std::nullopt;
   const auto is_expected = [&](Side side, const SphereContour& contour) {
     return expected_at && contour.kind == SphereContour::Kind::kEdges &&
-           (contour.centre_px - (*expected_at)[index(side)]).norm() < kAround * contour.radius_px;
+           (contour.centre_px - (*expected_at)[index(side)]).norm() < kExpectedRadii * contour.radius_px;
   };
   std::array<std::vector<SphereContour>, 2> contours;
   std::array<std::vector<int>, 2> from;
@@ -136,13 +137,10 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const std::vector<bool>& taken = others.taken[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
       if (k < taken.size() && taken[k]) continue;
-      if (!scope.background && view.appearance[k].background > ColourBackground::kExplained &&
-          !is_expected(side, view.contours[k]))
-        continue;
+      if (!scope.background && view.appearance[k].is_background() && !is_expected(side, view.contours[k])) continue;
       contours[index(side)].push_back(view.contours[k]);
       // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
-      if (view.appearance[k].background > ColourBackground::kExplained)
-        contours[index(side)].back().by_centroid = nullptr;
+      if (view.appearance[k].is_background()) contours[index(side)].back().by_centroid = nullptr;
       from[index(side)].push_back(static_cast<int>(k));
     }
   }
@@ -176,7 +174,7 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
       pair.match.status = StereoMatch::Status::kOutsideRegion;
     pair.match.left = from[0][static_cast<size_t>(pair.match.left)];
     pair.match.right = from[1][static_cast<size_t>(pair.match.right)];
-    const bool expected = prediction && pair.match.status != StereoMatch::Status::kOutsidePredictionGate;
+    const bool expected = prediction && !pair.outside_gate;
     if (!expected && is_located(pair.match.status) && are_different_parts(pair, left, right))
       pair.match.status = StereoMatch::Status::kInconsistentPair;
     const bool may_be_target = pair.match.status == StereoMatch::Status::kSeen ||
@@ -187,7 +185,8 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
     const bool known_size = options_.match.radius_m > 0;
     if (is_off_colour(pair, in_left, in_right))
       pair.match.status = StereoMatch::Status::kOffColour;
-    else if (!expected && !known_size && is_unlike(pair, in_left, in_right, identity_.appearance(times.pair)))
+    else if (!known_size && (expected ? is_smear(pair, in_left, in_right, identity_.appearance(times.pair))
+                                      : is_unlike(pair, in_left, in_right, identity_.appearance(times.pair))))
       pair.match.status = StereoMatch::Status::kUnlike;
   }
   Found found;
@@ -214,9 +213,16 @@ StereoTracker::Found StereoTracker::match_among(const PairTimes& times, const Vi
 }
 
 /// Adds what may be occluded to the covariance of a match by the area of an object of unknown size. Where the border of
-/// an image cuts it off, its covariance has that already.
+/// an image cuts it off, its covariance has that already. A contour that is much smaller than the object is that of a
+/// round piece of it, as between the fingers of a hand.
 void StereoTracker::add_occlusion(int64_t utime, const View& left, const View& right, StereoMatch& match) const {
-  if (match.both_by_contour || !is_located(match.status) || !tells_size(match, left, right)) return;
+  if (!is_located(match.status) || !tells_size(match, left, right)) return;
+  if (match.both_by_contour) {
+    const double radius_m = radius_by_contour(match, left, right);
+    if (options_.match.max_size_ratio * radius_m < unoccluded_size_.radius_m())
+      match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_m, utime);
+    return;
+  }
   const double radius_m = radius_by_area(match, left, right);
   match.shape_covariance += unoccluded_size_.occlusion_covariance(radius_m, utime);
   // The wider colours may also show some of what is beside the object.
@@ -244,13 +250,19 @@ bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch&
 }
 
 double StereoTracker::radius_by_area(const StereoMatch& match, const View& left, const View& right) const {
-  const StereoRig& rig = options_.rig;
-  const Eigen::Vector3d p_L = rig.X_WL.inverse() * match.point.p_W;
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
   const auto radius_m = [](const SphereContour& contour, const CameraModel& camera, double distance_m) {
     return std::sqrt(contour.area / std::numbers::pi / (camera.fx * camera.fy)) * distance_m;
   };
-  return std::min(radius_m(left.contours[static_cast<size_t>(match.left)], rig.left, p_L.norm()),
-                  radius_m(right.contours[static_cast<size_t>(match.right)], rig.right, (rig.X_RL * p_L).norm()));
+  return std::min(
+      radius_m(left.contours[static_cast<size_t>(match.left)], options_.rig.left, p_L.norm()),
+      radius_m(right.contours[static_cast<size_t>(match.right)], options_.rig.right, (options_.rig.X_RL * p_L).norm()));
+}
+
+double StereoTracker::radius_by_contour(const StereoMatch& match, const View& left, const View& right) const {
+  const Eigen::Vector3d p_L = options_.rig.X_WL.inverse() * match.point.p_W;
+  return std::min(left.contours[static_cast<size_t>(match.left)].value.z() * p_L.norm(),
+                  right.contours[static_cast<size_t>(match.right)].value.z() * (options_.rig.X_RL * p_L).norm());
 }
 
 }  // namespace multireach::vision

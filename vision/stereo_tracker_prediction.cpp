@@ -1,15 +1,14 @@
 // Where a tracked object is expected, and what of the images is searched for it.
 #include <algorithm>
-#include <cmath>
 
 #include "vision/stereo_tracker.hpp"
+#include "vision/track/search_window.hpp"
 
 namespace multireach::vision {
 namespace {
 
-constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
-constexpr double kWindowRadii = 2;     // ... plus this many object radii, to include some background
-constexpr double kWindowMargin = 8;    // pixels
+constexpr double kWindowRadii = 2;   // of the object, around its predicted position, to include some background
+constexpr double kWindowMargin = 8;  // pixels
 
 }  // namespace
 
@@ -33,17 +32,13 @@ std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime
   const CameraModel& camera = left ? rig.left : rig.right;
   Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
   if (!left) p = rig.X_RL * p;
-  // The maximum row sum bounds the largest eigenvalue, so sigma_m bounds the standard deviation in every direction.
-  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
-  const double near = p.z() - radius_m_ - kWindowSigmas * sigma_m;
-  if (!(near > radius_m_)) return std::nullopt;
-  const double half =
-      std::max(camera.fx, camera.fy) * (kWindowRadii * radius_m_ + kWindowSigmas * sigma_m) / near + kWindowMargin;
-  const Eigen::Vector2d centre = camera.project(p);
-  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return std::nullopt;
-  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
-  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
-  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & search_area(side);
+  const auto found = search_window(camera, p, predicted->covariance,
+                                   {.nearer_m = radius_m_,
+                                    .around_m = kWindowRadii * radius_m_,
+                                    .margin_px = kWindowMargin,
+                                    .least_z_m = radius_m_});
+  if (!found) return std::nullopt;
+  const cv::Rect window = *found & search_area(side);
   return window.empty() ? std::nullopt : std::optional(window);
 }
 

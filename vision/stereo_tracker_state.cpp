@@ -83,7 +83,7 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     camera_state.since_look = static_cast<int>(of_camera[side].looks[1]);
   }
   radius_m_ = own[1];
-  unoccluded_size_.restore(own[2], utime + static_cast<int64_t>(own[3]));
+  unoccluded_size_.set_state(own[2], utime + static_cast<int64_t>(own[3]));
   for (int row = 0, k = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column)
       shape_covariance_(row, column) = shape_covariance_(column, row) = shape[static_cast<size_t>(k++)];

@@ -4,8 +4,9 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "vision/association/group_assignment.hpp"
 #include "vision/reported_covariance.hpp"
-#include "vision/track/shared_state.hpp"
+#include "vision/shared_state.hpp"
 
 namespace multireach::vision {
 
@@ -43,11 +44,22 @@ const std::vector<size_t>* StereoVision::group_of(size_t target) const {
 }
 
 const char* StereoVision::update(StereoImages& images) {
+  const int64_t utime = images.times().pair;
+  for (Target& target : targets_) {
+    target.views = {};
+    target.match = {};
+    target.candidates.clear();
+    target.found_inside_windows = target.begins_anew = false;
+  }
+  if (const auto newest = newest_utime(); newest && utime <= *newest) {
+    for (Target& target : targets_) target.report = target.tracker.update_unseen(utime, kNotNewer);
+    return nullptr;
+  }
   const char* fault = measure(images);
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
     if (!fault && target.begins_anew && target.match.status == StereoMatch::Status::kSeen) target.tracker.lose_track();
-    target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
+    target.report = fault ? target.tracker.update_unseen(utime, fault)
                           : target.tracker.update(images.times(), target.match, target.views[0], target.views[1],
                                                   boxes_of_others(k));
     add_rig_errors(target.tracker.options().rig, target.report);
@@ -84,13 +96,7 @@ std::optional<int64_t> StereoVision::newest_utime() const {
 
 /// Finds and matches all targets. Returns why the pair as a whole is unusable, or null.
 const char* StereoVision::measure(StereoImages& images) {
-  for (Target& target : targets_) {
-    target.tracker.expire(images.times().pair);
-    target.views = {};
-    target.match = {};
-    target.candidates.clear();
-    target.found_inside_windows = target.begins_anew = false;
-  }
+  for (Target& target : targets_) target.tracker.expire(images.times().pair);
   if (images.times().left < 0) return "there is no left image";
   if (images.times().right < 0) return "there is no right image";
   // Sizes are checked before decoding, so that a wrong or damaged size allocates no memory.
@@ -134,7 +140,7 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
     target.found_inside_windows =
         target.tracker.is_inside_windows(images.times(), target.match, target.views[0], target.views[1]);
   }
-  for (const std::vector<size_t>& group : equal_) assign_things(group, images.times());
+  for (const std::vector<size_t>& group : equal_) GroupAssignment(targets_, group, images.times()).run();
   return true;
 }
 
@@ -169,7 +175,7 @@ bool StereoVision::look_again(StereoImages& images) {
       views[index(side)] = target.tracker.measure(side, *bgr, window, images.chroma_subsampled(side), Colours::kWider);
     }
     OtherTargets others;
-    if (const auto* group = group_of(k)) others = others_of(k, *group, images.times(), views);
+    if (const auto* group = group_of(k)) others = others_of(k, *group, targets_, images.times(), views);
     StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1], others);
     if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
     if (!target.tracker.is_inside_windows(images.times(), found.match, views[0], views[1])) continue;

@@ -3,8 +3,8 @@
 #include <functional>
 #include <vector>
 
+#include "vision/camera_check/frozen_frame_detector.hpp"
 #include "vision/stereo_tracker.hpp"
-#include "vision/track/frozen_frame_detector.hpp"
 
 namespace multireach::vision {
 
@@ -97,10 +97,6 @@ class StereoVision {
   void refuse_other_things(const PairTimes& times);
   bool look_again(StereoImages& images);
   bool search_side(StereoImages& images, Side side, bool everywhere);
-  void match_bounces(const std::vector<size_t>& group, const PairTimes& times);
-  void assign_things(const std::vector<size_t>& group, const PairTimes& times);
-  OtherTargets others_of(size_t target, const std::vector<size_t>& group, const PairTimes& times,
-                         const std::array<View, 2>& views) const;
   const std::vector<size_t>* group_of(size_t target) const;
   std::array<std::vector<cv::Rect>, 2> boxes_of_others(size_t target) const;
 

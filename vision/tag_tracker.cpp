@@ -4,16 +4,17 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vision/exposure_skew.hpp"
 #include "vision/stereo/triangulate.hpp"
+#include "vision/track/search_window.hpp"
 
 namespace multireach::vision {
 namespace {
 
-constexpr double kUnknownSpeed = 0.5;  // m/s, standard deviation of the speed of a tag that was not tracked
-constexpr double kWindowSigmas = 2.5;  // half size of the search window, in sigmas of the predicted position, ...
-constexpr double kWindowSides = 1.1;   // ... plus this many sides of the tag: half its diagonal, and the white margin
-constexpr double kWindowMargin = 10;   // pixels
-constexpr double kWorthwhile = 0.5;    // above this share of the image, the whole image is searched instead
+constexpr double kWindowSides = 1.1;  // of the tag, around its predicted centre: half its diagonal, and a white margin
+constexpr double kWindowMargin = 10;  // pixels
+constexpr double kNearest = 0.1;     // share of the centre's distance: a part of the tag that is nearer fills the image
+constexpr double kWorthwhile = 0.5;  // above this share of the image, the whole image is searched instead
 // Above this chi2 the images contradict each other, or the size: far beyond what noise gives, because the noise of
 // edges is known to some factor only.
 constexpr double kChi2PerDegree = 4, kChi2 = 30;
@@ -61,19 +62,20 @@ const char* sentence_for(EdgeFault fault, Side side) {
 
 /// Whether an image that was not used for a pose shows the tag where the pose puts it.
 /// `moved_m`: standard deviation of the tag's motion between the two images.
-bool agrees(const TagPose& pose, double side_m, const TagSight& sight, double moved_m) {
+bool agrees(const TagPose& pose, double side_m, const TagObservation& observation, double moved_m) {
   Eigen::Vector2d expected(0, 0), found(0, 0);
   Eigen::Matrix<double, 2, kTagUnknowns> J = Eigen::Matrix<double, 2, kTagUnknowns>::Zero();
   for (int k = 0; k < 4; ++k) {
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, kTagUnknowns> of_corner;
-    if (!project(sight.camera, pose.tag, side_m * tag_corner(k), pixel, of_corner)) return false;
+    if (!project(observation.camera, pose.tag, side_m * tag_corner(k), pixel, of_corner)) return false;
     expected += pixel / 4;
-    found += sight.corners[static_cast<size_t>(k)] / 4;
+    found += observation.corners[static_cast<size_t>(k)] / 4;
     J += of_corner / 4;
   }
   const auto by_pose = J.leftCols<6>();
-  const double side_px = (sight.corners[1] - sight.corners[0]).norm(), corner = kCornerPx + kCornerSides * side_px;
+  const double side_px = (observation.corners[1] - observation.corners[0]).norm(),
+               corner = kCornerPx + kCornerSides * side_px;
   Eigen::Matrix<double, 6, 6> covariance = pose.covariance;
   covariance.topLeftCorner<3, 3>().diagonal().array() += moved_m * moved_m;
   const Eigen::Matrix2d total =
@@ -120,15 +122,12 @@ cv::Rect TagTracker::window(Side side, int64_t utime) const {
   const CameraModel& camera = side == Side::kLeft ? rig.left : rig.right;
   Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
   if (side == Side::kRight) p = rig.X_RL * p;
-  const double sigma_m = std::sqrt(predicted->covariance.cwiseAbs().rowwise().sum().maxCoeff());
-  const double reach_m = kWindowSides * options_.size.side_m + kWindowSigmas * sigma_m, near = p.z() - reach_m;
-  if (!(near > 0.1 * p.z())) return whole;
-  const double half = std::max(camera.fx, camera.fy) * reach_m / near + kWindowMargin;
-  const Eigen::Vector2d centre = camera.project(p);
-  if (!(centre.cwiseAbs().maxCoeff() < 1e5 && half < 1e5)) return whole;
-  const auto first = [&](double at) { return static_cast<int>(std::floor(at - half)); };
-  const int size = static_cast<int>(std::ceil(2 * half)) + 1;
-  const cv::Rect window = cv::Rect(first(centre.x()), first(centre.y()), size, size) & whole;
+  const double reach_m = kWindowSides * options_.size.side_m;
+  const auto found = search_window(
+      camera, p, predicted->covariance,
+      {.nearer_m = reach_m, .around_m = reach_m, .margin_px = kWindowMargin, .least_z_m = kNearest * p.z()});
+  if (!found) return whole;
+  const cv::Rect window = *found & whole;
   return window.empty() || window.area() > kWorthwhile * whole.area() ? whole : window;
 }
 
@@ -140,11 +139,11 @@ Eigen::Vector3d TagTracker::motion_of(const PairTimes& times, Side side) const {
 
 /// The images that show the tag; none where one shows it twice. A camera whose image is earlier or later than the pair
 /// is shifted by the opposite of the tag's motion, so that all show it at the time of the pair.
-std::vector<TagSight> TagTracker::sights_of(const PairTimes& times, const std::array<TagView, 2>& views,
-                                            std::vector<Side>& sides) const {
-  std::vector<TagSight> sights;
+std::vector<TagObservation> TagTracker::observations_of(const PairTimes& times, const std::array<TagView, 2>& views,
+                                                        std::vector<Side>& sides) const {
+  std::vector<TagObservation> observations;
   // Where one image shows two tags with this id, the one in the other image may be either.
-  if (std::ranges::any_of(views, [](const TagView& view) { return view.matches.size() > 1; })) return sights;
+  if (std::ranges::any_of(views, [](const TagView& view) { return view.matches.size() > 1; })) return observations;
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const TagView& view = views[index(side)];
     if (view.matches.empty()) continue;
@@ -152,21 +151,21 @@ std::vector<TagSight> TagTracker::sights_of(const PairTimes& times, const std::a
     if (side == Side::kRight) camera = {options_.rig.right, options_.rig.X_RL};
     const Eigen::Vector3d moved_L = options_.rig.X_WL.linear().transpose() * motion_of(times, side);
     camera.X_CL.translation() += camera.X_CL.linear() * moved_L;
-    sights.push_back({camera, view.bgr, view.window, view.matches.front().corners});
+    observations.push_back({camera, view.bgr, view.window, view.matches.front().corners});
     sides.push_back(side);
   }
-  return sights;
+  return observations;
 }
 
 TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>& views) const {
   TagMatch match;
   std::vector<Side> sides;
-  std::vector<TagSight> sights = sights_of(times, views, sides);
+  std::vector<TagObservation> observations = observations_of(times, views, sides);
   match.reason = missing(views);
-  std::vector<TagSight> left_out;
+  std::vector<TagObservation> left_out;
   // An image in which the tag cannot be measured, at the border of its image for example, leaves the other one.
-  while (!sights.empty()) {
-    TagFit fit = fit_tag(sights, options_.size, options_.sigma_px);
+  while (!observations.empty()) {
+    TagFit fit = fit_tag(observations, options_.size, options_.sigma_px);
     if (fit.best) {
       match.pose = std::move(fit.best);
       if (fit.other) match.other_position_L = fit.other->tag.X_LT.translation();
@@ -174,17 +173,19 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
     }
     match.reason = sentence_for(fit.fault, sides[fit.faulty]);
     if (fit.fault != EdgeFault::kCutOff && fit.fault != EdgeFault::kTooSmall) return match;
-    left_out.push_back(sights[fit.faulty]);
-    sights.erase(sights.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
+    left_out.push_back(observations[fit.faulty]);
+    observations.erase(observations.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
     sides.erase(sides.begin() + static_cast<std::ptrdiff_t>(fit.faulty));
   }
   if (!match.pose) return match;
   // Where the images contradict each other, the pose by both may be outside of one, which only seems to be cut off.
   const bool lost = track_.status() == TargetTrack::Status::kLost;
-  const double speed = lost ? kUnknownSpeed : std::sqrt(track_.velocity_covariance().trace() / 3);
+  const Eigen::Matrix3d speed2 = lost ? unknown_velocity_covariance() : track_.velocity_covariance();
+  const double speed = std::sqrt(speed2.trace() / 3);
   const double moved_m = speed * std::abs(offset_s(times.left, times.pair) - offset_s(times.right, times.pair));
-  if (!std::ranges::all_of(
-          left_out, [&](const TagSight& sight) { return agrees(*match.pose, options_.size.side_m, sight, moved_m); })) {
+  if (!std::ranges::all_of(left_out, [&](const TagObservation& observation) {
+        return agrees(*match.pose, options_.size.side_m, observation, moved_m);
+      })) {
     match.pose.reset();
     match.reason = kContradiction;
     return match;
@@ -195,11 +196,11 @@ TagMatch TagTracker::match(const PairTimes& times, const std::array<TagView, 2>&
   }
   if (sides.size() == 2) {
     const auto ray = [&](size_t k) {
-      const CameraModel& camera = sights[k].camera.model;
+      const CameraModel& camera = observations[k].camera.model;
       return RayMeasurement{camera.ray(match.centre_px[k]), ray_covariance(camera, 1)};
     };
     StereoRig rig = options_.rig;
-    rig.X_RL = sights[1].camera.X_CL * sights[0].camera.X_CL.inverse();
+    rig.X_RL = observations[1].camera.X_CL * observations[0].camera.X_CL.inverse();
     if (const auto point = triangulate(rig, ray(0), ray(1))) match.epipolar_error_px = point->epipolar_error_px;
   }
   if (match.pose->chi2 > kChi2PerDegree * match.pose->degrees_of_freedom + kChi2) {
@@ -226,6 +227,7 @@ TagReport TagTracker::report(int64_t utime, TargetTrack::Status status, const ch
 }
 
 TagReport TagTracker::update_unseen(int64_t utime, const char* reason) {
+  if (track_.begun() && utime <= track_.utime()) return report(utime, track_.unseen_status(utime), reason);
   track_.update(utime, std::nullopt);
   if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
   return report(utime, track_.unseen_status(utime), reason);
@@ -249,22 +251,18 @@ TagReport TagTracker::update(const PairTimes& times, const TagMatch& match) {
           std::max(largest_offset_s, std::abs(offset_s(side == Side::kLeft ? times.left : times.right, times.pair)));
   }
   const bool lost = track_.status() == TargetTrack::Status::kLost;
-  const Eigen::Matrix3d speed2 =
-      lost ? (Eigen::Matrix3d::Identity() * kUnknownSpeed * kUnknownSpeed).eval() : track_.velocity_covariance();
+  const Eigen::Matrix3d speed2 = lost ? unknown_velocity_covariance() : track_.velocity_covariance();
   estimate.covariance += speed2 * largest_offset_s * largest_offset_s;
   if (match.used[0] && match.used[1]) {
-    // A motion e across the line of sight between the exposures looks like an error e Z / B along it.
     const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
-    const Eigen::Vector3d line = R_WL * match.pose->tag.X_LT.translation(), along = line.normalized();
-    const double ratio = line.norm() / options_.rig.baseline_m();
-    estimate.covariance += along * along.transpose() * (speed2.trace() / 3 * later * later * ratio * ratio);
+    estimate.covariance += covariance_of_skew(options_.rig, estimate.position, speed2, later);
   }
   const int64_t before = track_.utime();
   if (!track_.update(times.pair, estimate)) {
     const bool past = track_.utime() == before && times.pair <= before;
     if (track_.status() == TargetTrack::Status::kLost) R_WT_.reset();
     return report(times.pair, track_.unseen_status(times.pair),
-                  past ? "the pair is not newer than the last one" : "the tag is seen, but not where it is expected");
+                  past ? kNotNewer : "the tag is seen, but not where it is expected");
   }
   R_WT_.reset();
   if (!match.other_position_L) R_WT_ = Eigen::Quaterniond(X_WT.linear()).normalized();

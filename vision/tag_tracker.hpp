@@ -74,8 +74,8 @@ class TagTracker {
  private:
   TagReport report(int64_t utime, TargetTrack::Status status, const char* reason) const;
   Eigen::Vector3d motion_of(const PairTimes& times, Side side) const;
-  std::vector<TagSight> sights_of(const PairTimes& times, const std::array<TagView, 2>& views,
-                                  std::vector<Side>& sides) const;
+  std::vector<TagObservation> observations_of(const PairTimes& times, const std::array<TagView, 2>& views,
+                                              std::vector<Side>& sides) const;
 
   TagOptions options_;
   TargetTrack track_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "vision/reported_covariance.hpp"
-#include "vision/track/shared_state.hpp"
+#include "vision/shared_state.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -38,10 +38,19 @@ std::optional<int64_t> TagVision::newest_utime() const {
 
 const char* TagVision::update(StereoImages& images) {
   if (targets_.empty()) return nullptr;
+  const int64_t utime = images.times().pair;
+  for (Target& target : targets_) {
+    target.views = {};
+    target.match = {};
+  }
+  if (utime <= newest_utime().value_or(utime - 1)) {
+    for (Target& target : targets_) target.report = target.tracker.update_unseen(utime, kNotNewer);
+    return nullptr;
+  }
   const char* fault = measure(images);
   for (Target& target : targets_) {
-    target.report = fault ? target.tracker.update_unseen(images.times().pair, fault)
-                          : target.tracker.update(images.times(), target.match);
+    target.report =
+        fault ? target.tracker.update_unseen(utime, fault) : target.tracker.update(images.times(), target.match);
     add_rig_errors(target.tracker.options().rig, target.match.used, target.report);
   }
   return fault;
@@ -49,18 +58,14 @@ const char* TagVision::update(StereoImages& images) {
 
 /// Finds all tags. Returns why the pair as a whole is unusable, or null.
 const char* TagVision::measure(StereoImages& images) {
-  for (Target& target : targets_) {
-    target.tracker.expire(images.times().pair);
-    target.views = {};
-    target.match = {};
-  }
+  for (Target& target : targets_) target.tracker.expire(images.times().pair);
   const PairTimes times = images.times();
   if (times.left < 0 && times.right < 0) return "there is neither a left nor a right image";
   for (const Side side : kSides) {
     const bool there = (side == Side::kLeft ? times.left : times.right) >= 0;
     // Checked before decoding, so that a wrong or damaged size allocates no memory.
     if (there && !images.has(side, targets_.front().tracker.whole_image(side).size()))
-      return "an image does not have the size of the calibration";
+      return description(StereoMatch::Status::kWrongImageSize);
   }
   const bool both = times.left >= 0 && times.right >= 0;
   if (both)

@@ -1,5 +1,7 @@
 #include "bench/real/causes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -42,7 +44,8 @@ std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, c
       continue;
     }
     if (distance_px(target.match.left_px, label) <= kWrong)
-      return std::string("answered: ") + (target.match.both_by_contour ? "contour" : "centroid") + " 10 to 25 px off";
+      return fmt::format("answered: {} {:.0f} to {:.0f} px off", target.match.both_by_contour ? "contour" : "centroid",
+                         kRight, kWrong);
   }
   if (!lost)
     return nearest.px <= kRight ? "answered: another thing, the object is a blob too" : "answered: another thing";

@@ -82,6 +82,12 @@ void learn(const RealSet& set, const std::vector<Click>& clicks, bool all, Run& 
       std::vector(set.labelled[run.object].targets, options_of(set.rig, *learned.model, *learned.model)));
 }
 
+std::string names_of(const RealSet& set, const std::vector<size_t>& images) {
+  std::string names;
+  for (const size_t k : images) names.append(1, ' ').append(std::filesystem::path(set.images[k]).filename().string());
+  return names;
+}
+
 /// The images to learn an object's colour from: those that the set names, or `clicks` spread evenly over its labels.
 std::vector<size_t> click_images(const LabelledObject& object, int clicks) {
   if (!object.clicks.empty()) return object.clicks;
@@ -213,10 +219,10 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
         most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
       }
       if (!verbose) continue;
-      std::printf("  %s, clicked in image %s: right %d, wrong %d of %d; baseline %d, %d; used %zu of %zu. %s\n",
-                  set.labelled[k].name.c_str(), fmt::format("{}", fmt::join(run.click_images, " ")).c_str(),
-                  run.ours_score.right, run.ours_score.wrong, run.ours_score.labelled, run.baseline_score.right,
-                  run.baseline_score.wrong, run.used, run.clicks, run.fault.c_str());
+      std::printf("  %s, clicked in%s: right %d, wrong %d of %d; baseline %d, %d; used %zu of %zu. %s\n",
+                  set.labelled[k].name.c_str(), names_of(set, run.click_images).c_str(), run.ours_score.right,
+                  run.ours_score.wrong, run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong,
+                  run.used, run.clicks, run.fault.c_str());
       for (const std::string& warning : run.warnings) std::printf("    warning: %s\n", warning.c_str());
     }
     const int taken = ours.labelled, all = baseline.labelled;

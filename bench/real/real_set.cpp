@@ -43,28 +43,50 @@ std::map<std::string, size_t> numbers_of(const std::vector<std::string>& images)
   return number;
 }
 
-/// Reads lines `image,object,x,y`; the first line names the columns.
+/// A line of a table: names, then numbers.
+struct Row {
+  int line;
+  std::vector<std::string> names;
+  std::vector<double> numbers;
+};
+
+/// Reads the lines of a table after the first one, which must be `header`. The first `names` columns are names, the
+/// others numbers.
+std::vector<Row> rows_of(const std::string& path, const std::string& header, size_t names) {
+  std::ifstream file(path);
+  if (!file) throw InputError(path + ": cannot be read");
+  const auto columns = static_cast<size_t>(std::ranges::count(header, ',')) + 1;
+  std::vector<Row> rows;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    if (line.ends_with('\r')) line.pop_back();
+    if (number == 1 && line != header) throw InputError(fmt::format("{}, line 1: expected {}", path, header));
+    if (number == 1 || line.empty()) continue;
+    std::istringstream cells(line);
+    Row row{.line = number, .names = std::vector<std::string>(names), .numbers = std::vector<double>(columns - names)};
+    for (std::string& name : row.names) std::getline(cells, name, ',');
+    bool valid = true;
+    for (size_t k = 0; k < row.numbers.size(); ++k) {
+      char comma = ',';
+      valid = valid && (k == 0 || cells >> comma) && comma == ',' && cells >> row.numbers[k];
+    }
+    if (!valid || !(cells >> std::ws).eof())
+      throw InputError(fmt::format("{}, line {}: '{}' is not {}", path, number, line, header));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+/// Reads labels of images that are there.
 std::vector<LabelledObject> labels_from(const std::string& path, const std::vector<std::string>& images) {
   const std::map<std::string, size_t> number = numbers_of(images);
   std::map<std::string, LabelledObject> objects;
-  std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
-  std::string line;
-  for (int row = 1; std::getline(file, line); ++row) {
-    if (row == 1 || line.empty()) continue;
-    std::istringstream cells(line);
-    std::string image, object;
-    double x = 0, y = 0;
-    char comma = 0;
-    std::getline(cells, image, ',');
-    std::getline(cells, object, ',');
-    if (!(cells >> x >> comma >> y)) {
-      throw InputError(fmt::format("{}, line {}: '{}' is not image,object,x_px,y_px", path, row, line));
-    }
-    const auto found = number.find(image);
+  for (const Row& row : rows_of(path, "image,object,x_px,y_px", 2)) {
+    const auto found = number.find(row.names[0]);
     if (found == number.end()) continue;  // outside `range`
+    const std::string& object = row.names[1];
     objects[object].name = object;
-    objects[object].centres[found->second].push_back({x, y});
+    objects[object].centres[found->second].push_back({row.numbers[0], row.numbers[1]});
   }
   std::vector<LabelledObject> list;
   for (auto& [name, object] : objects) list.push_back(std::move(object));
@@ -119,36 +141,17 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   set.rig.left.fy = set.rig.right.fy = config.number("fy_px", 1, 1e6, fx);  // differs where pixels are not square
 }
 
-/// Reads lines `image,object,left_x,left_y,right_x,right_y` of images that are there; the first line names the columns.
+/// Reads points in both images of pairs that are there.
 std::map<std::string, std::map<size_t, StereoPoint>> stereo_points_from(const std::string& path,
                                                                         const std::vector<std::string>& images) {
   const std::map<std::string, size_t> number = numbers_of(images);
-  constexpr char kNames[] = "image,object,left_x_px,left_y_px,right_x_px,right_y_px";
   std::map<std::string, std::map<size_t, StereoPoint>> points;
-  std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
-  std::string line;
-  for (int row = 1; std::getline(file, line); ++row) {
-    if (row == 1 && line.find(kNames) != 0) throw InputError(fmt::format("{}, line 1: expected {}", path, kNames));
-    if (row == 1 || line.empty()) continue;
-    std::istringstream cells(line);
-    std::string image, object;
-    std::getline(cells, image, ',');
-    std::getline(cells, object, ',');
-    std::array<double, 4> v{};
-    bool valid = true;
-    for (size_t k = 0; k < v.size(); ++k) {
-      char comma = ',';
-      valid = valid && cells >> v[k] && (k + 1 == v.size() || (cells >> comma && comma == ','));
-    }
-    if (!valid || !(cells >> std::ws).eof())
-      throw InputError(fmt::format("{}, line {}: '{}' is not {}", path, row, line, kNames));
-    const auto found = number.find(image);
+  for (const auto& [line, names, v] : rows_of(path, "image,object,left_x_px,left_y_px,right_x_px,right_y_px", 2)) {
+    const auto found = number.find(names[0]);
     if (found == number.end()) continue;
-    if (!points[object].emplace(found->second, StereoPoint{{v[0], v[1]}, {v[2], v[3]}}).second)
-      throw InputError(fmt::format("{}, line {}: a second point of '{}' in {}", path, row, object, image));
+    if (!points[names[1]].emplace(found->second, StereoPoint{{v[0], v[1]}, {v[2], v[3]}}).second)
+      throw InputError(fmt::format("{}, line {}: a second point of '{}' in {}", path, line, names[1], names[0]));
   }
-  if (points.empty()) throw InputError(path + ": has no line of an image that is there");
   return points;
 }
 
@@ -241,33 +244,16 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
   }
 }
 
-/// Reads lines `left_x,left_y,right_x,right_y,x,y,z`, pixels and metres in W; the first line names the columns.
+/// Reads images of objects, and their positions in W.
 std::vector<MeasuredObject> positions_from(const std::string& path, const StereoRig& rig) {
   std::vector<MeasuredObject> objects;
-  std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
-  std::string line;
-  for (int row = 1; std::getline(file, line); ++row) {
-    if (row == 1 && line.find("left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m") != 0)
-      throw InputError(path + ", line 1: expected left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m");
-    if (row == 1 || line.empty()) continue;
-    std::array<double, 7> v{};
-    std::istringstream cells(line);
-    bool valid = true;
-    for (size_t k = 0; k < v.size(); ++k) {
-      char comma = ',';
-      valid = valid && cells >> v[k] && (k + 1 == v.size() || (cells >> comma && comma == ','));
-    }
-    if (!valid || !(cells >> std::ws).eof()) {
-      throw InputError(fmt::format("{}, line {}: '{}' is not left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m",
-                                   path, row, line));
-    }
+  for (const auto& [line, names, v] : rows_of(path, "left_x_px,left_y_px,right_x_px,right_y_px,x_m,y_m,z_m", 0)) {
     const MeasuredObject object{{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5], v[6]}};
     const auto inside = [](const CameraModel& camera, const cv::Point2d& px) {
       return cv::Rect(0, 0, camera.width, camera.height).contains(cv::Point(px));
     };
     if (!inside(rig.left, object.left_px) || !inside(rig.right, object.right_px))
-      throw InputError(fmt::format("{}, line {}: '{}' has a pixel outside its image", path, row, line));
+      throw InputError(fmt::format("{}, line {}: a pixel is outside its image", path, line));
     const Eigen::Vector3d p_L = rig.X_WL.inverse() * object.p_W, p_R = rig.X_RL * p_L;
     const auto shown = [&](const CameraModel& camera, const Eigen::Vector3d& p_C, const cv::Point2d& px) {
       constexpr double kNear = 0.25;  // of the image's width, from the click
@@ -275,9 +261,9 @@ std::vector<MeasuredObject> positions_from(const std::string& path, const Stereo
     };
     if (!shown(rig.left, p_L, object.left_px) || !shown(rig.right, p_R, object.right_px)) {
       throw InputError(
-          fmt::format("{}, line {}: by `cameras`, the position of '{}' is not seen near its clicks: metres? left and "
-                      "right? left_to_robot?",
-                      path, row, line));
+          fmt::format("{}, line {}: by `cameras`, the position is not seen near its clicks: metres? left and right? "
+                      "left_to_robot?",
+                      path, line));
     }
     objects.push_back(object);
   }

@@ -56,7 +56,8 @@ Run run_of(const RealSet& set, const StereoObject& object, const std::vector<siz
   }
   const auto& [left, right] = learned;
   run.clicks = images.size();
-  run.used = std::min(left.used.size(), right.used.size());
+  run.used = static_cast<size_t>(
+      std::ranges::count_if(left.used, [&](size_t k) { return std::ranges::find(right.used, k) != right.used.end(); }));
   run.fault = left.fault.empty() ? right.fault : left.fault;
   if (!left.model || !right.model || !(run.fault.empty() || refused)) return run;
   vision::TrackerOptions options;

@@ -78,9 +78,34 @@ TEST(RealSet, SaysWhatIsWrongWithPositions) {
   says(with("left_x_px,left_y_px", "left_y_px,left_x_px"), "p.csv, line 1: expected left_x_px,left_y_px");
   says(with("420,240,370", "420,240"), "p.csv, line 3: '420,240,240,0.2,0,1' is not left_x_px");
   says(with("0,0,1\n", "0,0,1,5\n"), "p.csv, line 2: '320,240,270,240,0,0,1,5' is not left_x_px");
-  says(with("420,240,370", "720,240,370"), "p.csv, line 3: '720,240,370,240,0.2,0,1' has a pixel outside its image");
+  says(with("420,240,370", "720,240,370"), "p.csv, line 3: a pixel is outside its image");
   says(with("0.2,0,1", "0.2,1,1"), "p.csv, line 3: by `cameras`");
   says(with("0.2,0,1", "0.2,0,-1"), "p.csv, line 3: by `cameras`");
+}
+
+TEST(RealSet, SaysWhatIsWrongWithLabelsOfOneCamera) {
+  const testing::TemporaryFolder folder;
+  const auto file = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path() + "/" + name) << text;
+  };
+  cv::imwrite(folder.path() + "/1.png", cv::Mat(48, 64, CV_8UC3, {9, 9, 9}));
+  file("set.yaml", "name: ball\nuse: test\nimages: .\nlabels: labels.csv\nframes_per_s: 30\ndisparity_px: 9\n");
+  const auto load_labels = [&](const std::string& text) -> std::string {
+    file("labels.csv", text);
+    try {
+      return std::to_string(RealSet::load(folder.path()).labelled.at(0).centres.size());
+    } catch (const InputError& fault) {
+      return fault.what();
+    }
+  };
+  EXPECT_EQ(load_labels("image,object,x_px,y_px\n1.png,red,32,24\n"), "1");
+  for (const auto& [text, part] : std::map<std::string, std::string>{
+           {"1.png,red,32,24\n1.png,red,3,4\n", "labels.csv, line 1: expected image,object,x_px,y_px"},
+           {"image,object,x_px,y_px\n1.png,red,32;24\n", "labels.csv, line 2: '1.png,red,32;24' is not image,object"},
+           {"image,object,x_px,y_px\n1.png,red,32,24,5\n", "labels.csv, line 2"}}) {
+    const std::string said = load_labels(text);
+    EXPECT_NE(said.find(part), std::string::npos) << said;
+  }
 }
 
 TEST(RealSet, SaysWhatIsWrongWithTheRest) {

@@ -71,6 +71,10 @@ class BouncingBall : public ::testing::TestWithParam<double> {
   /// The target that is at kPlace.
   size_t name() const { return vision_->targets().size() > 1 && is_at(kPlace, 1) ? 1 : 0; }
 
+  /// The next pair is this many earlier.
+  void go_back(int pairs) { k_ -= pairs; }
+  std::vector<double> state() const { return vision_->serialize(0, k_ * kFrame); }
+  const vision::TargetIdentity& identity() const { return vision_->targets()[0].tracker.identity(); }
   const vision::TargetReport& report(size_t target = 0) const { return vision_->targets()[target].report; }
   bool is_at(const Eigen::Vector3d& place, size_t target = 0) const {
     const vision::TargetReport& its = report(target);
@@ -112,6 +116,36 @@ TEST_P(BouncingBall, IsTrackedInThePairAfterEachBounce) {
     for (int k = 0; k < 20; ++k) look({});
     ASSERT_EQ(report().status, Status::kLost);
   }
+}
+
+// To and fro between two walls for twelve seconds: a bounce is no reason to doubt that the ball is the target.
+TEST_P(BouncingBall, StaysConfirmedHoweverOftenItBounces) {
+  constexpr double kReach = 0.3;
+  Eigen::Vector3d ball = kPlace, step = 0.9 * kStep;
+  int missed = 0;
+  for (int k = 0; k < 360; ++k) {
+    if (std::abs(ball.x() + step.x()) > kReach) step = -step;
+    ball += step;
+    look({ball});
+    missed += is_at(ball) ? 0 : 1;
+  }
+  EXPECT_LE(missed, 3) << "of 360 pairs; the first ones do not know its velocity";
+  EXPECT_TRUE(identity().confirmed());
+  EXPECT_FALSE(identity().doubtful(identity().last_utime()));
+  if (GetParam() > 0) return;
+  EXPECT_NEAR(identity().appearance(identity().last_utime()).radius_m, kRadius, 0.1 * kRadius);
+}
+
+TEST_P(BouncingBall, ALatePairChangesNothing) {
+  approach();
+  const std::vector<double> before = state();
+  go_back(2);
+  EXPECT_EQ(look({kBack}), "the pair is not newer than the last one");
+  EXPECT_EQ(report().status, Status::kCoasting);
+  go_back(-1);
+  EXPECT_EQ(state(), before);
+  look({kPlace + kStep});
+  EXPECT_TRUE(is_at(kPlace + kStep)) << report().reason;
 }
 
 TEST_P(BouncingBall, AnotherThingInViewMustBeToldFromItFirst) {

@@ -283,6 +283,18 @@ TEST(StereoCalibration, PairsOfAMovedBoardAreFoundAndLeftOut) {
   EXPECT_GT(left_out.fits[4].rms_px(), 0.5);
 }
 
+// Each camera alone fits, but the board had moved on between the exposures of most pairs.
+TEST(StereoCalibration, PairsOfDifferentTimesContradict) {
+  const RenderedSession& session = RenderedSession::get();
+  std::vector<BoardPair> pairs = session.pairs;
+  for (size_t k = 0; k < pairs.size(); ++k) {
+    const float moved = k % 3 == 0 ? 2.0F : k % 3 == 1 ? -2.0F : 0.0F;
+    for (cv::Point2f& corner : pairs[k].right) corner.y += moved;
+  }
+  EXPECT_TRUE(calibrate(pairs, kBoard, session.size, Lens::kRadtan, false).pairs_contradict());
+  EXPECT_FALSE(calibrate(session.pairs, kBoard, session.size, Lens::kRadtan, false).pairs_contradict());
+}
+
 TEST(StereoCalibration, SwappedCamerasAreRefused) {
   std::vector<BoardPair> pairs = RenderedSession::get().pairs;
   for (BoardPair& pair : pairs) std::swap(pair.left, pair.right);
@@ -316,6 +328,7 @@ TEST(StereoCalibration, RealPhotographsOfOpenCv) {
   std::printf("stereo rms %.4f px; left-out corners: median %.4f squares\n", result.stereo_rms_px,
               left_out[left_out.size() / 2]);
   EXPECT_LE(result.stereo_rms_px, 0.22);
+  EXPECT_FALSE(result.pairs_contradict());
   ASSERT_EQ(left_out.size(), 13U * 54);
   EXPECT_LE(left_out[left_out.size() / 2], 0.02);
   double sum2 = 0;

@@ -1,5 +1,5 @@
 // Real videos of Debian's opencv-doc: of a camera that stands still before people, and parts of it that move.
-#include "vision/track/camera_motion.hpp"
+#include "vision/camera_check/camera_motion.hpp"
 
 #include <gtest/gtest.h>
 

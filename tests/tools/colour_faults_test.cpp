@@ -1,5 +1,5 @@
 // Why learned colours do not serve: an object that the border of its picture cuts off, a click on a highlight; and what
-// may be taken for the object when it is hidden.
+// may be taken for the object when it is occluded.
 #include <gtest/gtest.h>
 
 #include <opencv2/imgproc.hpp>
@@ -62,8 +62,8 @@ TEST(ColourFaults, WhatVisionWouldTakeForAHiddenObjectIsAWarning) {
   };
   const std::vector<std::string> smaller = warnings({{200, 180}}, {6});
   ASSERT_EQ(smaller.size(), 1U);
-  EXPECT_EQ(smaller[0].find("ball.png: when the object is hidden or out of view, vision may take what is at 200,180 "),
-            0U)
+  EXPECT_EQ(
+      smaller[0].find("ball.png: when the object is occluded or out of view, vision may take what is at 200,180 "), 0U)
       << smaller[0];
   EXPECT_EQ(warnings({}, {}), std::vector<std::string>()) << "nothing else has its colours";
   EXPECT_EQ(warnings({{200, 180}}, {2}), std::vector<std::string>()) << "too small for a first match";

@@ -50,7 +50,7 @@ TEST(FoundAgain, ASpeckIsNotTakenForTheTargetForTenSeconds) {
   for (; k < kConfirm + 290; ++k) {
     const TargetReport& report = look(vision, rig, k * kFrame, {speck_at(k)});
     ASSERT_EQ(report.status, Status::kLost) << k << ' ' << report.estimate.position.transpose();
-    ASSERT_STREQ(report.reason, "only things much smaller or more ragged than the target are seen");
+    ASSERT_STREQ(report.reason, "only things of another size, or much more ragged, than the target are seen");
   }
   StereoVision sees_it = vision;
   const Thing target{plate(0.025, 0.025, 0), {-0.1, 0.05, 0.5}};
@@ -304,7 +304,7 @@ TEST(FoundAgain, ARaggedThingIsNotTakenForTheTarget) {
   for (const int until = k + 40; k < until; ++k) {
     const TargetReport& report = look(vision, rig, k * kFrame, {stick_at(k)});
     ASSERT_EQ(report.status, Status::kLost) << k;
-    ASSERT_STREQ(report.reason, "only things much smaller or more ragged than the target are seen");
+    ASSERT_STREQ(report.reason, "only things of another size, or much more ragged, than the target are seen");
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -225,6 +227,51 @@ TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
     EXPECT_FALSE(outdone(true, true, known, 0.08)) << "two things, more than a diameter apart";
     EXPECT_FALSE(outdone(true, true, known, 0.03, true)) << "what the border cuts off fits nothing";
   }
+}
+
+// A target at the border starts no track; a speck is not the target meanwhile. A ball that is as good is.
+TEST(Candidates, WhatTheBorderCutsOffOutdoesASpeckButNoBall) {
+  const auto outdone = [](const Thing& whole, bool cut_off) {
+    const Thing entering{kHere};
+    std::array<std::vector<SphereContour>, 2> contours;
+    for (const Thing* thing : {&whole, &entering}) {
+      contours[0].push_back(contour_of(rig().left, thing->p_L, thing->radius_m, 0));
+      contours[1].push_back(contour_of(rig().right, rig().X_RL * thing->p_L, thing->radius_m, 0));
+    }
+    for (auto& side : contours) side.back().cut_off = cut_off;
+    const std::vector<Appearance> appearance{whole.appearance, entering.appearance};
+    const auto pairs = compare_pairs(rig(), contours[0], contours[1], std::nullopt, {});
+    std::vector<Candidate> candidates = candidates_of(pairs, appearance, appearance, {}, {});
+    std::erase_if(candidates,
+                  [&](const Candidate& candidate) { return cut_off ? candidate.match.left != 0 : candidate.mixed; });
+    const auto speck = std::ranges::find(candidates, 0, [](const Candidate& each) { return each.match.left; });
+    const ComparedPair* better =
+        outdone_by(*speck, candidates, pairs, {contours[0], contours[1]}, {appearance, appearance}, {});
+    EXPECT_TRUE(!better || better->match.status == StereoMatch::Status::kCutOff);
+    return better != nullptr;
+  };
+  const Thing speck{.p_L = kThere, .radius_m = 0.2 * kRadius, .appearance = {.compactness = 0.4, .colour_share = 0.1}};
+  EXPECT_TRUE(outdone(speck, true));
+  EXPECT_FALSE(outdone(speck, false)) << "what is whole is a candidate itself";
+  EXPECT_FALSE(outdone({.p_L = kThere, .radius_m = 0.7 * kRadius}, true));
+}
+
+// Where the target is expected, something much larger and more ragged is not the target.
+TEST(Candidates, ASmearIsLargerAndMoreRaggedThanTheTarget) {
+  const TargetAppearance target{.radius_m = kRadius, .compactness = 0.9};
+  const auto smear = [&](double radius_m, double compactness, bool by_contour = false) {
+    const Thing thing{.p_L = kHere, .radius_m = radius_m};
+    const SphereContour left = contour_of(rig().left, thing.p_L, radius_m, 0),
+                        right = contour_of(rig().right, rig().X_RL * thing.p_L, radius_m, 0);
+    ComparedPair pair = compare_pairs(rig(), std::array{left}, std::array{right}, std::nullopt, {}).at(0);
+    pair.match.both_by_contour = by_contour;
+    const Appearance appearance{.compactness = compactness};
+    return is_smear(pair, appearance, appearance, target);
+  };
+  EXPECT_TRUE(smear(2.1 * kRadius, 0.3));
+  EXPECT_FALSE(smear(1.9 * kRadius, 0.3)) << "seen with something else";
+  EXPECT_FALSE(smear(2.1 * kRadius, 0.4)) << "an ellipse of 5 : 2";
+  EXPECT_FALSE(smear(2.1 * kRadius, 0.3, true)) << "a contour has a size of its own";
 }
 
 TEST(Candidates, SizeAloneDecidesOnlyAgainstSpecks) {

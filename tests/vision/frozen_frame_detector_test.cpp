@@ -1,4 +1,4 @@
-#include "vision/track/frozen_frame_detector.hpp"
+#include "vision/camera_check/frozen_frame_detector.hpp"
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST(FrozenFrameDetector, AStillPictureIsNoFault) {
   EXPECT_FALSE(detector.repeats());
 }
 
-TEST(FrozenFrameDetector, GoesOnFromItsMemory) {
+TEST(FrozenFrameDetector, GoesOnFromItsState) {
   FrozenFrameDetector detector, other;
   for (int k = 0; k < 4; ++k) add(detector, k, k, 7);
   ASSERT_TRUE(other.deserialize(100000, detector.serialize(100000)));

@@ -236,5 +236,16 @@ TEST(Light, AdaptingAllocatesNothing) {
   EXPECT_EQ(testing::allocations().number, before.number);
 }
 
+TEST(Light, GainsThatHideAPartOfTheObjectReturn) {
+  WhiteBalanceGains gains{.red = 0.7, .blue = 1.4};
+  for (int k = 0; k < 30; ++k) gains = returning(gains, 1);
+  EXPECT_NEAR(gains.red, 1, 0.01);
+  EXPECT_NEAR(gains.blue, 1, 0.01);
+  const WhiteBalanceGains before{.red = 0.7, .blue = 1.4}, slowly = returning(before, 0.5),
+                                                           not_at_all = returning(before, 0);
+  EXPECT_LT(slowly.red, returning(before, 1).red) << "more slowly where it is less sure what is seen";
+  EXPECT_EQ(not_at_all, before);
+}
+
 }  // namespace
 }  // namespace multireach::vision

@@ -187,7 +187,8 @@ TEST(StereoMatching, TheBlobCountsWhereAnArcContradictsTheKnownRadius) {
   ASSERT_EQ(boxed.status, Status::kSeen) << description(boxed.status);
   EXPECT_FALSE(boxed.both_by_contour);
   EXPECT_LT((boxed.point.p_W - rig().X_WL * kBall).norm(), 0.01);
-  EXPECT_EQ(status(arc_of(kRadius, 0.6)), Status::kOccludedTooMuch) << "a ball that is partly hidden has its own size";
+  EXPECT_EQ(status(arc_of(kRadius, 0.6)), Status::kOccludedTooMuch)
+      << "a ball that is partly occluded has its own size";
   EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.1)), Status::kOccludedTooMuch) << "these edges are on a circle";
   EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.6, 0.7 * kRadius)), Status::kOccludedTooMuch) << "the blob lacks half";
   EXPECT_EQ(status(arc_of(1.25 * kRadius, 0.6), 0), Status::kOccludedTooMuch) << "nothing tells without the radius";

@@ -16,15 +16,19 @@ TargetIdentity::Observation at(double x, double background, bool by_contour = fa
           .background = {background, background}};
 }
 
+TargetTrack::Start starts(bool elsewhere) {
+  return elsewhere ? TargetTrack::Start::kFirst : TargetTrack::Start::kNone;
+}
+
 TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnlyUnlessTheColourWasThereBefore) {
   TargetIdentity still, sphere, scene, known_ball;
   for (int k = 0; k < 100; ++k) {
-    still.update(k * kFrame, at(100 + k % 3, 0.9), k == 0);
-    sphere.update(k * kFrame, at(100, 0.4, true), k == 0);
-    scene.update(k * kFrame, at(100, 0.6, true), k == 0);
+    still.update(k * kFrame, at(100 + k % 3, 0.9), starts(k == 0));
+    sphere.update(k * kFrame, at(100, 0.4, true), starts(k == 0));
+    scene.update(k * kFrame, at(100, 0.6, true), starts(k == 0));
     TargetIdentity::Observation of_its_size = at(100, 0.6, true);
     of_its_size.of_known_size = true;
-    known_ball.update(k * kFrame, of_its_size, k == 0);
+    known_ball.update(k * kFrame, of_its_size, starts(k == 0));
     EXPECT_EQ(known_ball.confirmed(), k >= 2);
     EXPECT_FALSE(still.confirmed());
     EXPECT_EQ(sphere.confirmed(), k >= 2);
@@ -35,19 +39,19 @@ TEST(TargetIdentity, WhatStandsStillIsConfirmedByItsContourOnlyUnlessTheColourWa
 TEST(TargetIdentity, WhatMovedAwayFromItsPlaceIsConfirmedUnlessTheColourWasThereBefore) {
   TargetIdentity moving, along_a_shelf;
   for (int k = 0; k < 20; ++k) {
-    moving.update(k * kFrame, at(100 + 4 * k, 0.1), k == 0);
-    along_a_shelf.update(k * kFrame, at(100 + 4 * k, 0.8), k == 0);
+    moving.update(k * kFrame, at(100 + 4 * k, 0.1), starts(k == 0));
+    along_a_shelf.update(k * kFrame, at(100 + 4 * k, 0.8), starts(k == 0));
     EXPECT_EQ(moving.confirmed(), k >= 8) << k << ": three matches beyond its diameter";
     EXPECT_FALSE(along_a_shelf.confirmed());
   }
-  moving.update(20 * kFrame, at(300, 0), true);
+  moving.update(20 * kFrame, at(300, 0), TargetTrack::Start::kJump);
   EXPECT_FALSE(moving.confirmed()) << "after a jump it may be something else";
   EXPECT_TRUE(moving.known());
 }
 
 TEST(TargetIdentity, IsKnownForSomeTimeAfterItWasLost) {
   TargetIdentity identity;
-  for (int k = 0; k < 3; ++k) identity.update(k * kFrame, at(100, 0, true), k == 0);
+  for (int k = 0; k < 3; ++k) identity.update(k * kFrame, at(100, 0, true), starts(k == 0));
   identity.update_unseen(3 * kFrame, false);
   EXPECT_TRUE(identity.confirmed()) << "coasting";
   identity.update_unseen(9000000, true);
@@ -62,7 +66,7 @@ TEST(TargetIdentity, IsEstablishedUntilItIsLost) {
   const auto confirm = [&](int64_t from) {
     for (int k = 0; k < 3; ++k) {
       EXPECT_FALSE(identity.established()) << k;
-      identity.update(from + k * kFrame, at(100, 0, true), k == 0);
+      identity.update(from + k * kFrame, at(100, 0, true), starts(k == 0));
     }
     EXPECT_TRUE(identity.established());
   };
@@ -74,7 +78,7 @@ TEST(TargetIdentity, IsEstablishedUntilItIsLost) {
     return other;
   };
   confirm(0);
-  identity.update(3 * kFrame, at(300, 0), true);
+  identity.update(3 * kFrame, at(300, 0), TargetTrack::Start::kJump);
   EXPECT_FALSE(identity.confirmed());
   EXPECT_TRUE(identity.established()) << "it has jumped";
   identity.update_unseen(4 * kFrame, true);
@@ -94,14 +98,15 @@ TEST(TargetIdentity, IsEstablishedUntilItIsLost) {
 
 TEST(TargetIdentity, GoesOnFromItsState) {
   TargetIdentity identity;
-  for (int k = 0; k < 8; ++k) identity.update(k * kFrame, at(100 + 4 * k, 0.1), k == 0);
+  for (int k = 0; k < 8; ++k) identity.update(k * kFrame, at(100 + 4 * k, 0.1), starts(k == 0));
   const int64_t now = 9 * kFrame;
   const std::vector<double> state = identity.serialize(now);
   ASSERT_EQ(state.size(), TargetIdentity::kSerializedSize);
   TargetIdentity other;
   ASSERT_TRUE(other.deserialize(now, state));
   for (int k = 9; k < 12; ++k) {
-    for (TargetIdentity* each : {&identity, &other}) each->update(k * kFrame, at(100 + 4 * k, 0.1), false);
+    for (TargetIdentity* each : {&identity, &other})
+      each->update(k * kFrame, at(100 + 4 * k, 0.1), TargetTrack::Start::kNone);
     EXPECT_EQ(identity.serialize(k * kFrame), other.serialize(k * kFrame));
   }
   std::vector<double> damaged = state;
@@ -124,7 +129,7 @@ TEST(TargetIdentity, RemembersTheLookOfTheConfirmedTarget) {
   int64_t utime = 0;
   const auto see = [&](int pairs, double radius_m, double compactness, bool elsewhere) {
     for (int k = 0; k < pairs; ++k, utime += kFrame)
-      identity.update(utime, looks(radius_m, compactness), elsewhere && k == 0);
+      identity.update(utime, looks(radius_m, compactness), starts(elsewhere && k == 0));
   };
   see(2, 0.04, 0.8, true);
   EXPECT_EQ(identity.appearance(utime).radius_m, 0) << "not confirmed";
@@ -154,11 +159,27 @@ TEST(TargetIdentity, RemembersTheLookOfTheConfirmedTarget) {
   EXPECT_EQ(identity.appearance(utime).radius_m, 0) << "forgotten";
 }
 
+// A bounce is the target's own motion: it stays confirmed and without doubt, and its appearance is learned.
+TEST(TargetIdentity, ABounceLeavesNoDoubt) {
+  TargetIdentity identity;
+  TargetIdentity::Observation observation = at(100, 0, true);
+  observation.convincing = true;
+  observation.appearance = {.radius_m = 0.03, .compactness = 0.9};
+  for (int k = 0; k < 450; ++k) {
+    const bool bounces = k % 15 == 14;
+    if (bounces) observation.px = {Eigen::Vector2d(100 + k, 100), Eigen::Vector2d(80 + k, 100)};
+    identity.update(k * kFrame, observation, bounces ? TargetTrack::Start::kJumpAtOnce : starts(k == 0));
+    EXPECT_EQ(identity.confirmed(), k >= 2) << k;
+    EXPECT_FALSE(identity.doubtful(k * kFrame)) << k;
+  }
+  EXPECT_NEAR(identity.appearance(449 * kFrame).radius_m, 0.03, 1e-9) << "after fifteen seconds";
+}
+
 TEST(TargetIdentity, IsInDoubtForTenSecondsAfterItWasFoundAgainOrUntilItConvinces) {
   const auto seen_at = [](int64_t utime, bool convincing, bool elsewhere, TargetIdentity& identity) {
     TargetIdentity::Observation observation = at(100, 0, true);
     observation.convincing = convincing;
-    identity.update(utime, observation, elsewhere);
+    identity.update(utime, observation, starts(elsewhere));
   };
   TargetIdentity identity;
   seen_at(0, false, true, identity);

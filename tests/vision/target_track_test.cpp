@@ -161,7 +161,7 @@ TEST(TargetTrack, EndsWhereNoPairsCameForLong) {
     track.expire(utime);
     EXPECT_EQ(track.status() == TargetTrack::Status::kLost, stalls);
     ASSERT_TRUE(track.update(utime, seen(0.03)));
-    EXPECT_EQ(track.began_anew(), stalls);
+    EXPECT_EQ(track.start() != TargetTrack::Start::kNone, stalls);
   }
 }
 
@@ -172,7 +172,7 @@ TEST(TargetTrack, SlowPairsAreNoPause) {
   for (int k = 0; k < 10; ++k, utime += 200'000) {
     track.expire(utime);
     ASSERT_TRUE(track.update(utime, seen(0.001 * k)));
-    EXPECT_EQ(track.began_anew(), k == 0);
+    EXPECT_EQ(track.start() == TargetTrack::Start::kFirst, k == 0);
   }
 }
 
@@ -183,7 +183,7 @@ TEST(TargetTrack, WhatIsElsewhereIsAJumpHoweverNear) {
   for (int k = 0; k < 20; ++k, utime += 33333) ASSERT_TRUE(track.update(utime, seen(0)));
   EXPECT_FALSE(track.update(utime, seen(0.01), TargetTrack::Jump::kIfConfirmed, true));
   EXPECT_TRUE(track.update(utime + 33333, seen(0.01), TargetTrack::Jump::kIfConfirmed, true));
-  EXPECT_TRUE(track.began_anew());
+  EXPECT_EQ(track.start(), TargetTrack::Start::kJump);
 }
 
 TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
@@ -262,7 +262,7 @@ TEST(TargetTrack, ABounceIsNoFasterThanTheTarget) {
   EXPECT_FALSE(missed.may_bounce_to(t + 2 * kFrame, back)) << "it was not seen in the pair before";
 
   EXPECT_TRUE(track.update(t + kFrame, back, TargetTrack::Jump::kAtOnce));
-  EXPECT_TRUE(track.began_anew());
+  EXPECT_EQ(track.start(), TargetTrack::Start::kJumpAtOnce);
   EXPECT_NEAR(track.estimate().position.x(), back.position.x(), 1e-9);
   EXPECT_NEAR(track.velocity_covariance()(0, 0), 3 * 3 / 5.0, 1e-9);
 }
@@ -380,7 +380,7 @@ TEST(TargetTrack, ItsCovarianceCoversBias) {
   }
 }
 
-TEST(TargetTrack, GoesOnFromItsMemory) {
+TEST(TargetTrack, GoesOnFromItsState) {
   const CounterRandom random(4);
   TargetTrack track({});
   for (int k = 0; k < 200; ++k) {

@@ -33,6 +33,10 @@ Lens lens_of(const CamerasOptions& options) {
   return options.lens == "radtan" ? Lens::kRadtan : options.lens == "rational" ? Lens::kRational : Lens::kPlumbBob;
 }
 
+constexpr const char* kContradiction =
+    "the two images of the pairs fit each other far worse than the images of each camera alone: the board or the "
+    "cameras moved between the two exposures; take the pairs again with the board held still, or with synchronised "
+    "cameras";
 constexpr std::array kDistances{0.5, 1.0, 2.0};  // m, for the report
 
 nlohmann::json errors_json(const StereoRig& rig, double view_factor) {
@@ -66,6 +70,7 @@ nlohmann::json result_json(const BoardImages& images, const StereoCalibration& c
                       {"pairs_given", images.left_files.size()},
                       {"views", nlohmann::json::array()},
                       {"complaints", images.warnings}};
+  if (calibration.pairs_contradict()) json["complaints"].push_back(kContradiction);
   int64_t used = 0;
   std::vector<Corners> left, right;
   for (size_t k = 0; k < images.pairs.size(); ++k) {
@@ -94,6 +99,7 @@ nlohmann::json result_json(const BoardImages& images, const StereoCalibration& c
 }
 
 void warn_about_fit(const BoardImages& images, const StereoCalibration& calibration) {
+  if (calibration.pairs_contradict()) spdlog::warn("{}", kContradiction);
   for (size_t k = 0; k < images.pairs.size(); ++k) {
     const PairFit& fit = calibration.fits[k];
     if (!fit.poor) continue;

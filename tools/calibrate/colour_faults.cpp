@@ -287,23 +287,23 @@ std::string taken_for_it(const FoundByVision& found, const PicturePart& part) {
   return position_of(px, part.corner);
 }
 
-/// What vision would take for the object when that is hidden, as a sentence; empty where nothing.
-std::string doubt_when_hidden(const PicturePart& part, const vision::ColourModel& model) {
-  PicturePart hidden{part.bgr.clone(), part.region, part.corner, part.boxes};
+/// What vision would take for the object when that is occluded, as a sentence; empty where nothing.
+std::string doubt_when_occluded(const PicturePart& part, const vision::ColourModel& model) {
+  PicturePart covered{part.bgr.clone(), part.region, part.corner, part.boxes};
   const cv::Rect picture({}, part.bgr.size());
   const vision::ColourTable members(model);
   const bool black = members.contains(0, 0, 0);
   if (black && members.contains(255, 255, 255)) return {};
-  const auto hide = [&](const cv::Rect& box) { hidden.bgr(box & picture).setTo(cv::Scalar::all(black ? 255 : 0)); };
-  for (const cv::Rect& box : part.boxes) hide(box);
+  const auto cover = [&](const cv::Rect& box) { covered.bgr(box & picture).setTo(cv::Scalar::all(black ? 255 : 0)); };
+  for (const cv::Rect& box : part.boxes) cover(box);
   vision::BlobFinder finder;
   for (const vision::Blob& blob : finder.find(part.bgr, picture, members).blobs) {
-    if (is_near(blob.box, part)) hide(blob.box);
+    if (is_near(blob.box, part)) cover(blob.box);
   }
-  const std::string other = taken_for_it(found_by_vision(hidden, model), hidden);
+  const std::string other = taken_for_it(found_by_vision(covered, model), covered);
   if (other.empty()) return {};
   return fmt::format(
-      "when the object is hidden or out of view, vision may take what is at {} for it: give more pictures, set "
+      "when the object is occluded or out of view, vision may take what is at {} for it: give more pictures, set "
       "ball_radius_m of a ball or search_region_m, or choose another object",
       other);
 }
@@ -399,7 +399,7 @@ std::vector<std::string> doubts_of(const FoundByVision& found, const PicturePart
     if (!doubt.empty()) doubts.push_back(doubt);
   }
   if (!doubts.empty()) return doubts;
-  if (const std::string doubt = doubt_when_hidden(part, model); !doubt.empty()) doubts.push_back(doubt);
+  if (const std::string doubt = doubt_when_occluded(part, model); !doubt.empty()) doubts.push_back(doubt);
   return doubts;
 }
 

@@ -174,6 +174,12 @@ double PairFit::rms_px() const {
   return std::sqrt((left_rms_px * left_rms_px + right_rms_px * right_rms_px) / 2);
 }
 
+bool StereoCalibration::pairs_contradict() const {
+  constexpr double kTwice = 2;  // as for a pair that is poor
+  const double alone_px = std::sqrt((left_rms_px * left_rms_px + right_rms_px * right_rms_px) / 2);
+  return stereo_rms_px > kTwice * alone_px;
+}
+
 StereoCalibration calibrate(const std::vector<BoardPair>& pairs, const Board& board, cv::Size image_size, Lens lens,
                             bool leave_out_poor) {
   if (pairs.size() < 3) throw std::runtime_error("at least 3 pairs must show the board; better are 10 to 20");

@@ -37,6 +37,10 @@ struct StereoCalibration {
   double stereo_rms_px = 0;                  ///< both together, of the pairs used, as cv::stereoCalibrate defines it
   double left_fx_sigma_px = 0, right_fx_sigma_px = 0;  ///< standard deviation of fx, each camera by itself
   std::vector<PairFit> fits;                           ///< one for each pair given
+
+  /// Whether both cameras together leave residuals more than twice those of each camera alone: the two images of many
+  /// pairs do not show the board in one pose.
+  bool pairs_contradict() const;
 };
 
 /// Calibrates both cameras from at least 3 pairs: Zhang's method for each camera, then all parameters of both together

@@ -81,6 +81,11 @@ WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
   return {towards(gains.red, 1, kRelaxation), towards(gains.blue, 1, kRelaxation)};
 }
 
+WhiteBalanceGains returning(const WhiteBalanceGains& gains, double quality) {
+  const double rate = kRate * std::clamp(quality, 0.0, 1.0);
+  return {towards(gains.red, 1, rate), towards(gains.blue, 1, rate)};
+}
+
 AdaptedColourModel::AdaptedColourModel(const ColourModel& model)
     : model_(model),
       test_(model, {}),

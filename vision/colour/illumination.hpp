@@ -29,6 +29,9 @@ WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSamp
 /// cause.
 WhiteBalanceGains relaxed(const WhiteBalanceGains& gains);
 
+/// The gains after a frame in which wrong gains hid a part of the object: they return to 1 as fast as they adapt.
+WhiteBalanceGains returning(const WhiteBalanceGains& gains, double quality);
+
 /// A colour model adapted to the current white-balance gains. Results depend on the model and the gains only. Caches
 /// the lookup table of the last gains; gains are rounded, so that small changes do not recompute it.
 class AdaptedColourModel {

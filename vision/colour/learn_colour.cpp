@@ -325,9 +325,8 @@ LearnedColour graded(const ColourModel& model, const Grade& grade, bool by_brigh
 /// Widens the model along saturation: in other light, through haze or with more reflected white, an object keeps its
 /// hue, but a few pictures show it at few saturations. Takes the wider of two models that keeps no less of the object,
 /// and lets no more of the background pass, or no more than kClean. At a tolerance of three standard deviations the
-/// wider one allows three tenths of the saturation more or less. With half of it, as limits in HSV often allow, changes
-/// of the light were taken for changes of the white balance and followed (pink on the tuning videos of
-/// docs/real-images.md).
+/// wider one allows three tenths of the saturation more or less. Half of it, as limits in HSV often allow, would let a
+/// change of the light pass as a change of the white balance.
 void widen_saturation(LearnedColour& learned, const TrainingSamples& training) {
   const Grade before = grade(learned.model, training);
   for (const double share : {0.1, 0.05}) {

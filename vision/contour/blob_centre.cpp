@@ -34,7 +34,7 @@ struct CutEllipse {
 };
 
 /// BlobCentre::occlusion_covariance of a blob with these central second moments. Half of a disc or of a square lacks
-/// about as much of its length as its centre is to its side: two standard deviations. What is hidden is at most the
+/// about as much of its length as its centre is to its side: two standard deviations. The occluded part is at most the
 /// half.
 Eigen::Matrix2d occlusion_covariance(const Eigen::Matrix2d& second) {
   const double half_trace = 0.5 * second.trace();
@@ -66,7 +66,7 @@ std::vector<int> row_lengths(std::span<const BlobExtent> rows) {
 }
 
 /// Completes an object along the axis (0: x, 1: y) at one end of which the border cuts it off. `chords`: the blob's
-/// lengths along the border, at each place on the axis. `second`: the blob's central second moments.
+/// lengths along the border, at each position on the axis. `second`: the blob's central second moments.
 void complete(int axis, const std::vector<int>& chords, bool at_end, const Eigen::Matrix2d& second,
               BlobCentre& result) {
   const double longest = *std::ranges::max_element(chords), at_border = at_end ? chords.back() : chords.front();

@@ -11,7 +11,7 @@ namespace {
 constexpr double kWorstShape = 0.03;  // largest residual of an edge fit, relative to the radius
 // A contour with both ends missing: residual, pixels; where so much is painted; share of the area that seems occluded.
 constexpr double kRagged = 0.275, kRaggedPaint = 0.375, kSomePaint = 0.05, kBothEndsOccluded = 0.25;
-constexpr double kExplained = 0.4;  // of the area that missing edges make expect to be occluded
+constexpr double kAccountedFor = 0.4;  // of the area that missing edges make expect to be occluded
 // A blob that is this many times as long as a contour shows more than the contour does: for certain (a disc of which
 // three tenths are occluded measures 1.11), and where a motion blurs its edges.
 constexpr double kLonger = 1.2, kSlightlyLonger = 1.08;
@@ -25,7 +25,7 @@ bool misses_edges(const FittedContour& fitted) {
   double sine, cosine;
   sine_and_cosine_of(2 * std::numbers::pi * missing, sine, cosine);
   const double expected = missing - sine / (2 * std::numbers::pi);
-  return missing > 1 - kSeenOfAnything && !fitted.cut_off && fitted.occlusion < kExplained * expected;
+  return missing > 1 - kSeenOfAnything && !fitted.cut_off && fitted.occlusion < kAccountedFor * expected;
 }
 
 /// Where the object moved further than an edge's window, both ends have no edges, and the rest fits anywhere between.

@@ -8,7 +8,7 @@
 
 namespace multireach::vision {
 
-/// One place of a sphere contour where an edge is looked for, and what was found there.
+/// One point of a sphere contour where an edge is searched for, and the result.
 struct ContourEdgel {
   Edgel edge;
   double expected = 0;    ///< where the edge is expected: `edge.at` before it is looked for nearby

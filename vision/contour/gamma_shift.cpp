@@ -34,10 +34,10 @@ GammaShift::GammaShift(std::optional<double> given) : gamma_(given) {
 double GammaShift::of_edge(double inside, double outside, double width_px) const {
   const double bright = std::max(inside, outside), dark = std::max(0.0, std::min(inside, outside));
   if (!(bright > dark)) return 0;
-  const double place = kSteps * dark / bright;
-  const int i = std::min(static_cast<int>(place), kSteps - 1);
+  const double position = kSteps * dark / bright;
+  const int i = std::min(static_cast<int>(position), kSteps - 1);
   const double before = shifts_[static_cast<size_t>(i)], after = shifts_[static_cast<size_t>(i) + 1];
-  const double shift = width_px * (before + (place - i) * (after - before));
+  const double shift = width_px * (before + (position - i) * (after - before));
   return inside > outside ? shift : -shift;
 }
 

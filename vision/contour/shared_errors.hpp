@@ -10,7 +10,7 @@ namespace multireach::vision {
 /// two images show other things behind the object.
 enum SharedError {
   kLight,       ///< the edges of the lit and of the dark side are biased differently
-  kOccluded,    ///< a part of the object may be hidden that the blob's centroid does not know of
+  kOccluded,    ///< a part of the object may be occluded that the blob's centroid does not know of
   kShape,       ///< the object that the border of the image cuts off may have another shape than its blob tells
   kGammaCurve,  ///< the camera may have a gamma curve, which moves edges to their darker side
   kSharedErrors

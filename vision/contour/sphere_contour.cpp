@@ -191,7 +191,7 @@ void SphereContourFitter::choose_windows(EdgeModel& model) {
 /// reach.
 void SphereContourFitter::find_edges(const cv::Mat& bgr, const EdgeModel& model, const Search& search) {
   const auto measure = [&] { measure_edges(chosen_, profiles_, model, shading_.shading(), edgels_); };
-  // Measures an edgel at another place, if its pixels can be read there, the next time.
+  // Measures an edgel at another position, if its pixels can be read there, the next time.
   const auto move = [&](size_t k, double at) {
     ContourEdgel& edgel = edgels_[k];
     edgel.edge.at = at;
@@ -280,7 +280,7 @@ ContourVerdict SphereContourFitter::fit_edges(const cv::Mat& bgr, const Blob& bl
   const RobustFit to_border{.trials = 32, .gate_px = 1.0, .largest_px = 2.0, .smallest_share = 0.25};
   auto fit = fit_cone(points_, d_ray_d_pixel_, to_border);
   if (!fit) return ContourVerdict::kNothing;
-  const double focal = std::sqrt(camera_.fx * camera_.fy);
+  const double focal = camera_.focal_px();
   if (search.larger_px > 0) {
     const double sine = std::min(0.8, fit->cone.sine() + search.larger_px / focal);
     fit->cone.n = fit->cone.n.normalized() / std::sqrt(1 - sine * sine);
@@ -340,7 +340,7 @@ double SphereContourFitter::occluded_fraction(const ContourPolygon& polygon) con
 }
 
 double SphereContourFitter::describe(const ConeFit& fit, double noise, SphereContour& result) {
-  const double focal = std::sqrt(camera_.fx * camera_.fy);
+  const double focal = camera_.focal_px();
   const ContourCone& cone = fit.cone;
   result.value << cone.ray(), cone.sine();
   const LensPoint centre = image_of(camera_, cone.ray());
@@ -397,7 +397,7 @@ double SphereContourFitter::describe(const ConeFit& fit, double noise, SphereCon
 
 void SphereContourFitter::use_centroid(SphereContour& result) const {
   const BlobCentre centre = centre_of(rows_, box_, readable_, middle_px_);
-  const double focal = std::sqrt(camera_.fx * camera_.fy);
+  const double focal = camera_.focal_px();
   result.kind = SphereContour::Kind::kCentroid;
   result.centre_px = middle_px_ + centre.px;
   result.radius_px = centre.radius_px;
@@ -463,7 +463,7 @@ SphereContour SphereContourFitter::fit(const cv::Mat& bgr, const Blob& blob, con
       result.alternative_size = std::sqrt(blob.alternative_area / blob.area) * result.value.z();
     }
     if (verdict == ContourVerdict::kPart) {
-      // Either this is the whole object, or the arc belongs to a ball that is partly hidden, alike in both images.
+      // Either this is the whole object, or the arc belongs to a ball that is partly occluded, alike in both images.
       result.shared.col(kOccluded) = part.value - result.value;
       result.covariance += result.shared.col(kOccluded) * result.shared.col(kOccluded).transpose();
     }

@@ -50,12 +50,12 @@ void move(TagPlacement& tag, const Unknowns& step) {
 }
 
 /// Pose of a plane from its four corners in one camera, by their homography (Zhang, PAMI 2000, Sect. 3.1).
-std::optional<Eigen::Isometry3d> pose_from_homography(const TagSight& sight, double side_m) {
+std::optional<Eigen::Isometry3d> pose_from_homography(const TagObservation& observation, double side_m) {
   Eigen::Matrix<double, 8, 8> A;
   Eigen::Matrix<double, 8, 1> b;
   for (int k = 0; k < 4; ++k) {
     const Eigen::Vector2d p = side_m * tag_corner(k),
-                          ray = sight.camera.model.ray(sight.corners[static_cast<size_t>(k)]);
+                          ray = observation.camera.model.ray(observation.corners[static_cast<size_t>(k)]);
     A.row(2 * k) << p.x(), p.y(), 1, 0, 0, 0, -ray.x() * p.x(), -ray.x() * p.y();
     A.row(2 * k + 1) << 0, 0, 0, p.x(), p.y(), 1, -ray.y() * p.x(), -ray.y() * p.y();
     b.segment<2>(2 * k) = ray;
@@ -74,8 +74,9 @@ std::optional<Eigen::Isometry3d> pose_from_homography(const TagSight& sight, dou
 
 /// The same tag mirrored about the line of sight to its centre: under a weak perspective it looks the same.
 Eigen::Isometry3d mirrored(const Eigen::Isometry3d& X_CT) {
-  const Eigen::Vector3d sight = X_CT.translation().normalized();
-  const Eigen::Matrix3d along = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), sight).toRotationMatrix();
+  const Eigen::Vector3d line_of_sight = X_CT.translation().normalized();
+  const Eigen::Matrix3d along =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), line_of_sight).toRotationMatrix();
   const Eigen::DiagonalMatrix<double, 3> flip(1, 1, -1);
   Eigen::Isometry3d result = X_CT;
   result.linear() = along * flip * along.transpose() * X_CT.linear() * flip;
@@ -83,16 +84,17 @@ Eigen::Isometry3d mirrored(const Eigen::Isometry3d& X_CT) {
 }
 
 /// Improves a pose by the corners in all images and returns chi2 of these; nothing when the pose is behind a camera.
-std::optional<double> refine_by_corners(std::span<const TagSight> sights, const TagSize& size, TagPlacement& tag) {
+std::optional<double> refine_by_corners(std::span<const TagObservation> observations, const TagSize& size,
+                                        TagPlacement& tag) {
   const auto system_at = [&](const TagPlacement& at) {
     std::optional<System> system(System{});
     add_size_prior(at, {size.side_m, 0}, *system);
-    for (const TagSight& sight : sights) {
+    for (const TagObservation& observation : observations) {
       for (int k = 0; k < 4; ++k) {
         Eigen::Vector2d pixel;
         Eigen::Matrix<double, 2, kTagUnknowns> J;
-        if (!project(sight.camera, at, size.side_m * tag_corner(k), pixel, J)) return std::optional<System>();
-        const Eigen::Vector2d r = sight.corners[static_cast<size_t>(k)] - pixel;
+        if (!project(observation.camera, at, size.side_m * tag_corner(k), pixel, J)) return std::optional<System>();
+        const Eigen::Vector2d r = observation.corners[static_cast<size_t>(k)] - pixel;
         for (int row = 0; row < 2; ++row) system->add(J.row(row), r[row], kCornerSigma * kCornerSigma);
       }
     }
@@ -116,10 +118,10 @@ std::optional<double> refine_by_corners(std::span<const TagSight> sights, const 
 }
 
 /// The measured centre in an image: the predicted one, shifted as the four sides are on average.
-Eigen::Vector2d measured_centre(const TagSight& sight, const TagPlacement& tag, const TagEdges& edges) {
+Eigen::Vector2d measured_centre(const TagObservation& observation, const TagPlacement& tag, const TagEdges& edges) {
   Eigen::Vector2d pixel(0, 0), shifts(0, 0);
   Eigen::Matrix<double, 2, kTagUnknowns> J;
-  project(sight.camera, tag, {0, 0}, pixel, J);
+  project(observation.camera, tag, {0, 0}, pixel, J);
   Eigen::Matrix2d normals = Eigen::Matrix2d::Zero();
   for (const TagSide& side : edges.sides) {
     normals += side.normal * side.normal.transpose();
@@ -129,23 +131,24 @@ Eigen::Vector2d measured_centre(const TagSight& sight, const TagPlacement& tag, 
 }
 
 /// Improves a pose by the edges in all images. Nothing, and the reason in `fit`, when they cannot be measured.
-std::optional<TagPose> refine_by_edges(std::span<const TagSight> sights, const TagSize& size, double sigma_px,
-                                       TagPlacement tag, TagFit& fit) {
+std::optional<TagPose> refine_by_edges(std::span<const TagObservation> observations, const TagSize& size,
+                                       double sigma_px, TagPlacement tag, TagFit& fit) {
   TagPose pose;
   for (int step = 0; step <= kEdgeSteps; ++step) {
     System system;
     add_size_prior(tag, size, system);
     pose.measured_centre_px.clear();
-    for (size_t k = 0; k < sights.size(); ++k) {
-      const TagSight& sight = sights[k];
-      const TagEdges edges = measure_edges(sight.camera, tag, size.side_m, sight.bgr, sight.window, sigma_px);
+    for (size_t k = 0; k < observations.size(); ++k) {
+      const TagObservation& observation = observations[k];
+      const TagEdges edges =
+          measure_edges(observation.camera, tag, size.side_m, observation.bgr, observation.window, sigma_px);
       fit.fault = edges.fault;
       fit.faulty = k;
       if (edges.fault != EdgeFault::kNone) return std::nullopt;
       for (const TagSide& side : edges.sides) {
         for (size_t row = 0; row < 2; ++row) system.add(side.J[row], side.displacement_px[row], side.variance_px2[row]);
       }
-      pose.measured_centre_px.push_back(measured_centre(sight, tag, edges));
+      pose.measured_centre_px.push_back(measured_centre(observation, tag, edges));
     }
     pose.tag = tag;
     pose.chi2 = system.chi2;
@@ -184,18 +187,18 @@ bool is_possible(const Candidate& best, const Candidate& other) {
 
 }  // namespace
 
-TagFit fit_tag(std::span<const TagSight> sights, const TagSize& size, double sigma_px) {
+TagFit fit_tag(std::span<const TagObservation> observations, const TagSize& size, double sigma_px) {
   TagFit fit;
-  const auto start = pose_from_homography(sights.front(), size.side_m);
+  const auto start = pose_from_homography(observations.front(), size.side_m);
   if (!start) return fit;
   std::vector<Candidate> candidates;
   for (const Eigen::Isometry3d& X_CT : {*start, mirrored(*start)}) {
-    Candidate candidate{{sights.front().camera.X_CL.inverse() * X_CT, 1}};
-    const auto chi2 = refine_by_corners(sights, size, candidate.by_corners);
+    Candidate candidate{{observations.front().camera.X_CL.inverse() * X_CT, 1}};
+    const auto chi2 = refine_by_corners(observations, size, candidate.by_corners);
     if (!chi2) continue;
     candidate.corner_chi2 = *chi2;
     TagFit attempt;
-    candidate.by_edges = refine_by_edges(sights, size, sigma_px, candidate.by_corners, attempt);
+    candidate.by_edges = refine_by_edges(observations, size, sigma_px, candidate.by_corners, attempt);
     if (!candidate.by_edges && fit.fault == EdgeFault::kNone) fit = attempt;
     candidates.push_back(std::move(candidate));
   }

@@ -10,7 +10,7 @@
 namespace multireach::vision {
 
 /// What one camera shows of a tag.
-struct TagSight {
+struct TagObservation {
   TagCamera camera;
   cv::Mat bgr;      ///< 8-bit; shares its pixels
   cv::Rect window;  ///< the part of it that is valid
@@ -43,6 +43,6 @@ struct TagFit {
 
 /// Pose of a tag from one or more cameras: maximum likelihood over the edges of its black square in all images, with
 /// Gauss-Newton steps from both poses that the corners allow. The covariance is the inverse of the information.
-TagFit fit_tag(std::span<const TagSight> sights, const TagSize& size, double sigma_px);
+TagFit fit_tag(std::span<const TagObservation> observations, const TagSize& size, double sigma_px);
 
 }  // namespace multireach::vision

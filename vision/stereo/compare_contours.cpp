@@ -26,7 +26,7 @@ constexpr double kSizeError = 0.04;
 constexpr double kOneSided = 2;
 
 // Weighted root mean square of an arc's residuals, pixels, from which on its edges are not on one circle. Rendered arcs
-// of partly hidden balls have up to 0.3, boxes around real balls 0.5 to 0.7.
+// of partly occluded balls have up to 0.3, boxes around real balls 0.5 to 0.7.
 constexpr double kNoCircle = 0.4;
 
 constexpr double kBlobBlur = 0.1;    // share of its radius by which blur may make a ball's blob larger: a choice
@@ -141,7 +141,7 @@ class ContourComparison {
            std::max(blob, expected) < options_.max_size_ratio * std::min(blob, expected);
   }
 
-  /// Whether too much of an object is hidden to locate its centre. Where three quarters of a contour's length are
+  /// Whether too much of an object is occluded to locate its centre. Where three quarters of a contour's length are
   /// visible (kOfAnything, which is asked of a contour without a known radius) they locate it, whatever the blob lacks:
   /// an edge that hides the other quarter leaves nine tenths of the area, so colours that were not learned are missing.
   bool too_little(const SphereContour& contour) const {
@@ -154,7 +154,7 @@ class ContourComparison {
   /// measured radius of an object.
   std::optional<RadiusPrior> prior_at(const Triangulation& point) const {
     if (!(options_.radius_m > 0)) return std::nullopt;
-    const double focal = std::sqrt(rig_.left.fx * rig_.left.fy);
+    const double focal = rig_.left.focal_px();
     const double blur_m = kRadiusBlur * point.depth_left_m / focal;
     const double tolerance2 = options_.radius_tolerance_m * options_.radius_tolerance_m;
     const double by_rig2 = options_.radius_m * options_.radius_m * size_variance_by_rig_errors(rig_, point.p_W);

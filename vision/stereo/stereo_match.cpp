@@ -119,7 +119,7 @@ const char* description(StereoMatch::Status status) {
     case Status::kOnlyBackground:
       return "only things that stood there before have this colour";
     case Status::kUnlike:
-      return "only things much smaller or more ragged than the target are seen";
+      return "only things of another size, or much more ragged, than the target are seen";
     case Status::kUnlikely:
       return "only small or ragged blobs of the target's colour are seen";
     case Status::kOffColour:

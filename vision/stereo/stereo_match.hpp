@@ -30,13 +30,13 @@ struct StereoMatch {
     kOutsidePredictionGate,  ///< something was found, but not at the predicted position
     kOutsideRegion,          ///< something was found, but outside of the search region
     kOnlyBackground,         ///< only objects that were there already while the target was elsewhere
-    kUnlike,                 ///< only things much smaller or more ragged than the target, which was seen shortly before
-    kUnlikely,               ///< only specks that are too small and ragged to be taken for the target
-    kOffColour,              ///< only things of which no pixel is well inside the target's colours
-    kSeveralElsewhere,       ///< several things that may be the target, none of them where it is predicted
-    kAmbiguous,              ///< several objects could be the target
-    kOtherTarget,            ///< only what another target is that looks alike
-    kTogether,               ///< a blob in which this target and another one that looks alike are expected
+    kUnlike,            ///< only things of another size or more ragged than the target, which was seen shortly before
+    kUnlikely,          ///< only specks that are too small and ragged to be taken for the target
+    kOffColour,         ///< only things of which no pixel is well inside the target's colours
+    kSeveralElsewhere,  ///< several things that may be the target, none of them where it is predicted
+    kAmbiguous,         ///< several objects could be the target
+    kOtherTarget,       ///< only what another target is that looks alike
+    kTogether,          ///< a blob in which this target and another one that looks alike are expected
   };
   Status status = Status::kNotInLeft;
   /// The object's position. Valid when kSeen; `p_W` and `covariance` also when kOccludedTooMuch, kWrongRadius,

@@ -101,6 +101,12 @@ double history_of(const StereoMatch& match, const TargetHistory& history) {
   return best;
 }
 
+/// Whether a blob is much less compact than the target was.
+bool is_ragged(const ComparedPair& pair, const Appearance& left, const Appearance& right,
+               const TargetAppearance& target) {
+  return !pair.match.both_by_contour && std::min(left.compactness, right.compactness) < kRagged * target.compactness;
+}
+
 /// Why a candidate is not chosen: the term by which it falls behind most.
 const char* weakness(const Evidence& evidence, const Evidence& best) {
   static constexpr std::array kWhy{"it stands where the colour was before",
@@ -202,17 +208,20 @@ const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candi
   };
   const double least_left = evidence(0, candidate.match.left) + kLead,
                least_right = evidence(1, candidate.match.right) + kLead;
+  const auto is_better = [&](const StereoMatch& match) {
+    return evidence(0, match.left) > least_left && evidence(1, match.right) > least_right &&
+           std::ranges::none_of(candidates, [&](const Candidate& other) {
+             return other.match.left == match.left || other.match.right == match.right;
+           });
+  };
   const auto better = std::ranges::find_if(pairs, [&](const ComparedPair& pair) {
-    const int left = pair.match.left, right = pair.match.right;
+    if (pair.match.status == Status::kCutOff) return is_better(pair.match);
     const bool apart = pair.match.status == Status::kInconsistentPair || pair.match.status == Status::kEpipolarMismatch;
     if (!apart) return false;
-    const SphereContour& in_left = contours[0][static_cast<size_t>(left)];
-    const SphereContour& in_right = contours[1][static_cast<size_t>(right)];
+    const SphereContour& in_left = contours[0][static_cast<size_t>(pair.match.left)];
+    const SphereContour& in_right = contours[1][static_cast<size_t>(pair.match.right)];
     return pair.size_sigmas < kGates && std::abs(pair.match.epipolar_px) < in_left.radius_px + in_right.radius_px &&
-           !in_left.cut_off && !in_right.cut_off && evidence(0, left) > least_left &&
-           evidence(1, right) > least_right && std::ranges::none_of(candidates, [&](const Candidate& other) {
-             return other.match.left == left || other.match.right == right;
-           });
+           !in_left.cut_off && !in_right.cut_off && is_better(pair.match);
   });
   return better == pairs.end() ? nullptr : &*better;
 }
@@ -241,9 +250,12 @@ bool is_convincing(const StereoMatch& match, double radius_px, const Appearance&
 bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
                const TargetAppearance& target) {
   const bool smaller = pair.radius_m > 0 && pair.radius_m < kSmaller * target.radius_m;
-  const double compactness = std::min(left.compactness, right.compactness);
-  const bool ragged = !pair.match.both_by_contour && compactness < kRagged * target.compactness;
-  return (smaller || ragged) && !is_convincing(pair.match, pair.radius_px, left, right);
+  return (smaller || is_ragged(pair, left, right, target)) && !is_convincing(pair.match, pair.radius_px, left, right);
+}
+
+bool is_smear(const ComparedPair& pair, const Appearance& left, const Appearance& right,
+              const TargetAppearance& target) {
+  return target.radius_m > 0 && kSmaller * pair.radius_m > target.radius_m && is_ragged(pair, left, right, target);
 }
 
 // On the tuning videos and 19 with things pasted into photographs, 9 of 24289 matches of targets fail this check, and

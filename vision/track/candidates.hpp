@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "vision/colour/colour_background.hpp"
 #include "vision/stereo/stereo_match.hpp"
 #include "vision/track/target_identity.hpp"
 #include "vision/track/target_track.hpp"
@@ -18,6 +19,9 @@ struct Appearance {
   /// Share of its pixels that are well inside the colour model, 0 to 1. Of a clipped channel, the value counts as it
   /// is: a lamp could be of any colour.
   double colour_share = 0;
+
+  /// Whether the remembered background explains most of it.
+  bool is_background() const { return background > ColourBackground::kExplained; }
 };
 
 /// Evidence that a candidate is the target, by terms: logarithms of likelihood ratios between the target and another
@@ -67,10 +71,11 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 /// farthest away.
 [[nodiscard]] Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_t number);
 
-/// A pair that looks more like the target than a candidate does, by kLead in each image, but does not fit: what moves
-/// across the epipolar lines and is seen at different times is of one size in both images, and off the line by less
-/// than its diameter. What the border cuts off is no such pair. Null where there is none. `contours` and `appearance`
-/// of the left and of the right image are those that the pairs' matches refer to.
+/// A pair that looks more like the target than a candidate does, by kLead in each image, but starts no track: it fits,
+/// but the border cuts it off; or it does not fit, as what moves across the epipolar lines and is seen at different
+/// times: then it is of one size in both images, off the line by less than its diameter, and not cut off. Null where
+/// there is none. `contours` and `appearance` of the left and of the right image are those that the pairs' matches
+/// refer to.
 [[nodiscard]] const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
                                              std::span<const ComparedPair> pairs,
                                              const std::array<std::span<const SphereContour>, 2>& contours,
@@ -102,6 +107,12 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 /// the target was shortly before, and not convincing.
 [[nodiscard]] bool is_unlike(const ComparedPair& pair, const Appearance& left, const Appearance& right,
                              const TargetAppearance& target);
+
+/// Whether a thing of unknown size that is seen where the target is expected is much larger and more ragged than the
+/// target was shortly before: what else has its colours, or the target with more of it. Its position is not the
+/// target's.
+[[nodiscard]] bool is_smear(const ComparedPair& pair, const Appearance& left, const Appearance& right,
+                            const TargetAppearance& target);
 
 /// Whether a candidate fits a known radius and the other image well enough to be taken for the target where no
 /// prediction supports it: not at the edge of all gates.

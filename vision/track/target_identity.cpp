@@ -16,13 +16,18 @@ constexpr double kAppearanceTime_s = 0.5;  // time constant of the target's appe
 
 }  // namespace
 
-void TargetIdentity::update(int64_t utime, const Observation& observation, bool elsewhere) {
-  if (elsewhere) {
-    confirmed_ = has_moved_ = convincing_ = false;
+void TargetIdentity::update(int64_t utime, const Observation& observation, TargetTrack::Start start) {
+  using Start = TargetTrack::Start;
+  if (start == Start::kJumpAtOnce) {
+    first_px_ = observation.px;
+    moved_ = 0;
+  } else if (start != Start::kNone) {
+    if (confirmed()) confirmation_ = Confirmation::kBeforeJump;
+    has_moved_ = convincing_ = false;
     contours_ = moved_ = 0;
     first_px_ = observation.px;
     began_utime_ = utime;
-    found_again_ = known_;
+    found_again_ = known();
   }
   const double away = std::min((observation.px[0] - first_px_[0]).norm(), (observation.px[1] - first_px_[1]).norm());
   const bool apart = away > kDiameter * observation.radius_px;
@@ -32,16 +37,14 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
   const bool shape = observation.by_contour && (observation.of_known_size || background < ColourBackground::kExplained);
   contours_ = std::min(kEnough, contours_ + (shape ? 1 : 0));
   moved_ = std::min(kEnough, moved_ + (apart && background < kNew ? 1 : 0));
-  confirmed_ = confirmed_ || contours_ >= kEnough || moved_ >= kEnough;
-  if (confirmed_ && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {
+  if (contours_ >= kEnough || moved_ >= kEnough) confirmation_ = Confirmation::kNow;
+  if (confirmed() && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {
     const double elapsed_s = 1e-6 * static_cast<double>(utime - appearance_utime_);
     const double weight = appearance_.radius_m > 0 ? std::clamp(elapsed_s / kAppearanceTime_s, 0.0, 1.0) : 1;
     appearance_.radius_m += weight * (observation.appearance.radius_m - appearance_.radius_m);
     appearance_.compactness += weight * (observation.appearance.compactness - appearance_.compactness);
     appearance_utime_ = utime;
   }
-  known_ = known_ || confirmed_;
-  lost_since_ = lost_since_ && !confirmed_;
   last_px_ = observation.px;
   last_radius_px_ = observation.radius_px;
   last_utime_ = utime;
@@ -49,11 +52,11 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, bool 
 
 void TargetIdentity::update_unseen(int64_t utime, bool lost) {
   if (!lost) return;
-  confirmed_ = false;
-  lost_since_ = known_;
+  if (known()) confirmation_ = Confirmation::kBeforeLoss;
   contours_ = moved_ = 0;
   if (utime - last_utime_ <= kForgets) return;
-  known_ = lost_since_ = found_again_ = false;
+  confirmation_ = Confirmation::kNever;
+  found_again_ = false;
   last_radius_px_ = 0;
   appearance_ = {};
 }
@@ -69,9 +72,9 @@ void TargetIdentity::restart_motion_evidence() {
 }
 
 std::vector<double> TargetIdentity::serialize(int64_t utime) const {
-  const int known = !known_ ? 0 : lost_since_ ? 2 : 1;
-  std::vector<double> state{confirmed_ ? 1.0 : 0.0, static_cast<double>(known), has_moved_ ? 1.0 : 0.0,
-                            static_cast<double>(contours_), static_cast<double>(moved_)};
+  const double before = !known() ? 0 : established() ? 1 : 2;
+  std::vector<double> state{confirmed() ? 1.0 : 0.0, before, has_moved_ ? 1.0 : 0.0, static_cast<double>(contours_),
+                            static_cast<double>(moved_)};
   for (const auto* points : {&first_px_, &last_px_}) {
     for (const Eigen::Vector2d& px : *points) state.insert(state.end(), {px.x(), px.y()});
   }
@@ -96,9 +99,10 @@ bool TargetIdentity::deserialize(int64_t utime, std::span<const double> state) {
   if (!valid || !std::ranges::all_of(state.subspan(6, 9), [](double v) { return std::abs(v) < kFarthest; }))
     return false;
   last_utime_ = utime - static_cast<int64_t>(state[0]);
-  confirmed_ = state[1] > 0;
-  known_ = state[2] > 0;
-  lost_since_ = state[2] > 1;
+  confirmation_ = state[1] > 0    ? Confirmation::kNow
+                  : state[2] == 0 ? Confirmation::kNever
+                  : state[2] == 1 ? Confirmation::kBeforeJump
+                                  : Confirmation::kBeforeLoss;
   has_moved_ = state[3] > 0;
   contours_ = static_cast<int>(state[4]);
   moved_ = static_cast<int>(state[5]);

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "vision/track/target_track.hpp"
+
 namespace multireach::vision {
 
 /// What a target of unknown size looks like; 0: not known.
@@ -16,7 +18,8 @@ struct TargetAppearance {
 
 /// Whether what is tracked is known to be the target: by its shape, unless its colour has been there for long, or
 /// because it moved to where the image showed nothing of its colour. What only stands there with the right colour may
-/// be a part of the scene. And what the target looks like, by which it is told from other things when it was hidden.
+/// be a part of the scene. And what the target looks like, by which it is told from other objects after it was
+/// occluded.
 class TargetIdentity {
  public:
   /// A match that the track accepted.
@@ -30,8 +33,9 @@ class TargetIdentity {
     std::array<double, 2> background{0, 0};  ///< share of each blob that the background explains
   };
 
-  /// Takes a match; `elsewhere`: the track begins, or jumps, with it.
-  void update(int64_t utime, const Observation& observation, bool elsewhere);
+  /// Takes a match, with which a motion may start. After a first match or a jump, it may be another object. A jump that
+  /// was accepted at once is a bounce: the object is the same, but its position tells nothing about its motion.
+  void update(int64_t utime, const Observation& observation, TargetTrack::Start start);
   /// Takes a pair without a match; `lost`: the track has ended.
   void update_unseen(int64_t utime, bool lost);
 
@@ -39,14 +43,14 @@ class TargetIdentity {
   void restart_motion_evidence();
 
   /// The tracked object is the target.
-  bool confirmed() const { return confirmed_; }
+  bool confirmed() const { return confirmation_ == Confirmation::kNow; }
   /// The tracked object never moved by more than a part of its size.
   bool stands_still() const { return !has_moved_; }
   /// The target was confirmed at least once, and not too long ago to be sure that nothing else is meant.
-  bool known() const { return known_; }
+  bool known() const { return confirmation_ != Confirmation::kNever; }
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
   /// arbitrary which of several targets that look alike follows which object.
-  bool established() const { return known_ && !lost_since_; }
+  bool established() const { return confirmation_ >= Confirmation::kBeforeJump; }
   /// What the confirmed target looked like, smoothed; zeros where no match told it for ten seconds. It is not learned
   /// while a target that was found again may be another thing.
   TargetAppearance appearance(int64_t utime) const;
@@ -70,8 +74,11 @@ class TargetIdentity {
  private:
   static constexpr int64_t kForgets = 10000000;  // us without a match, after which the target is no longer known
 
-  bool confirmed_ = false, known_ = false, has_moved_ = false;
-  bool lost_since_ = false;       // known, but lost since it was confirmed last
+  /// When the target was confirmed last: never, or so long ago that it does not count; before it was lost, or jumped;
+  /// or it still is.
+  enum class Confirmation { kNever, kBeforeLoss, kBeforeJump, kNow };
+  Confirmation confirmation_ = Confirmation::kNever;
+  bool has_moved_ = false;
   bool found_again_ = false;      // the target was known when the track began or jumped
   bool convincing_ = false;       // a match since then was
   int contours_ = 0, moved_ = 0;  // matches that speak for the target

@@ -84,8 +84,9 @@ bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
   }
 }
 
-void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance) {
-  began_anew_ = true;
+void TargetTrack::begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance,
+                           Start start) {
+  start_ = start;
   filter_ = Filter();
   filter_.state << seen.position, velocity;
   filter_.covariance.topLeftCorner<3, 3>() = seen.covariance.selfadjointView<Eigen::Lower>();
@@ -152,19 +153,19 @@ bool TargetTrack::confirm(int64_t utime, const PositionEstimate& seen, bool at_o
   if (at_once) {
     // All velocities up to the top speed are taken as equally likely: in a ball, a fifth of its radius squared each
     // way.
-    begin_at(seen, Eigen::Vector3d::Zero(), top_speed() * top_speed() / 5);
+    begin_at(seen, Eigen::Vector3d::Zero(), top_speed() * top_speed() / 5, Start::kJumpAtOnce);
     return true;
   }
   const int all = options_.confirmations, needed = is_near(utime, seen) ? std::max(std::min(2, all), all - 1) : all;
   if (outliers_ < needed) return false;
   // One of the two may be a centroid, the other a contour.
   const double variance = follows ? 2 * larger / (seconds * seconds) : kFirstSpeed * kFirstSpeed;
-  begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance);
+  begin_at(seen, follows ? (moved / seconds).eval() : Eigen::Vector3d::Zero().eval(), variance, Start::kJump);
   return true;
 }
 
 bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& seen, Jump jump, bool elsewhere) {
-  began_anew_ = false;
+  start_ = Start::kNone;
   if (begun_ && utime <= utime_) return false;
   const double seconds = begun_ ? seconds_between(utime_, utime) : 0;
   begun_ = true;
@@ -173,7 +174,7 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
       seen && seen->position.allFinite() && seen->covariance.allFinite() && seen->bias_covariance.allFinite();
   bool taken = false;
   if (usable && status_ == Status::kLost) {
-    begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed);
+    begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed, Start::kFirst);
     taken = true;
   } else if (usable && !elsewhere) {
     taken = correct(seconds, *seen);

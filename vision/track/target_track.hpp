@@ -49,6 +49,9 @@ class TargetTrack {
   /// Whether a measurement outside the gate may be the target, that has jumped there: never, if further ones confirm
   /// it, or at once.
   enum class Jump { kNever, kIfConfirmed, kAtOnce };
+  /// Whether a match began a new motion: no; the target was lost before; it jumped, which further matches confirmed; or
+  /// it jumped with Jump::kAtOnce.
+  enum class Start { kNone, kFirst, kJump, kJumpAtOnce };
 
   /// Throws std::invalid_argument unless all options are positive (`coast_s` may be 0) and min_process_noise_m2_s3 <=
   /// coasting_process_noise_m2_s3 <= max_process_noise_m2_s3.
@@ -83,8 +86,8 @@ class TargetTrack {
   bool may_bounce_to(int64_t utime, const PositionEstimate& seen) const;
 
   Status status() const { return status_; }
-  /// Whether the last update began a new track: the target was lost before, or jumped.
-  bool began_anew() const { return began_anew_; }
+  /// Whether the last update began a new motion.
+  Start start() const { return start_; }
   /// Whether there was a pair.
   bool begun() const { return begun_; }
   /// Time of the newest pair, microseconds.
@@ -131,13 +134,13 @@ class TargetTrack {
   bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
   double top_speed() const;
   bool can_reach(int64_t utime, const PositionEstimate& seen, double speed) const;
-  void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance);
+  void begin_at(const PositionEstimate& seen, const Eigen::Vector3d& velocity, double velocity_variance, Start start);
 
   Options options_;
   Status status_ = Status::kLost;
   int64_t utime_ = 0;
   bool begun_ = false;
-  bool began_anew_ = false;  // a result of update(); no state
+  Start start_ = Start::kNone;  // a result of update(); no state
   std::optional<int64_t> last_seen_utime_;
   Filter filter_;
   // Number, time, position and its variance (trace of the covariance, m^2) of the latest matches outside the gate.

@@ -20,7 +20,7 @@ class UnoccludedSize {
 
   double radius_m() const { return radius_m_; }  ///< 0: not known
   int64_t utime() const { return utime_; }       ///< of the last update, us
-  void restore(double radius_m, int64_t utime) {
+  void set_state(double radius_m, int64_t utime) {
     radius_m_ = radius_m;
     utime_ = utime;
   }

@@ -1,4 +1,4 @@
-#include "vision/track/camera_motion.hpp"
+#include "vision/camera_check/camera_motion.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "vision/track/frozen_frame_detector.hpp"
+#include "vision/camera_check/frozen_frame_detector.hpp"
 
 namespace multireach::vision {
 

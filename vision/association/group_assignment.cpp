@@ -1,11 +1,9 @@
-// Assigns what a pair shows to targets that look alike.
-#include <Eigen/Eigenvalues>
+#include "vision/association/group_assignment.hpp"
+
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
-#include "vision/stereo_vision.hpp"
-#include "vision/track/equal_targets.hpp"
+#include "vision/association/solid_targets.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -19,20 +17,6 @@ constexpr size_t kMostHypotheses = 6;  // of one target
 bool same_blob(const Blob& a, const Blob& b) {
   return 2 * static_cast<double>(common_pixels(a, b)) > std::min(a.area, b.area);
 }
-
-/// Numbers the blobs of one image that several targets have found, equal ones alike.
-class BlobNumbers {
- public:
-  int of(const Blob& blob) {
-    const auto same = std::ranges::find_if(blobs_, [&](const Blob* other) { return same_blob(*other, blob); });
-    if (same != blobs_.end()) return static_cast<int>(same - blobs_.begin());
-    blobs_.push_back(&blob);
-    return static_cast<int>(blobs_.size()) - 1;
-  }
-
- private:
-  std::vector<const Blob*> blobs_;
-};
 
 const Blob& blob_of(const Target& target, const StereoMatch& match, Side side) {
   const int at = side == Side::kLeft ? match.left : match.right;
@@ -52,64 +36,15 @@ std::vector<Hypothesis> hypotheses_of(const Target& target, std::array<BlobNumbe
     const auto before = candidates.first(hypotheses.size());
     const auto part = std::ranges::find_if(before, [&](const Candidate& each) { return same_thing(each, candidate); });
     Hypothesis& hypothesis = hypotheses.emplace_back(hypothesis_of(candidate.match, target, numbers));
-    hypothesis.thing = static_cast<int>(part - before.begin());
+    const auto first = static_cast<size_t>(part - before.begin());
+    hypothesis.thing = part == before.end() ? static_cast<int>(first) : hypotheses[first].thing;
     hypothesis.evidence = candidate.evidence.sum();
   }
   return hypotheses;
 }
 
-/// Whether two solid bodies whose relative position changes from `before` to `after` on a straight line would go
-/// through each other, also with the errors of `after` (`covariance`, m^2). Bodies that roll over each other by a
-/// quarter turn do not: on the chord of that turn they come as near as the root of two of the radius.
-bool pass_through(const Eigen::Vector3d& before, const Eigen::Vector3d& after, const Eigen::Matrix3d& covariance,
-                  double radius_m) {
-  constexpr double kSigmas = 3;
-  const Eigen::Vector3d change = after - before;
-  const double approach = -before.dot(change);
-  if (approach <= 0) return false;
-  // The errors along the motion change the time only.
-  const double part = std::min(approach / change.squaredNorm(), 1.0);
-  const Eigen::Vector3d direction = change.normalized();
-  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - direction * direction.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> errors(across * covariance * across, Eigen::EigenvaluesOnly);
-  const double sigma = part * std::sqrt(std::max(0.0, errors.eigenvalues().maxCoeff()));
-  return (before + part * change).norm() + kSigmas * sigma < std::numbers::sqrt2 * radius_m;
-}
-
-double smaller_radius(const Target& a, const Target& b) {
-  return std::min(a.tracker.radius_m(), b.tracker.radius_m());
-}
-
-/// Position of `b` relative to `a` when both were seen last, m, in W.
-Eigen::Vector3d relative_when_seen(const TargetTrack& a, const TargetTrack& b) {
-  const int64_t seen = std::min(*a.last_seen_utime(), *b.last_seen_utime());
-  return b.position_at(seen) - a.position_at(seen);
-}
-
 PositionEstimate position_of(const StereoMatch& match) {
   return {match.point.p_W, match.noise_covariance(), match.bias_covariance()};
-}
-
-/// m^2, of how far a target has moved to a match: a bias that only the track has looks like motion.
-Eigen::Matrix3d covariance_of_change(const Target& target, const StereoMatch& match) {
-  Eigen::Matrix3d covariance = match.noise_covariance();
-  if (match.both_by_contour) covariance += target.tracker.track().estimate().bias_covariance;
-  return covariance;
-}
-
-bool pass_through(const Target& a, const StereoMatch& match_a, const Target& b, const StereoMatch& match_b) {
-  return pass_through(relative_when_seen(a.tracker.track(), b.tracker.track()), match_b.point.p_W - match_a.point.p_W,
-                      covariance_of_change(a, match_a) + covariance_of_change(b, match_b), smaller_radius(a, b));
-}
-
-/// Whether two solid targets cannot both keep their motion, because they would go through each other. Their bias does
-/// not count: with it, targets that are measured by centroids would never be said to.
-bool would_bounce(const Target& a, const Target& b, int64_t utime) {
-  const TargetTrack &track_a = a.tracker.track(), &track_b = b.tracker.track();
-  const auto at_a = track_a.predicted_steady(utime), at_b = track_b.predicted_steady(utime);
-  return at_a && at_b &&
-         pass_through(relative_when_seen(track_a, track_b), at_b->position - at_a->position,
-                      at_a->covariance + at_b->covariance, smaller_radius(a, b));
 }
 
 bool same_region(const Target& a, const Target& b) {
@@ -241,18 +176,23 @@ bool may_be_both(const Target& owner, const Target& other, const PairTimes& time
 
 }  // namespace
 
-/// What the other targets of a group have of the blobs in `views`. A target that is not expected anywhere takes
-/// nothing that touches another one either: it may be a part of it.
-OtherTargets StereoVision::others_of(size_t target, const std::vector<size_t>& group, const PairTimes& times,
-                                     const std::array<View, 2>& views) const {
+int BlobNumbers::of(const Blob& blob) {
+  const auto same = std::ranges::find_if(blobs_, [&](const Blob* other) { return same_blob(*other, blob); });
+  if (same != blobs_.end()) return static_cast<int>(same - blobs_.begin());
+  blobs_.push_back(&blob);
+  return static_cast<int>(blobs_.size()) - 1;
+}
+
+OtherTargets others_of(size_t target, const std::vector<size_t>& group, const std::vector<Target>& targets,
+                       const PairTimes& times, const std::array<View, 2>& views) {
   OtherTargets others;
-  const bool expected = is_expected(targets_[target], times);
+  const bool expected = is_expected(targets[target], times);
   for (const Side side : {Side::kLeft, Side::kRight}) others.taken[index(side)].resize(views[index(side)].blobs.size());
   for (const size_t other : group) {
     if (other == target) continue;
-    for (const StereoMatch* thing : things_of(targets_[other], times)) {
+    for (const StereoMatch* thing : things_of(targets[other], times)) {
       for (const Side side : {Side::kLeft, Side::kRight}) {
-        const View &own = views[index(side)], &its = targets_[other].views[index(side)];
+        const View &own = views[index(side)], &its = targets[other].views[index(side)];
         const auto at = static_cast<size_t>(side == Side::kLeft ? thing->left : thing->right);
         for (size_t k = 0; k < own.blobs.size(); ++k) {
           const double apart = (own.contours[k].centre_px - its.contours[at].centre_px).norm();
@@ -265,18 +205,38 @@ OtherTargets StereoVision::others_of(size_t target, const std::vector<size_t>& g
   return others;
 }
 
+void GroupAssignment::run() {
+  for (const size_t k : group_) targets_[k].begins_anew = false;
+  match_bounces();
+  sort_targets();
+  assign_expected();
+  match_unassigned();
+  match_lost();
+  replace_doubtful();
+  leave_far_jumps();
+  for (const size_t k : group_) {
+    Target& target = targets_[k];
+    target.found_inside_windows =
+        target.tracker.is_inside_windows(times_, target.match, target.views[0], target.views[1]);
+  }
+}
+
+bool GroupAssignment::is_expected(size_t target) const {
+  return vision::is_expected(targets_[target], times_);
+}
+
 /// Matches targets that cannot keep their motion with all that they can have got to.
-void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTimes& times) {
-  for (const size_t k : group) {
+void GroupAssignment::match_bounces() {
+  for (const size_t k : group_) {
     Target& target = targets_[k];
     const auto in_the_way = [&](size_t other) {
-      return other != k && is_expected(targets_[other], times) && would_bounce(target, targets_[other], times.pair);
+      return other != k && is_expected(other) && would_bounce(target, targets_[other], times_.pair);
     };
-    if (!is_expected(target, times) || std::ranges::none_of(group, in_the_way)) continue;
-    StereoTracker::Found found =
-        target.tracker.match(times, target.views[0], target.views[1], {.taken = {}, .unknown = true, .anywhere = true});
+    if (!is_expected(k) || std::ranges::none_of(group_, in_the_way)) continue;
+    StereoTracker::Found found = target.tracker.match(times_, target.views[0], target.views[1],
+                                                      {.taken = {}, .unknown = true, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
-      return !target.tracker.track().is_near(times.pair, position_of(each.match));
+      return !target.tracker.track().is_near(times_.pair, position_of(each.match));
     });
     if (found.candidates.empty()) continue;
     target.candidates = std::move(found.candidates);
@@ -284,101 +244,119 @@ void StereoVision::match_bounces(const std::vector<size_t>& group, const PairTim
   }
 }
 
-/// Assigns what the pair shows to targets that look alike: those that are expected somewhere by their motion, the
-/// others in their order.
-void StereoVision::assign_things(const std::vector<size_t>& group, const PairTimes& times) {
-  for (const size_t k : group) targets_[k].begins_anew = false;
-  match_bounces(group, times);
-  std::array<BlobNumbers, 2> numbers;
-  std::vector<size_t> expected, without, ambiguous, lost;
-  std::vector<std::vector<Hypothesis>> hypotheses;
-  std::vector<Hypothesis> jumps;
-  for (const size_t k : group) {
+/// Tells which targets are expected and may be seen there, which are expected only, and which may be anywhere.
+void GroupAssignment::sort_targets() {
+  for (const size_t k : group_) {
     Target& target = targets_[k];
-    const bool seen = target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous;
-    if (!is_expected(target, times)) {
-      lost.push_back(k);
+    if (!is_expected(k)) {
+      lost_.push_back(k);
       target.match = {};
-    } else if (seen) {
-      expected.push_back(k);
-      hypotheses.push_back(hypotheses_of(target, numbers));
+    } else if (target.match.status == Status::kSeen || target.match.status == Status::kAmbiguous) {
+      expected_.push_back(k);
+      hypotheses_.push_back(hypotheses_of(target, numbers_));
     } else {
-      const bool outside = target.match.status == Status::kOutsidePredictionGate && may_be_jump(target, times);
-      if (outside && is_tentative(target) && !may_be_two(target)) {
-        // Whatever it is, it takes what is left, as one that is not seen yet.
-        target.begins_anew = true;
-        lost.push_back(k);
-      } else {
-        if (outside && !is_tentative(target)) jumps.push_back(hypothesis_of(target.match, target, numbers));
-        without.push_back(k);
-      }
+      const bool jumps = target.match.status == Status::kOutsidePredictionGate && may_be_jump(target, times_);
+      if (jumps && !is_tentative(target)) jumps_.push_back(hypothesis_of(target.match, target, numbers_));
+      // Whatever a tentative target is that seems to jump, it takes what is left, as one that is not seen yet.
+      target.begins_anew = jumps && is_tentative(target) && !may_be_two(target);
+      (target.begins_anew ? lost_ : unassigned_).push_back(k);
       target.match = {};
     }
   }
+}
+
+/// Gives the expected targets what they are by the likeliest association.
+void GroupAssignment::assign_expected() {
   const bool one_region =
-      std::ranges::all_of(group, [&](size_t k) { return same_region(targets_[group[0]], targets_[k]); });
+      std::ranges::all_of(group_, [&](size_t k) { return same_region(targets_[group_[0]], targets_[k]); });
   std::vector<bool> tentative;
-  for (const size_t k : expected) tentative.push_back(one_region && is_tentative(targets_[k]));
-  // A jump has no evidence of its own: it only keeps tentative targets from having two things, one of which is the
-  // target that jumped. Another established target goes first.
-  for (const Hypothesis& jump : jumps) {
-    bool taken = false;
-    for (size_t k = 0; k < expected.size(); ++k) {
-      const auto is_it = [&](const Hypothesis& each) { return each.left == jump.left || each.right == jump.right; };
-      taken = taken || (!tentative[k] && std::ranges::any_of(hypotheses[k], is_it));
-    }
-    if (!taken) hypotheses.push_back({jump});
-  }
+  for (const size_t k : expected_) tentative.push_back(one_region && is_tentative(targets_[k]));
+  add_jump_hypotheses(tentative);
   const auto excluded = [&](auto a, auto b) {
-    if (a.first >= expected.size() || b.first >= expected.size()) return false;
-    const Target &target_a = targets_[expected[a.first]], &target_b = targets_[expected[b.first]];
+    if (a.first >= expected_.size() || b.first >= expected_.size()) return false;
+    const Target &target_a = targets_[expected_[a.first]], &target_b = targets_[expected_[b.first]];
     return pass_through(target_a, target_a.candidates[a.second].match, target_b, target_b.candidates[b.second].match);
   };
-  const std::vector<Assignment> assignments = assign(hypotheses, excluded, tentative, lost.size());
-  for (size_t k = 0; k < expected.size(); ++k) {
-    Target& target = targets_[expected[k]];
+  const std::vector<Assignment> assignments = assign(hypotheses_, excluded, tentative, lost_.size());
+  for (size_t k = 0; k < expected_.size(); ++k) {
+    Target& target = targets_[expected_[k]];
     if (assignments[k].hypothesis) {
       give(assignments[k], target);
-    } else {
-      target.match = {};
-      without.push_back(expected[k]);
-      if (assignments[k].ambiguous) ambiguous.push_back(expected[k]);
+      continue;
     }
+    target.match = {};
+    unassigned_.push_back(expected_[k]);
+    if (assignments[k].ambiguous) ambiguous_.push_back(expected_[k]);
   }
-  const auto match_again = [&](size_t k, size_t sought) {
-    Target& target = targets_[k];
-    OtherTargets others = others_of(k, group, times, target.views);
-    others.sought = sought;
-    others.sought_elsewhere = std::max(sought, without.size() + lost.size());
-    others.anywhere = target.begins_anew;
-    StereoTracker::Found found = target.tracker.match(times, target.views[0], target.views[1], others);
-    target.match = found.match;
-    target.candidates = std::move(found.candidates);
-  };
-  for (const size_t k : without) {
-    for (const size_t owner : expected) {
-      StereoMatch& match = targets_[owner].match;
-      if (owner == k || match.left < 0 || match.status != Status::kSeen) continue;
-      if (!may_be_both(targets_[owner], targets_[k], times)) continue;
-      match.status = Status::kTogether;
-      for (Candidate& candidate : targets_[owner].candidates) {
-        if (std::exchange(candidate.chosen, false)) candidate.reason = description(Status::kTogether);
-      }
-    }
+}
+
+/// A jump has no evidence of its own: it only keeps tentative targets from having two things, one of which is the
+/// target that jumped. Another established target goes first. `tentative`: of the expected targets.
+void GroupAssignment::add_jump_hypotheses(const std::vector<bool>& tentative) {
+  for (const Hypothesis& jump : jumps_) {
+    const auto is_it = [&](const Hypothesis& each) { return each.left == jump.left || each.right == jump.right; };
+    bool taken = false;
+    for (size_t k = 0; k < expected_.size(); ++k)
+      taken = taken || (!tentative[k] && std::ranges::any_of(hypotheses_[k], is_it));
+    if (!taken) hypotheses_.push_back({jump});
+  }
+}
+
+/// Matches the targets to which nothing was assigned with what is left.
+void GroupAssignment::match_unassigned() {
+  for (const size_t k : unassigned_) {
+    withhold_shared_blobs(k);
     match_again(k, 1);
   }
-  for (const size_t k : ambiguous) targets_[k].match.status = Status::kAmbiguous;
-  for (auto next = lost.begin(); next != lost.end(); ++next) {
+  for (const size_t k : ambiguous_) {
+    targets_[k].match.status = Status::kAmbiguous;
+    for (Candidate& candidate : targets_[k].candidates) {
+      if (std::exchange(candidate.chosen, false)) candidate.reason = description(Status::kAmbiguous);
+    }
+  }
+}
+
+/// A blob in which this target is expected, too, is no other one's.
+void GroupAssignment::withhold_shared_blobs(size_t target) {
+  for (const size_t owner : expected_) {
+    StereoMatch& match = targets_[owner].match;
+    if (owner == target || match.left < 0 || match.status != Status::kSeen) continue;
+    if (!may_be_both(targets_[owner], targets_[target], times_)) continue;
+    match.status = Status::kTogether;
+    for (Candidate& candidate : targets_[owner].candidates) {
+      if (std::exchange(candidate.chosen, false)) candidate.reason = description(Status::kTogether);
+    }
+  }
+}
+
+/// Matches the targets that may be anywhere with what is left, in their order.
+void GroupAssignment::match_lost() {
+  for (auto next = lost_.begin(); next != lost_.end(); ++next) {
     // How many are looked for where this one is.
     const auto here = [&](size_t other) { return same_region(targets_[other], targets_[*next]); };
-    match_again(*next, static_cast<size_t>(std::count_if(next, lost.end(), here)));
+    match_again(*next, static_cast<size_t>(std::count_if(next, lost_.end(), here)));
   }
+}
+
+void GroupAssignment::match_again(size_t target, size_t sought) {
+  Target& its = targets_[target];
+  OtherTargets others = others_of(target, group_, targets_, times_, its.views);
+  others.sought = sought;
+  others.sought_elsewhere = std::max(sought, unassigned_.size() + lost_.size());
+  others.anywhere = its.begins_anew;
+  StereoTracker::Found found = its.tracker.match(times_, its.views[0], its.views[1], others);
+  its.match = found.match;
+  its.candidates = std::move(found.candidates);
+}
+
+/// Gives targets that are in doubt what replaces what they follow, if no other one has it.
+void GroupAssignment::replace_doubtful() {
   std::vector<size_t> replaced;
-  for (const size_t k : expected) {
+  for (const size_t k : expected_) {
     Target& target = targets_[k];
-    if (target.match.status != Status::kSeen || !target.tracker.identity().doubtful(times.pair)) continue;
-    StereoTracker::Found found =
-        target.tracker.match(times, target.views[0], target.views[1], others_of(k, group, times, target.views));
+    if (target.match.status != Status::kSeen || !target.tracker.identity().doubtful(times_.pair)) continue;
+    StereoTracker::Found found = target.tracker.match(times_, target.views[0], target.views[1],
+                                                      others_of(k, group_, targets_, times_, target.views));
     // Where the match of this target was not among the contours, what was found replaces something else.
     const bool same =
         found.replaces && found.replaces->left == target.match.left && found.replaces->right == target.match.right;
@@ -392,18 +370,17 @@ void StereoVision::assign_things(const std::vector<size_t>& group, const PairTim
     target.candidates = std::move(found.candidates);
     replaced.push_back(k);
   }
-  keep_nearest_jumps(without, targets_);
-  // What is too far away to be a jump is left to a target that is lost, now or when it can be measured.
-  for (const size_t k : without) {
+}
+
+/// Of targets that may have jumped to the same thing, the nearest one has it; and what is too far away to be a jump is
+/// left to a target that is lost, now or when it can be measured.
+void GroupAssignment::leave_far_jumps() {
+  keep_nearest_jumps(unassigned_, targets_);
+  for (const size_t k : unassigned_) {
     StereoMatch& match = targets_[k].match;
-    if (lost.empty() || match.status != Status::kOutsidePredictionGate || may_be_jump(targets_[k], times)) continue;
+    if (lost_.empty() || match.status != Status::kOutsidePredictionGate || may_be_jump(targets_[k], times_)) continue;
     match = {};
     match.status = Status::kOtherTarget;
-  }
-  for (const size_t k : group) {
-    Target& target = targets_[k];
-    target.found_inside_windows =
-        target.tracker.is_inside_windows(times, target.match, target.views[0], target.views[1]);
   }
 }
 

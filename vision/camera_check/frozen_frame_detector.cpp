@@ -1,4 +1,4 @@
-#include "vision/track/frozen_frame_detector.hpp"
+#include "vision/camera_check/frozen_frame_detector.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "vision/stereo/calibration_check.hpp"
+#include "vision/camera_check/calibration_check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "vision/track/equal_targets.hpp"
+#include "vision/association/assignment.hpp"
 
 #include <algorithm>
 #include <limits>
