@@ -338,7 +338,7 @@ void StereoTracker::adapt(Side side, const View& view, int chosen, double qualit
 /// that follow a part of an object, as the side in the light, lose the rest of it.
 bool StereoTracker::learned_colours_show_more(Side side, const View& view, const Blob& blob) {
   CameraState& camera_state = cameras_[index(side)];
-  if (camera_state.gains == WhiteBalanceGains{}) return false;
+  if (are_as_learned(camera_state.gains)) return false;
   const cv::Size margin = blob.box.size() / 2;
   const cv::Rect around = (blob.box - cv::Point(margin)) + margin + margin;
   const FoundBlobs found = camera_state.finder.find(view.bgr, around & view.window, camera_state.learned,

@@ -81,6 +81,10 @@ WhiteBalanceGains relaxed(const WhiteBalanceGains& gains) {
   return {towards(gains.red, 1, kRelaxation), towards(gains.blue, 1, kRelaxation)};
 }
 
+bool are_as_learned(const WhiteBalanceGains& gains) {
+  return rounded(gains) == WhiteBalanceGains{};
+}
+
 WhiteBalanceGains returning(const WhiteBalanceGains& gains, double quality) {
   const double rate = kRate * std::clamp(quality, 0.0, 1.0);
   return {towards(gains.red, 1, rate), towards(gains.blue, 1, rate)};

@@ -29,6 +29,8 @@ WhiteBalanceGains adapted(const WhiteBalanceGains& gains, const IlluminationSamp
 /// cause.
 WhiteBalanceGains relaxed(const WhiteBalanceGains& gains);
 
+/// Whether the gains are so near 1 that the adapted colours are those that were learned.
+bool are_as_learned(const WhiteBalanceGains& gains);
 /// The gains after a frame in which wrong gains hid a part of the object: they return to 1 as fast as they adapt.
 WhiteBalanceGains returning(const WhiteBalanceGains& gains, double quality);
 
