@@ -175,8 +175,8 @@ int calibrate_cameras(const CamerasOptions& options) {
                              [&](double part) { progress.show(1 - calibrating * (1 - part)); });
   }
   progress.end();
-  warn_about_fit(images, calibration);
   check_rig(calibration.rig, "--left, --right");
+  warn_about_fit(images, calibration);
 
   nlohmann::json json = result_json(images, calibration, left_out);
   json["errors"] = errors_json(calibration.rig, errors_of(calibration, board, lens).view_factor);
