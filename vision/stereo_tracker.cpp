@@ -299,10 +299,11 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
   const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
   const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-  // What is seen with something else is larger, too: a flat target that has turned is not.
   const TargetAppearance before = identity_.appearance(times.pair);
-  const bool alone = compactness >= kAlone * before.compactness || radius_by_area(match, left, right) < before.radius_m;
-  const bool shows_size = alone && tells_size(match, left, right);
+  const bool ragged = compactness < kAlone * before.compactness;
+  // What is seen with something else is larger, too: a flat target that has turned, or is partly covered, is not.
+  const bool alone = !ragged || radius_by_area(match, left, right) < before.radius_m;
+  const bool shows_size = !ragged && tells_size(match, left, right);
   if (shows_size) unoccluded_size_.update(radius_by_area(match, left, right), times.pair);
   identity_.update(times.pair,
                    {.by_contour = match.both_by_contour,
