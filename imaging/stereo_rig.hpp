@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "imaging/camera_model.hpp"
+#include "imaging/side.hpp"
 
 namespace multireach {
 
@@ -32,6 +33,7 @@ struct StereoRig {
   RigErrors errors{};      ///< of the calibration
 
   double baseline_m() const { return X_RL.translation().norm(); }
+  const CameraModel& camera(Side side) const { return side == Side::kLeft ? left : right; }
 };
 
 /// Whether two rigs have the same cameras at the same poses.

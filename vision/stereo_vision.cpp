@@ -68,8 +68,8 @@ const char* StereoVision::update(StereoImages& images) {
 }
 
 /// What encloses the other targets that look like this one, in both images.
-std::array<std::vector<cv::Rect>, 2> StereoVision::boxes_of_others(size_t target) const {
-  std::array<std::vector<cv::Rect>, 2> boxes;
+BoxesOfOthers StereoVision::boxes_of_others(size_t target) const {
+  BoxesOfOthers boxes;
   const auto* group = group_of(target);
   if (!group) return boxes;
   for (const size_t other : *group) {
@@ -133,8 +133,8 @@ bool StereoVision::search(StereoImages& images, bool everywhere) {
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
     if (everywhere && target.found_inside_windows) continue;
-    StereoTracker::Found found = target.tracker.match(images.times(), target.views[0], target.views[1],
-                                                      {.taken = {}, .unknown = group_of(k) != nullptr});
+    TargetMatch found = target.tracker.match(images.times(), target.views[0], target.views[1],
+                                             {.taken = {}, .unknown = group_of(k) != nullptr});
     target.match = found.match;
     target.candidates = std::move(found.candidates);
     target.found_inside_windows =
@@ -163,7 +163,6 @@ void StereoVision::refuse_other_things(const PairTimes& times) {
 /// Looks for targets that were not found once more with the wider colour model, where they are expected. Returns false
 /// when an image cannot be decoded.
 bool StereoVision::look_again(StereoImages& images) {
-  using Colours = StereoTracker::Colours;
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
     if (!target.tracker.may_look_again(images.times().pair, target.match)) continue;
@@ -176,8 +175,8 @@ bool StereoVision::look_again(StereoImages& images) {
     }
     OtherTargets others;
     if (const auto* group = group_of(k)) others = others_of(k, *group, targets_, images.times(), views);
-    StereoTracker::Found found = target.tracker.match(images.times(), views[0], views[1], others);
-    if (!target.tracker.is_target_again(found, views[0], views[1])) continue;
+    TargetMatch found = target.tracker.match(images.times(), views[0], views[1], others);
+    if (!is_target_again(found, views[0], views[1])) continue;
     if (!target.tracker.is_inside_windows(images.times(), found.match, views[0], views[1])) continue;
     target.match = found.match;
     target.begins_anew = false;

@@ -98,7 +98,7 @@ class StereoVision {
   bool look_again(StereoImages& images);
   bool search_side(StereoImages& images, Side side, bool everywhere);
   const std::vector<size_t>* group_of(size_t target) const;
-  std::array<std::vector<cv::Rect>, 2> boxes_of_others(size_t target) const;
+  BoxesOfOthers boxes_of_others(size_t target) const;
 
   std::vector<Target> targets_;
   std::vector<std::vector<size_t>> equal_;  // groups of targets that look alike, by their indices

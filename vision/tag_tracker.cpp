@@ -110,7 +110,7 @@ void TagTracker::expire(int64_t utime) {
 }
 
 cv::Rect TagTracker::whole_image(Side side) const {
-  const CameraModel& camera = side == Side::kLeft ? options_.rig.left : options_.rig.right;
+  const CameraModel& camera = options_.rig.camera(side);
   return {0, 0, camera.width, camera.height};
 }
 
@@ -119,7 +119,7 @@ cv::Rect TagTracker::window(Side side, int64_t utime) const {
   const auto predicted = track_.predicted(utime);
   if (!predicted) return whole;
   const StereoRig& rig = options_.rig;
-  const CameraModel& camera = side == Side::kLeft ? rig.left : rig.right;
+  const CameraModel& camera = rig.camera(side);
   Eigen::Vector3d p = rig.X_WL.inverse() * predicted->position;
   if (side == Side::kRight) p = rig.X_RL * p;
   const double reach_m = kWindowSides * options_.size.side_m;

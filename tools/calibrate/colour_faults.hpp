@@ -28,7 +28,7 @@ PicturePart part_of(const cv::Mat& bgr, const std::optional<ObjectRegion>& regio
 /// Pixels.
 double area_of(const ObjectRegion& region);
 
-using FoundByVision = std::optional<vision::StereoTracker::Found>;
+using FoundByVision = std::optional<vision::TargetMatch>;
 
 /// What vision, knowing only the colours, finds in a picture where the other camera sees just the same, as of things
 /// half a metre away: its optical axis passes to the right of the middle. Nothing of a picture that is too small.

@@ -233,8 +233,8 @@ void GroupAssignment::match_bounces() {
       return other != k && is_expected(other) && would_bounce(target, targets_[other], times_.pair);
     };
     if (!is_expected(k) || std::ranges::none_of(group_, in_the_way)) continue;
-    StereoTracker::Found found = target.tracker.match(times_, target.views[0], target.views[1],
-                                                      {.taken = {}, .unknown = true, .anywhere = true});
+    TargetMatch found = target.tracker.match(times_, target.views[0], target.views[1],
+                                             {.taken = {}, .unknown = true, .anywhere = true});
     std::erase_if(found.candidates, [&](const Candidate& each) {
       return !target.tracker.track().is_near(times_.pair, position_of(each.match));
     });
@@ -344,7 +344,7 @@ void GroupAssignment::match_again(size_t target, size_t sought) {
   others.sought = sought;
   others.sought_elsewhere = std::max(sought, unassigned_.size() + lost_.size());
   others.anywhere = its.begins_anew;
-  StereoTracker::Found found = its.tracker.match(times_, its.views[0], its.views[1], others);
+  TargetMatch found = its.tracker.match(times_, its.views[0], its.views[1], others);
   its.match = found.match;
   its.candidates = std::move(found.candidates);
 }
@@ -355,8 +355,8 @@ void GroupAssignment::replace_doubtful() {
   for (const size_t k : expected_) {
     Target& target = targets_[k];
     if (target.match.status != Status::kSeen || !target.tracker.identity().doubtful(times_.pair)) continue;
-    StereoTracker::Found found = target.tracker.match(times_, target.views[0], target.views[1],
-                                                      others_of(k, group_, targets_, times_, target.views));
+    TargetMatch found = target.tracker.match(times_, target.views[0], target.views[1],
+                                             others_of(k, group_, targets_, times_, target.views));
     // Where the match of this target was not among the contours, what was found replaces something else.
     const bool same =
         found.replaces && found.replaces->left == target.match.left && found.replaces->right == target.match.right;

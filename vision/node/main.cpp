@@ -53,7 +53,7 @@ nlohmann::json rows_of(const std::vector<vision::Candidate>& candidates) {
 nlohmann::json coloured_answer(const VisionConfig::Target& target, const cv::Mat& left, const cv::Mat& right,
                                bool chroma_subsampled) {
   vision::StereoTracker tracker(target.options);
-  const vision::StereoTracker::Found found = tracker.find(left, right, chroma_subsampled);
+  const vision::TargetMatch found = tracker.find(left, right, chroma_subsampled);
   const vision::StereoMatch& match = found.match;
   using Status = vision::StereoMatch::Status;
   const bool seen = match.status == Status::kSeen;

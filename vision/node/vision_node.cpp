@@ -325,7 +325,7 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
   std::array<cv::Mat, 2> images;
   for (const Side side : kSides) {
     const auto at = index(side);
-    const CameraModel& camera = side == Side::kLeft ? config_.rig.left : config_.rig.right;
+    const CameraModel& camera = config_.rig.camera(side);
     const cv::Rect whole(0, 0, camera.width, camera.height);
     const bool fits = frames.has(side, whole.width, whole.height);
     const cv::Mat* bgr = fits ? frames.pixels(side, whole, codecs_[at]) : nullptr;

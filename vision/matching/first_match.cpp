@@ -1,5 +1,4 @@
-// Whether the best candidate is taken for the target where no prediction supports it.
-#include "vision/stereo_tracker.hpp"
+#include "vision/matching/first_match.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -12,10 +11,10 @@ bool has_distance(const StereoMatch& match, const StereoRig& rig) {
 
 }  // namespace
 
-void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPair> pairs, size_t located,
-                                      const View& left, const View& right, Found& found) const {
+void check_first_match(const TrackerOptions& options, size_t chosen, std::span<const ComparedPair> pairs,
+                       size_t located, const View& left, const View& right, TargetMatch& found) {
   using Status = StereoMatch::Status;
-  const bool known = options_.match.radius_m > 0;
+  const bool known = options.match.radius_m > 0;
   Candidate& candidate = found.candidates[chosen];
   const auto refuse = [&](const StereoMatch& match, Status status, const char* reason) {
     found.match = match;
@@ -34,18 +33,18 @@ void StereoTracker::check_first_match(size_t chosen, std::span<const ComparedPai
     refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
     return;
   }
-  if (!has_distance(candidate.match, options_.rig)) {
+  if (!has_distance(candidate.match, options.rig)) {
     refuse(candidate.match, Status::kNoDistance, description(Status::kNoDistance));
     return;
   }
-  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options_.rig, located);
+  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options.rig, located);
   if (other) {
     refuse(other->match, other->match.status,
            "more contours violate the epipolar constraint than fit: it may fit by chance");
     return;
   }
   const ComparedPair* better = outdone_by(candidate, found.candidates, pairs, {left.contours, right.contours},
-                                          {left.appearance, right.appearance}, options_.match);
+                                          {left.appearance, right.appearance}, options.match);
   if (better) {
     const bool cut_off = better->match.status == Status::kCutOff;
     refuse(better->match, better->match.status,

@@ -1,0 +1,149 @@
+#include "vision/camera_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "vision/colour/join_parts.hpp"
+#include "vision/packed_cells.hpp"
+#include "vision/stereo/triangulate.hpp"
+
+namespace multireach::vision {
+namespace {
+
+constexpr double kFilled = 0.5;  // mask's share of an image above which the colour model is too wide
+constexpr double kMore = 2;      // areas, by which the colours as learned show more of the target: a choice
+// Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
+// or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
+constexpr double kWider = 0.15;
+constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
+
+/// Whether the image is black, as of a covered or dead camera. Samples every eighth pixel in both directions.
+bool is_dark(const cv::Mat& bgr) {
+  constexpr int kStep = 8;
+  for (int row = kStep / 2; row < bgr.rows; row += kStep) {
+    const auto* pixels = bgr.ptr<cv::Vec3b>(row);
+    for (int column = kStep / 2; column < bgr.cols; column += kStep) {
+      const cv::Vec3b& p = pixels[column];
+      if (p[0] > kDimmest || p[1] > kDimmest || p[2] > kDimmest) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+CameraSearch::CameraSearch(const TrackerOptions& options, Side side)
+    : camera_(options.rig.camera(side)),
+      area_(searched_area(options, side)),
+      min_area_px_(options.min_area_px),
+      additional_(ray_covariance(camera_, options.sigma_px)),
+      learned_(options.colour[index(side)]),
+      model_(options.colour[index(side)]),
+      wider_(widened(options.colour[index(side)], kWider)),
+      fitter_(camera_, options.match.radius_m > 0 ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything),
+      background_({camera_.width, camera_.height}),
+      motion_(area_.size()) {}
+
+void CameraSearch::restart() {
+  gains_ = {};
+  background_.forget();
+  motion_.forget();
+  shift_ = {};
+  looks_ = since_look_ = 0;
+}
+
+View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
+  View view;
+  view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole_image().size();
+  if (!view.fits) return view;
+  view.window = window;
+  view.whole = window == area_;
+  view.bgr = bgr;
+  view.wider = colours == Colours::kWider;
+  AdaptedColourModel& model = view.wider ? wider_ : model_;
+  const FoundBlobs found =
+      finder_.find(bgr, window, model.members(gains_), {.min_area = min_area_px_, .most = kMaxBlobs});
+  view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * area_.area();
+  if (view.filled) return view;
+  view.full = found.blobs.size() >= kMaxBlobs;
+  view.blobs = join_parts(found.blobs);
+  for (const Blob& blob : view.blobs) {
+    view.contours.push_back(fitter_.fit(bgr, blob, window, chroma_subsampled));
+    SphereContour& contour = view.contours.back();
+    contour.covariance.topLeftCorner<2, 2>() += additional_;
+    if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional_;
+    view.appearance.push_back({.background = background_.share_of(blob),
+                               .compactness = compactness(blob),
+                               .colour_share = model.share_well_inside(gains_, bgr, blob)});
+  }
+  view.dark = view.blobs.empty() && view.whole && is_dark(bgr(window));
+  return view;
+}
+
+void CameraSearch::adapt(const View& view, const Blob& blob, double quality) {
+  gains_ = learned_colours_show_more(view, blob) ? returning(gains_, quality)
+                                                 : adapted(gains_, model_.sample(gains_, view.bgr, blob), quality);
+}
+
+/// Whether the colours as learned show more of a compact object than those that were adapted, which show `blob`. Gains
+/// that follow a part of an object, as the side in the light, lose the rest of it.
+bool CameraSearch::learned_colours_show_more(const View& view, const Blob& blob) {
+  if (are_as_learned(gains_)) return false;
+  const cv::Size margin = blob.box.size() / 2;
+  const cv::Rect around = (blob.box - cv::Point(margin)) + margin + margin;
+  const FoundBlobs found =
+      finder_.find(view.bgr, around & view.window, learned_, {.min_area = min_area_px_, .most = kMaxBlobs});
+  return std::ranges::any_of(join_parts(found.blobs), [&](const Blob& other) {
+    const bool same = 2 * static_cast<double>(common_pixels(other, blob)) > blob.area;
+    return same && other.area > kMore * blob.area && compactness(other) > compactness(blob);
+  });
+}
+
+bool CameraSearch::notice_motion(const View& view, int64_t utime) {
+  if (!view.fits || view.dark || !view.whole) return false;
+  const CameraMotion::Motion motion = motion_.look(view.bgr(view.window));
+  if (motion == CameraMotion::Motion::kNone) return false;
+  if (motion == CameraMotion::Motion::kLarge) background_.forget();
+  shift_.last_utime = utime;
+  shift_.total_px += motion_.moved_px();
+  return true;
+}
+
+void CameraSearch::learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background) {
+  if (!view.fits || view.filled || view.dark || view.wider) return;
+  if (others_are_background) background_.learn(view.window, view.blobs, objects, view.whole ? since_look_ + 1 : 1);
+  since_look_ = view.whole ? 0 : std::min(kLookEvery, since_look_ + 1);
+  if (view.whole) looks_ = std::min(kFirstLooks, looks_ + 1);
+}
+
+size_t CameraSearch::serialized_size() const {
+  return packed_size(background_.cells().size()) + packed_size(motion_.cells().size()) + kLooks;
+}
+
+void CameraSearch::append_state(std::vector<double>& state) const {
+  append_packed(background_.cells(), state);
+  append_packed(motion_.cells(), state);
+  state.insert(state.end(), {static_cast<double>(looks_), static_cast<double>(since_look_)});
+}
+
+bool CameraSearch::is_state(std::span<const double> state) const {
+  if (state.size() != serialized_size()) return false;
+  const auto whole = [](double value, double most) {
+    return value >= 0 && value <= most && value == std::floor(value);
+  };
+  const size_t background = packed_size(background_.cells().size()), motion = packed_size(motion_.cells().size());
+  return is_packed(state.first(background), background_.cells().size()) &&
+         is_packed(state.subspan(background, motion), motion_.cells().size()) &&
+         whole(state[state.size() - 2], kFirstLooks) && whole(state[state.size() - 1], kLookEvery);
+}
+
+void CameraSearch::set_state(std::span<const double> state) {
+  const size_t background = packed_size(background_.cells().size()), motion = packed_size(motion_.cells().size());
+  unpack(state.first(background), background_.cells());
+  unpack(state.subspan(background, motion), motion_.cells());
+  looks_ = static_cast<int>(state[state.size() - 2]);
+  since_look_ = static_cast<int>(state[state.size() - 1]);
+}
+
+}  // namespace multireach::vision

@@ -1,0 +1,229 @@
+#include "vision/matching/pair_matcher.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "vision/expectation.hpp"
+#include "vision/matching/elsewhere.hpp"
+#include "vision/matching/first_match.hpp"
+#include "vision/matching/matched_size.hpp"
+#include "vision/stereo/compare_contours.hpp"
+
+namespace multireach::vision {
+namespace {
+
+/// Whether a pair may combine two things that touch, as balls do: in both images the contour is a part of a larger
+/// blob, of about the same size, but at different places of it.
+bool are_different_parts(const ComparedPair& pair, const View& left, const View& right) {
+  constexpr double kLargerBlob = 1.3;  // least area of such a blob, in areas of the contour
+  constexpr double kBlobRatio = 1.3;   // largest ratio of the areas of images of the same blob
+  constexpr double kOffset = 0.5;      // largest difference of the contour's offset from the blob's centroid, radii
+  if (!pair.match.both_by_contour) return false;
+  struct Part {
+    double area_ratio;
+    Eigen::Vector2d offset;
+  };
+  const auto part_of = [](const View& view, int at) {
+    const SphereContour& contour = view.contours[static_cast<size_t>(at)];
+    const Blob& blob = view.blobs[static_cast<size_t>(at)];
+    const double radius = contour.radius_px;
+    return Part{blob.area / (std::numbers::pi * radius * radius), (contour.centre_px - blob.centroid) / radius};
+  };
+  const Part a = part_of(left, pair.match.left), b = part_of(right, pair.match.right);
+  return std::min(a.area_ratio, b.area_ratio) > kLargerBlob &&
+         std::max(a.area_ratio, b.area_ratio) < kBlobRatio * std::min(a.area_ratio, b.area_ratio) &&
+         (a.offset - b.offset).norm() > kOffset;
+}
+
+constexpr double kExpectedRadii = 2;  // of a contour, from where the target is expected to its centre: a choice
+
+bool is_background(const StereoMatch& match, const View& left, const View& right) {
+  return match.left >= 0 && match.right >= 0 && left.appearance[static_cast<size_t>(match.left)].is_background() &&
+         right.appearance[static_cast<size_t>(match.right)].is_background();
+}
+
+}  // namespace
+
+TargetMatch PairMatcher::match(const OtherTargets& others) const {
+  using Status = StereoMatch::Status;
+  const auto failed = [](Status status) {
+    TargetMatch found;
+    found.match.status = status;
+    return found;
+  };
+  if (!left_.fits || !right_.fits) return failed(Status::kWrongImageSize);
+  if (left_.filled || right_.filled) return failed(Status::kColourEverywhere);
+  if (left_.dark) return failed(Status::kLeftDark);
+  if (right_.dark) return failed(Status::kRightDark);
+  const bool known = object_.identity.known();
+  // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
+  TargetMatch found = match_among(others, {.background = !known, .prediction = !others.anywhere});
+  StereoMatch& match = found.match;
+  const bool outside = match.status == Status::kOutsidePredictionGate && !others.unknown;
+  // The gate of the track, unlike that of a match, allows for the errors of its velocity between the exposures.
+  if (outside && !object_.track.expects(times_.pair, estimate_at_pair(options_.rig, object_.track, times_, match)))
+    found = match_elsewhere(others);
+  if (known && match.left < 0 && !left_.contours.empty() && !right_.contours.empty())
+    match.status = Status::kOnlyBackground;
+  const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
+  if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
+  if (auto other = match_instead_of(match, others)) found = std::move(*other);
+  const bool apart = match.status == Status::kBehindCameras || match.status == Status::kInconsistentPair ||
+                     match.status == Status::kEpipolarMismatch;
+  if (apart && match.fits_swapped) match.status = Status::kImagesSwapped;
+  return found;
+}
+
+/// What replaces the matched thing, if further matches confirm it: what appears or moves is more likely the target than
+/// what stands still, and what fits best by itself more likely than what was taken for it shortly before.
+std::optional<TargetMatch> PairMatcher::match_instead_of(const StereoMatch& match, const OtherTargets& others) const {
+  using Status = StereoMatch::Status;
+  const TargetIdentity& identity = object_.identity;
+  if (object_.track.status() == TargetTrack::Status::kLost) return std::nullopt;
+  const bool still = !identity.known() && is_background(match, left_, right_);
+  const bool doubtful =
+      match.status == Status::kSeen && left_.whole && right_.whole && !others.unknown && identity.doubtful(times_.pair);
+  if (!still && !doubtful) return std::nullopt;
+  const double lead = doubtful && identity.found_again() ? lead_against_found_again() : kLead;
+  TargetMatch other = match_among(others, {.followed = &match, .lead = lead});
+  const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
+                        (still && may_replace(options_, identity, other.match, match, left_, right_));
+  if (other.match.status != Status::kSeen || !replaces) return std::nullopt;
+  other.match.status = Status::kOutsidePredictionGate;
+  other.candidates.front().chosen = false;
+  other.candidates.front().reason = "it replaces the followed object if further matches confirm it";
+  other.replaces = match;
+  return other;
+}
+
+/// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as
+/// much in their sum as a single choice takes, or two thirds of it where a near jump takes two pairs. More than three
+/// successive pairs hardly show more than three.
+double PairMatcher::lead_against_found_again() const {
+  return kLead / std::clamp(options_.track.confirmations, 1, 3);
+}
+
+/// Matches what is not where the target is expected, which may have jumped there: it is as uncertain as a first match.
+TargetMatch PairMatcher::match_elsewhere(const OtherTargets& others) const {
+  using Status = StereoMatch::Status;
+  OtherTargets among = others;
+  among.sought = others.sought_elsewhere;
+  TargetMatch found = match_among(among, {.background = !object_.identity.known()});
+  if (found.match.status == Status::kAmbiguous) found.match.status = Status::kSeveralElsewhere;
+  if (found.match.status != Status::kSeen) return found;
+  found.match.status = Status::kOutsidePredictionGate;
+  found.candidates.front().chosen = false;
+  found.candidates.front().reason = "it is not where the target is expected: further matches must confirm it";
+  return found;
+}
+
+/// Matches the contours that are no other target.
+TargetMatch PairMatcher::match_among(const OtherTargets& others, const Scope& scope) const {
+  const std::array<Contours, 2> among = contours_among(others, scope);
+  TargetHistory history = scope.prediction ? history_at(options_, object_, times_) : TargetHistory{};
+  if (scope.followed && object_.identity.found_again())
+    history.radius_m = object_.identity.appearance(times_.pair).radius_m;
+  const std::vector<ComparedPair> pairs = compare(among, history, scope);
+  TargetMatch found;
+  found.match = best_match(among[0].contours, among[1].contours, pairs);
+  found.candidates = candidates_of(pairs, left_.appearance, right_.appearance, history, options_.match);
+  const auto with_occlusion = [&](StereoMatch& match) {
+    add_occlusion(options_, object_.unoccluded_size, times_.pair, left_, right_, match);
+  };
+  if (found.candidates.empty()) {
+    with_occlusion(found.match);
+    return found;
+  }
+  for (size_t k = 0; k < found.candidates.size(); ++k) {
+    StereoMatch& match = found.candidates[k].match;
+    if (!(options_.match.radius_m > 0) && !match.both_by_contour)
+      match.shape_covariance += covariance_of_parts(found.candidates, k);
+  }
+  const auto chosen = choose(found.candidates, others.sought, scope.lead);
+  found.match = found.candidates[chosen.value_or(0)].match;
+  if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
+  const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
+  if (chosen && !history.manoeuvring) check_first_match(options_, *chosen, pairs, located, left_, right_, found);
+  // After the checks of a first match: it may be another object than the one whose size is remembered.
+  with_occlusion(found.match);
+  for (Candidate& candidate : found.candidates) with_occlusion(candidate.match);
+  return found;
+}
+
+/// Where a confirmed target is expected, a sphere's contour counts also before background of its colour.
+std::array<PairMatcher::Contours, 2> PairMatcher::contours_among(const OtherTargets& others, const Scope& scope) const {
+  const auto expected_at =
+      object_.identity.confirmed() && scope.prediction ? expected_px(options_, object_, times_) : std::nullopt;
+  const auto is_expected = [&](Side side, const SphereContour& contour) {
+    return expected_at && contour.kind == SphereContour::Kind::kEdges &&
+           (contour.centre_px - (*expected_at)[index(side)]).norm() < kExpectedRadii * contour.radius_px;
+  };
+  std::array<Contours, 2> among;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const View& view = side == Side::kLeft ? left_ : right_;
+    const std::vector<bool>& taken = others.taken[index(side)];
+    auto& [contours, numbers] = among[index(side)];
+    for (size_t k = 0; k < view.contours.size(); ++k) {
+      if (k < taken.size() && taken[k]) continue;
+      const bool background = view.appearance[k].is_background();
+      if (!scope.background && background && !is_expected(side, view.contours[k])) continue;
+      contours.push_back(view.contours[k]);
+      // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
+      if (background) contours.back().by_centroid = nullptr;
+      numbers.push_back(static_cast<int>(k));
+    }
+  }
+  return among;
+}
+
+/// Compares all pairs of contours, and refuses those that are not the target. The numbers of their contours are those
+/// in the views.
+std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& among, const TargetHistory& history,
+                                               const Scope& scope) const {
+  std::optional<Prediction> prediction;
+  if (history.manoeuvring)
+    prediction = {history.manoeuvring->position, history.manoeuvring->covariance, history.manoeuvring->bias_covariance};
+  const bool moves = prediction.has_value();  // not known of what is lost, or seen elsewhere
+  const auto moved_rig = [&] { return rig_at(options_.rig, object_.track, times_); };
+  std::vector<ComparedPair> pairs = compare_pairs(moves ? moved_rig() : options_.rig, among[0].contours,
+                                                  among[1].contours, prediction, options_.match);
+  for (ComparedPair& pair : pairs) {
+    const auto l = static_cast<size_t>(pair.match.left), r = static_cast<size_t>(pair.match.right);
+    const int in_left = among[0].numbers[l], in_right = among[1].numbers[r];
+    const bool followed = scope.followed && in_left == scope.followed->left && in_right == scope.followed->right;
+    if (followed) {
+      // Its motion is known: its images fit each other where it has moved between the exposures.
+      const bool mixed = pair.mixed;
+      pair = compare_contours(moved_rig(), among[0].contours[l], among[1].contours[r], prediction, options_.match);
+      pair.mixed = mixed;
+    }
+    pair.match.unknown_motion = !moves && !followed;
+    pair.match.left = in_left;
+    pair.match.right = in_right;
+    if (options_.search_region && has_position(pair.match.status) &&
+        !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
+      pair.match.status = StereoMatch::Status::kOutsideRegion;
+    const bool expected = prediction && !pair.outside_gate;
+    if (!expected && has_position(pair.match.status) && are_different_parts(pair, left_, right_))
+      pair.match.status = StereoMatch::Status::kInconsistentPair;
+    if (!followed) check(expected, pair);
+  }
+  return pairs;
+}
+
+/// Refuses what may be the target by its position, but looks otherwise. `expected`: it is where the target is expected.
+void PairMatcher::check(bool expected, ComparedPair& pair) const {
+  using Status = StereoMatch::Status;
+  if (pair.match.status != Status::kSeen && pair.match.status != Status::kOutsidePredictionGate) return;
+  const Appearance& in_left = left_.appearance[static_cast<size_t>(pair.match.left)];
+  const Appearance& in_right = right_.appearance[static_cast<size_t>(pair.match.right)];
+  const bool known_size = options_.match.radius_m > 0;
+  const TargetAppearance target = object_.identity.appearance(times_.pair);
+  if (is_off_colour(pair, in_left, in_right))
+    pair.match.status = Status::kOffColour;
+  else if (!known_size &&
+           (expected ? is_smear(pair, in_left, in_right, target) : is_unlike(pair, in_left, in_right, target)))
+    pair.match.status = Status::kUnlike;
+}
+
+}  // namespace multireach::vision
