@@ -55,17 +55,17 @@ void CameraSearch::restart() {
 
 View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
   View view;
-  view.fits = bgr.type() == CV_8UC3 && bgr.size() == whole_image().size();
-  if (!view.fits) return view;
+  if (bgr.type() != CV_8UC3 || bgr.size() != whole_image().size()) return view;
   view.window = window;
   view.whole = window == area_;
   view.bgr = bgr;
-  view.wider = colours == Colours::kWider;
-  AdaptedColourModel& model = view.wider ? wider_ : model_;
+  view.colours = colours;
+  AdaptedColourModel& model = view.wider() ? wider_ : model_;
   const FoundBlobs found =
       finder_.find(bgr, window, model.members(gains_), {.min_area = min_area_px_, .most = kMaxBlobs});
-  view.filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * area_.area();
-  if (view.filled) return view;
+  const bool filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * area_.area();
+  view.content = filled ? View::Content::kFilled : View::Content::kBlobs;
+  if (filled) return view;
   view.full = found.blobs.size() >= kMaxBlobs;
   view.blobs = join_parts(found.blobs);
   for (const Blob& blob : view.blobs) {
@@ -77,7 +77,7 @@ View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chro
                                .compactness = compactness(blob),
                                .colour_share = model.share_well_inside(gains_, bgr, blob)});
   }
-  view.dark = view.blobs.empty() && view.whole && is_dark(bgr(window));
+  if (view.blobs.empty() && view.whole && is_dark(bgr(window))) view.content = View::Content::kDark;
   return view;
 }
 
@@ -101,7 +101,8 @@ bool CameraSearch::learned_colours_show_more(const View& view, const Blob& blob)
 }
 
 bool CameraSearch::notice_motion(const View& view, int64_t utime) {
-  if (!view.fits || view.dark || !view.whole) return false;
+  using Content = View::Content;
+  if (view.content == Content::kWrongImage || view.content == Content::kDark || !view.whole) return false;
   const CameraMotion::Motion motion = motion_.look(view.bgr(view.window));
   if (motion == CameraMotion::Motion::kNone) return false;
   if (motion == CameraMotion::Motion::kLarge) background_.forget();
@@ -111,7 +112,7 @@ bool CameraSearch::notice_motion(const View& view, int64_t utime) {
 }
 
 void CameraSearch::learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background) {
-  if (!view.fits || view.filled || view.dark || view.wider) return;
+  if (view.content != View::Content::kBlobs || view.wider()) return;
   if (others_are_background) background_.learn(view.window, view.blobs, objects, view.whole ? since_look_ + 1 : 1);
   since_look_ = view.whole ? 0 : std::min(kLookEvery, since_look_ + 1);
   if (view.whole) looks_ = std::min(kFirstLooks, looks_ + 1);

@@ -15,10 +15,6 @@
 
 namespace multireach::vision {
 
-/// Which colours count as the target's: those learned, or also those near them. The latter are enough where little else
-/// can be meant: in the small window in which a confirmed target is expected.
-enum class Colours { kLearned, kWider };
-
 /// What was noticed of a camera's motion since the start.
 struct CameraShift {
   std::optional<int64_t> last_utime;  ///< when it moved last, microseconds

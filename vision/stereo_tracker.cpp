@@ -150,7 +150,7 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   // Where a known target was found again, it may have been seen, but not located, and so learned as background. Only
   // once this is the target beyond doubt: the background tells it from other things.
   const bool beyond_doubt = followed && in_doubt && !identity.doubtful(times.pair);
-  if (beyond_doubt && identity.confirmed() && !left.wider && !right.wider) {
+  if (beyond_doubt && identity.confirmed() && !left.wider() && !right.wider()) {
     left_camera.forget_background(left.blobs[static_cast<size_t>(match.left)]);
     right_camera.forget_background(right.blobs[static_cast<size_t>(match.right)]);
   }
@@ -225,7 +225,7 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
   TargetReport tracked = report(times.pair, TargetTrack::Status::kTracked, description_of_seen(match, options_.match));
   tracked.estimate = {estimate.position, estimate.covariance + object_.shape_covariance};
   // What only the wider colours show teaches nothing about the target.
-  if (!left.wider && !right.wider) learn_from(times, match, left, right);
+  if (!left.wider() && !right.wider()) learn_from(times, match, left, right);
   return tracked;
 }
 

@@ -117,7 +117,8 @@ const char* StereoVision::measure(StereoImages& images) {
   if (!look_again(images)) return "an image cannot be decoded";
   // A covered camera also repeats a black image; the tracker reports that case as dark.
   const auto black = [&](Side side) {
-    return std::ranges::any_of(targets_, [&](const Target& target) { return target.views[index(side)].dark; });
+    return std::ranges::any_of(
+        targets_, [&](const Target& target) { return target.views[index(side)].content == View::Content::kDark; });
   };
   if (images.fingerprint(Side::kLeft) == images.fingerprint(Side::kRight) && !black(Side::kLeft))
     return "the left and the right image are the same";

@@ -9,19 +9,29 @@
 
 namespace multireach::vision {
 
+/// Which colours count as the target's: those learned, or also those near them. The latter are enough where little else
+/// can be meant: in the small window in which a confirmed target is expected.
+enum class Colours { kLearned, kWider };
+
 /// What was found of one target in one image of a pair.
 struct View {
-  bool fits = false;    ///< the image is 8-bit BGR and has the size of the calibration
-  bool whole = false;   ///< the whole search area was searched
-  bool dark = false;    ///< nothing was found in the whole search area, and it is black
-  bool filled = false;  ///< most of the search area has the target's colour
-  bool wider = false;   ///< searched with the wider colour model
-  bool full = false;    ///< as many blobs were found as are measured: there may be more
-  cv::Rect window;      ///< search window
-  cv::Mat bgr;          ///< the image; shares its pixels
+  enum class Content {
+    kWrongImage,  ///< not searched: the image is not 8-bit BGR, or does not have the size of the calibration
+    kDark,        ///< nothing was found in the whole search area, and it is black
+    kFilled,      ///< most of the search area has the target's colour: nothing was measured
+    kBlobs,       ///< `blobs`, or none
+  };
+  Content content = Content::kWrongImage;
+  Colours colours = Colours::kLearned;  ///< that were searched for
+  bool whole = false;                   ///< the whole search area was searched
+  bool full = false;                    ///< as many blobs were found as are measured: there may be more
+  cv::Rect window;                      ///< search window
+  cv::Mat bgr;                          ///< the image; shares its pixels
   std::vector<Blob> blobs;
   std::vector<SphereContour> contours;  ///< one per blob
   std::vector<Appearance> appearance;   ///< likewise
+
+  bool wider() const { return colours == Colours::kWider; }
 };
 
 }  // namespace multireach::vision

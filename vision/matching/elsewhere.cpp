@@ -90,7 +90,7 @@ std::optional<StereoMatch::Status> seen_in_one_image(const TrackerOptions& optio
     const double radius_px = camera.focal_px() * object.radius_m / expected_C.norm(),
                  most = options.match.max_size_ratio;
     Expected expected{.shown = false, .far = (matched_px - centre).norm() > kAbout * radius_px};
-    for (size_t k = 0; k < view.blobs.size() && !view.wider; ++k) {
+    for (size_t k = 0; k < view.blobs.size() && !view.wider(); ++k) {
       if (is_of_others(view.blobs[k], others[index(side)])) continue;
       if (object.identity.known() && view.appearance[k].is_background()) continue;
       const double size = view.contours[k].radius_px / radius_px;
@@ -115,7 +115,7 @@ bool has_bounced(const TrackerOptions& options, const TrackedObject& object, int
   if (!object.track.may_bounce_to(utime, there) || !(object.radius_m > 0)) return false;
   const Eigen::Vector3d p_L = options.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
-    if (view.wider || view.full || !view.whole) return false;
+    if (view.wider() || view.full || !view.whole) return false;
     if (object.identity.known() && view.appearance[static_cast<size_t>(chosen)].is_background()) return false;
     const SphereContour& contour = view.contours[static_cast<size_t>(chosen)];
     const double distance_m = (side == Side::kLeft ? p_L : options.rig.X_RL * p_L).norm();

@@ -11,8 +11,8 @@ bool has_distance(const StereoMatch& match, const StereoRig& rig) {
 
 }  // namespace
 
-void check_first_match(const TrackerOptions& options, size_t chosen, std::span<const ComparedPair> pairs,
-                       size_t located, const View& left, const View& right, TargetMatch& found) {
+void check_first_match(const TrackerOptions& options, size_t chosen, std::span<const ComparedPair> pairs, size_t others,
+                       const View& left, const View& right, TargetMatch& found) {
   using Status = StereoMatch::Status;
   const bool known = options.match.radius_m > 0;
   Candidate& candidate = found.candidates[chosen];
@@ -37,7 +37,7 @@ void check_first_match(const TrackerOptions& options, size_t chosen, std::span<c
     refuse(candidate.match, Status::kNoDistance, description(Status::kNoDistance));
     return;
   }
-  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options.rig, located);
+  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options.rig, others);
   if (other) {
     refuse(other->match, other->match.status,
            "more contours violate the epipolar constraint than fit: it may fit by chance");

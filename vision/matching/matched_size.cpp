@@ -50,7 +50,7 @@ void add_occlusion(const TrackerOptions& options, const UnoccludedSize& size, in
   const double radius_m = radius_by_area(options.rig, match, left, right);
   match.shape_covariance += size.occlusion_covariance(radius_m, utime);
   // The wider colours may also show some of what is beside the object.
-  if (left.wider || right.wider) match.shape_covariance += size.surplus_covariance(radius_m);
+  if (left.wider() || right.wider()) match.shape_covariance += size.surplus_covariance(radius_m);
 }
 
 }  // namespace multireach::vision

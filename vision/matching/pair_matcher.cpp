@@ -51,10 +51,12 @@ TargetMatch PairMatcher::match(const OtherTargets& others) const {
     found.match.status = status;
     return found;
   };
-  if (!left_.fits || !right_.fits) return failed(Status::kWrongImageSize);
-  if (left_.filled || right_.filled) return failed(Status::kColourEverywhere);
-  if (left_.dark) return failed(Status::kLeftDark);
-  if (right_.dark) return failed(Status::kRightDark);
+  using Content = View::Content;
+  const auto any_is = [&](Content content) { return left_.content == content || right_.content == content; };
+  if (any_is(Content::kWrongImage)) return failed(Status::kWrongImageSize);
+  if (any_is(Content::kFilled)) return failed(Status::kColourEverywhere);
+  if (left_.content == Content::kDark) return failed(Status::kLeftDark);
+  if (right_.content == Content::kDark) return failed(Status::kRightDark);
   const bool known = object_.identity.known();
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
   TargetMatch found = match_among(others, {.background = !known, .prediction = !others.anywhere});
@@ -142,8 +144,8 @@ TargetMatch PairMatcher::match_among(const OtherTargets& others, const Scope& sc
   const auto chosen = choose(found.candidates, others.sought, scope.lead);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
-  const auto located = static_cast<size_t>(std::ranges::count(others.taken[0], true));
-  if (chosen && !history.manoeuvring) check_first_match(options_, *chosen, pairs, located, left_, right_, found);
+  const auto shown = static_cast<size_t>(std::ranges::count(others.taken[0], true));
+  if (chosen && !history.manoeuvring) check_first_match(options_, *chosen, pairs, shown, left_, right_, found);
   // After the checks of a first match: it may be another object than the one whose size is remembered.
   with_occlusion(found.match);
   for (Candidate& candidate : found.candidates) with_occlusion(candidate.match);
