@@ -33,6 +33,7 @@ using vision::TargetTrack;
 /// What the command line chooses.
 struct Choices {
   int clicks = 5;         // images of each object to learn from
+  int random_clicks = 0;  // on each object of a still pair, besides the given one
   bool together = false;  // one colour from all clicks, instead of one from each
   bool refused = false;   // track also with colours that are refused
   bool causes = false, verbose = false;
@@ -307,7 +308,7 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
     for (size_t k = 0; k < videos.size(); ++k) print_causes(videos[k], runs[k]);
   }
   if (!stereo.empty()) print_stereo_videos(stereo, choices.clicks, choices.together, choices.refused, choices.verbose);
-  if (!still.empty()) print_still(still, choices.refused);
+  if (!still.empty()) print_still(still, choices.random_clicks, choices.refused);
   if (!measured.empty()) print_measured(measured, choices.refused, choices.verbose);
   return 0;
 }
@@ -325,6 +326,10 @@ int main(int argc, char** argv) {
          "--clicks", choices.clicks,
          "images of each object that its colours are learned from; in videos of one camera, unless the set names them")
       ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--random-clicks", choices.random_clicks,
+                 "also so many clicks at random on each object of a pair with true disparities")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_flag("--together", choices.together, "one colour from all clicks of an object, also for the baseline");
   app.add_flag("--refused", choices.refused, "track also with colours that calibrate colour refuses");

@@ -192,15 +192,15 @@ void load_stereo_video(const Config& config, const fs::path& folder, RealSet& se
 /// Depths of the region's pixels whose disparity is within a few pixels of that at the click.
 void set_true_depths(const Config& config, const cv::Mat& disparity_px, double offset_px, double fx_baseline,
                      StillObject& object) {
-  constexpr double kSameObject = 4;  // px of disparity
-  object.disparity_px = disparity_px.at<double>(object.click);
-  if (!(object.disparity_px > 0 && object.disparity_px < object.click.x))
+  object.click.disparity_px = disparity_px.at<double>(object.click.left_px);
+  if (!(object.click.disparity_px > 0 && object.click.disparity_px < object.click.left_px.x))
     config.fail("click", "a point whose true disparity is known and that is inside the right image too");
   std::vector<double> depths;
   for (int row = object.region.y; row < object.region.br().y; ++row) {
     for (int column = object.region.x; column < object.region.br().x; ++column) {
       const double d = disparity_px.at<double>(row, column);
-      if (d > 0 && std::abs(d - object.disparity_px) < kSameObject) depths.push_back(fx_baseline / (d + offset_px));
+      if (d > 0 && std::abs(d - object.click.disparity_px) < StillObject::kSameObject_px)
+        depths.push_back(fx_baseline / (d + offset_px));
     }
   }
   std::ranges::sort(depths);
@@ -219,7 +219,8 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
   const double scale = config.number("disparity_scale", 1e-3, 1e6, 1);
   const double offset = config.number("disparity_offset_px", -1e6, 1e6, 0);
   const double fx = config.number("fx_px", 1, 1e6), baseline = config.number("baseline_m", 1e-3, 10);
-  cv::Mat disparity_px(coded.size(), CV_64F);
+  cv::Mat& disparity_px = set.true_disparity_px;
+  disparity_px.create(coded.size(), CV_64F);
   for (int row = 0; row < coded.rows; ++row) {
     for (int column = 0; column < coded.cols; ++column) {
       const int value = coded.at<uint16_t>(row, column);
@@ -234,10 +235,10 @@ void load_still(const Config& config, const fs::path& folder, RealSet& set) {
     StillObject object;
     object.name = section.text("name");
     const auto click = section.numbers("click", 2), region = section.numbers("region", 4);
-    object.click = {cvRound(click[0]), cvRound(click[1])};
+    object.click.left_px = {cvRound(click[0]), cvRound(click[1])};
     object.region = cv::Rect(cvRound(region[0]), cvRound(region[1]), cvRound(region[2]), cvRound(region[3])) & image;
     object.whole = section.flag("whole", true);
-    if (!object.region.contains(object.click)) section.fail("click", "a point inside `region` and the image");
+    if (!object.region.contains(object.click.left_px)) section.fail("click", "a point inside `region` and the image");
     section.finish();
     set_true_depths(section, disparity_px, offset, fx * baseline, object);
     set.still.push_back(object);

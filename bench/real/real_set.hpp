@@ -33,12 +33,20 @@ struct StereoObject {
 
 /// An object in a real stereo pair with true disparities.
 struct StillObject {
+  /// A point on it.
+  struct Click {
+    cv::Point left_px;
+    double disparity_px = 0;  ///< between the images' columns
+    cv::Point right_px() const { return {cvRound(left_px.x - disparity_px), left_px.y}; }
+  };
+  /// Pixels of disparity: what differs by less from the click is taken for the same object.
+  static constexpr double kSameObject_px = 4;
+
   std::string name;
-  cv::Point click;                 ///< a point on it in the left image
+  Click click;
   cv::Rect region;                 ///< encloses it in the left image
   bool whole = true;               ///< both images show all of it
   double least_m = 0, most_m = 0;  ///< 5 % and 95 % of the true depths of its visible surface
-  double disparity_px = 0;         ///< at the click, between the images' columns
 };
 
 /// An object in a real stereo pair, whose position was measured by other means, as with a tape.
@@ -61,6 +69,7 @@ struct RealSet {
   int disparity_px = 0;
   // A stereo pair, with true disparities or with measured positions.
   cv::Mat left, right;
+  cv::Mat true_disparity_px;       ///< of the left image's pixels, between the images' columns; -1: not known
   double disparity_offset_px = 0;  ///< columns cut off between the images: added to disparities for depths
   std::vector<StillObject> still;
   std::vector<MeasuredObject> measured;  ///< they look alike

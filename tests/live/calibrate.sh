@@ -87,7 +87,7 @@ if [ -d "$photographs" ]; then
   colour() { echo "$bin/multireach-calibrate colour --left $photographs/view1.png -o $work/none.yaml $*"; }
   refuses "say where the object is" $(colour)
   refuses "--rectangle-left: 400,300,100,100 is not inside" $(colour --rectangle-left 400,300,100,100)
-  refuses "--click-left: '12' is not X,Y in pixels" $(colour --click-left 12)
+  refuses "--click-left: '12' is not X,Y in whole pixels" $(colour --click-left 12)
   refuses "windows cannot be shown on this display" env -u DISPLAY -u WAYLAND_DISPLAY $(colour --in-window)
   refuses "windows cannot be shown on this display" env -u WAYLAND_DISPLAY DISPLAY=:9876 $(colour --in-window)
   refuses "nothing.png" $(colour --click-left 225,245 --right "$work/nothing.png" --click-right 1,1)

@@ -99,7 +99,7 @@ ObjectRegion region_in_window(const std::string& camera, const std::string& file
 
 /// A rectangle that an option gives, inside the picture.
 cv::Rect rectangle_of(const std::string& option, const std::string& text, const std::string& file, const cv::Mat& bgr) {
-  const std::vector<int> v = integers(option, text, 4, "X,Y,WIDTH,HEIGHT in pixels");
+  const std::vector<int> v = integers(option, text, 4, "X,Y,WIDTH,HEIGHT in whole pixels");
   const cv::Rect rectangle(v[0], v[1], v[2], v[3]);
   if (v[2] <= 0 || v[3] <= 0 || (rectangle & cv::Rect({0, 0}, bgr.size())) != rectangle) {
     throw InputError(
@@ -124,7 +124,7 @@ ObjectRegion region_of(const std::string& camera, const PictureInput& picture, c
   }
   std::vector<cv::Point> clicks;
   for (const std::string& click : picture.clicks) {
-    const std::vector<int> v = integers("--click-" + camera, click, 2, "X,Y in pixels");
+    const std::vector<int> v = integers("--click-" + camera, click, 2, "X,Y in whole pixels");
     if (!cv::Rect({0, 0}, bgr.size()).contains({v[0], v[1]})) {
       throw InputError(fmt::format("--click-{}: {} is not inside {}, which is {} x {} pixels", camera, click,
                                    picture.file, bgr.cols, bgr.rows));
