@@ -4,7 +4,8 @@
 #include <array>
 
 #include "imaging/rig_errors.hpp"
-#include "vision/stereo_tracker.hpp"
+#include "imaging/stereo_rig.hpp"
+#include "vision/track/target_report.hpp"
 
 namespace multireach::vision {
 

@@ -2,18 +2,25 @@
 
 #include <algorithm>
 
-#include "vision/expectation.hpp"
+#include "vision/matching/jumps.hpp"
+#include "vision/matching/match_pair.hpp"
 #include "vision/matching/matched_size.hpp"
-#include "vision/matching/pair_matcher.hpp"
+#include "vision/matching/wider_colours.hpp"
+#include "vision/track/object_prediction.hpp"
 
 namespace multireach::vision {
 namespace {
 
-// Share of the target's compactness: what has less is seen with something else, or only in part; a choice.
-constexpr double kAlone = 0.5;
-constexpr double kWorthwhile = 0.5;     // above this share of the search area, all of it is searched instead
-constexpr double kTargetRadii = 2;      // around where the target was seen last: no background is learned
-constexpr int64_t kWiderFor = 2000000;  // us since the last match by the learned colours
+// Share of the remembered compactness: a match with less does not show the object's shape. More than the share by which
+// candidates are refused as ragged (0.4): to learn from, a match must be better than to be followed. A choice.
+constexpr double kSameShape = 0.5;
+constexpr double kWorthwhile = 0.5;  // above this share of the search area, all of it is searched instead
+constexpr double kTargetRadii = 2;   // around where the target was seen last: no background is learned
+
+const TrackerOptions& valid(const TrackerOptions& options) {
+  require_valid(options);
+  return options;
+}
 
 /// The track takes what the match takes for the target.
 TargetTrack::Options track_options(const TrackerOptions& options) {
@@ -25,14 +32,14 @@ TargetTrack::Options track_options(const TrackerOptions& options) {
 }  // namespace
 
 StereoTracker::StereoTracker(const TrackerOptions& options)
-    : options_(checked(options)),
-      cameras_{CameraSearch(options, Side::kLeft), CameraSearch(options, Side::kRight)},
+    : options_(valid(options)),
+      detectors_{ObjectDetector(options, Side::kLeft), ObjectDetector(options, Side::kRight)},
       object_{TargetTrack(track_options(options))} {}
 
 void StereoTracker::restart() {
   object_ = {TargetTrack(track_options(options_))};
   calibration_ = {};
-  for (CameraSearch& camera : cameras_) camera.restart();
+  for (ObjectDetector& detector : detectors_) detector.restart();
 }
 
 void StereoTracker::expire(int64_t utime) {
@@ -44,7 +51,7 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
   const cv::Rect whole = search_area(side);
   // Both images of the same pair, for what is compared with everything else. A target that the last pair did not show
   // may have jumped.
-  if (std::ranges::any_of(cameras_, &CameraSearch::should_search_all) ||
+  if (std::ranges::any_of(detectors_, &ObjectDetector::should_search_all) ||
       object_.track.status() != TargetTrack::Status::kTracked)
     return whole;
   const cv::Rect window = predicted_window(side, utime).value_or(whole);
@@ -52,17 +59,17 @@ cv::Rect StereoTracker::window(Side side, int64_t utime) const {
 }
 
 std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime) const {
-  return vision::predicted_window(options_, object_, side, utime);
+  return vision::predicted_window(options_, object_, side, search_area(side), utime);
 }
 
 View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
                             Colours colours) {
-  return cameras_[index(side)].measure(bgr, window, chroma_subsampled, colours);
+  return detectors_[index(side)].measure(bgr, window, chroma_subsampled, colours);
 }
 
 TargetMatch StereoTracker::match(const PairTimes& times, const View& left, const View& right,
                                  const OtherTargets& others) const {
-  return PairMatcher(options_, object_, times, left, right).match(others);
+  return match_pair({options_, object_, times, left, right}, others);
 }
 
 TargetMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {
@@ -71,24 +78,10 @@ TargetMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bg
   return match({}, left, right);
 }
 
-bool StereoTracker::is_expected(const PairTimes& times) const {
-  return history_at(options_, object_, times).manoeuvring.has_value();
-}
-
-std::optional<std::array<Eigen::Vector2d, 2>> StereoTracker::expected_px(const PairTimes& times) const {
-  return vision::expected_px(options_, object_, times);
-}
-
-std::optional<StereoMatch::Status> StereoTracker::seen_in_one_image(const PairTimes& times, const StereoMatch& match,
-                                                                    const View& left, const View& right,
-                                                                    const BoxesOfOthers& others) const {
-  return vision::seen_in_one_image(options_, object_, times, match, left, right, others);
-}
-
 bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left,
                                       const View& right) const {
   if (match.status != StereoMatch::Status::kSeen ||
-      !object_.track.expects(times.pair, estimate_at_pair(options_.rig, object_.track, times, match)))
+      !object_.track.expects(times.pair, estimate_at_pair(options_, object_, times, match)))
     return false;
   constexpr int kRead = 10;  // pixels around the blob that the edge measurement reads
   const auto whole = [](const cv::Rect& box, const cv::Rect& window, const cv::Rect& area) {
@@ -101,9 +94,7 @@ bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch&
 }
 
 bool StereoTracker::may_look_again(int64_t utime, const StereoMatch& match) const {
-  const auto seen = object_.track.last_seen_utime();
-  if (!shows_no_target(match.status) || !seen || utime - object_.identity.last_utime() > kWiderFor) return false;
-  if (static_cast<double>(utime - *seen) > 1e6 * options_.track.coast_s) return false;
+  if (!may_show_more(options_, object_, utime, match)) return false;
   return std::ranges::all_of(std::array{Side::kLeft, Side::kRight}, [&](Side side) {
     const auto window = predicted_window(side, utime);
     return window && window->area() < kWorthwhile * search_area(side).area();
@@ -132,7 +123,7 @@ TargetReport StereoTracker::update_unseen(int64_t utime, const char* reason) {
 /// The identity and the colours do not adapt to a match that the track refused.
 TargetReport StereoTracker::unseen(int64_t utime, const char* reason) {
   object_.identity.update_unseen(utime, object_.track.status() == TargetTrack::Status::kLost);
-  for (CameraSearch& camera : cameras_) camera.relax();
+  for (ObjectDetector& detector : detectors_) detector.relax();
   return report(utime, object_.track.unseen_status(utime), reason);
 }
 
@@ -144,19 +135,19 @@ TargetReport StereoTracker::update(const PairTimes& times, const StereoMatch& ma
   const bool in_doubt = identity.found_again() && identity.doubtful(identity.last_utime());
   TargetReport result = update_track(times, match, left, right, others);
   if (!newer) return result;
-  auto& [left_camera, right_camera] = cameras_;
+  auto& [left_detector, right_detector] = detectors_;
   const bool followed = result.status == TargetTrack::Status::kTracked;
   if (followed) calibration_.update(match);
   // Where a known target was found again, it may have been seen, but not located, and so learned as background. Only
   // once this is the target beyond doubt: the background tells it from other things.
   const bool beyond_doubt = followed && in_doubt && !identity.doubtful(times.pair);
   if (beyond_doubt && identity.confirmed() && !left.wider() && !right.wider()) {
-    left_camera.forget_background(left.blobs[static_cast<size_t>(match.left)]);
-    right_camera.forget_background(right.blobs[static_cast<size_t>(match.right)]);
+    left_detector.forget_background(left.blobs[static_cast<size_t>(match.left)]);
+    right_detector.forget_background(right.blobs[static_cast<size_t>(match.right)]);
   }
   // What moved in the image has not moved by itself where the camera moved.
-  const bool left_moved = left_camera.notice_motion(left, times.pair);
-  if (right_camera.notice_motion(right, times.pair) || left_moved) identity.restart_motion_evidence();
+  const bool left_moved = left_detector.notice_motion(left, times.pair);
+  if (right_detector.notice_motion(right, times.pair) || left_moved) identity.restart_motion_evidence();
   // What the track has not accepted may be the target that jumps, until further matches tell; and what it has
   // accepted may be partly occluded. Of several things elsewhere, any may be the target.
   using Status = StereoMatch::Status;
@@ -185,7 +176,7 @@ void StereoTracker::learn_background(Side side, const View& view, int chosen, st
                        static_cast<int>(2 * half) + 1, static_cast<int>(2 * half) + 1);
   }
   objects.push_back(object);
-  cameras_[index(side)].learn_background(view, objects, others_are_background);
+  detectors_[index(side)].learn_background(view, objects, others_are_background);
 }
 
 TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMatch& match, const View& left,
@@ -205,15 +196,14 @@ TargetReport StereoTracker::update_track(const PairTimes& times, const StereoMat
     unseen.ambiguous = match.status == Status::kAmbiguous;
     return unseen;
   }
-  const PositionEstimate estimate = estimate_at_pair(options_.rig, track, times, match);
+  const PositionEstimate estimate = estimate_at_pair(options_, object_, times, match);
   // How far it moved between the exposures does not tell how far it can have got.
   PositionEstimate there = estimate;
   if (match.unknown_motion) there.covariance = match.noise_covariance();
   using Jump = TargetTrack::Jump;
-  const Jump jump = !seen ? Jump::kNever
-                    : has_bounced(options_, object_, times.pair, there, match, left, right, others)
-                        ? Jump::kAtOnce
-                        : Jump::kIfConfirmed;
+  const Jump jump = !seen                                                                        ? Jump::kNever
+                    : has_bounced({options_, object_, times, left, right}, there, match, others) ? Jump::kAtOnce
+                                                                                                 : Jump::kIfConfirmed;
   // An unknown motion between the exposures makes the position so uncertain that it may seem to be the expected one.
   const bool elsewhere =
       match.status == Status::kOutsidePredictionGate && match.unknown_motion && times.left != times.right;
@@ -241,11 +231,13 @@ void StereoTracker::learn_from(const PairTimes& times, const StereoMatch& match,
   const double compactness = std::min(left.appearance[l].compactness, right.appearance[r].compactness);
   const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
   const TargetAppearance before = identity.appearance(times.pair);
-  const bool ragged = compactness < kAlone * before.compactness;
-  // What is seen with something else is larger, too: a flat target that has turned, or is partly covered, is not.
-  const bool alone = !ragged || radius_by_area(options_.rig, match, left, right) < before.radius_m;
-  const bool shows_size = !ragged && tells_size(options_, match, left, right);
-  if (shows_size) object_.unoccluded_size.update(radius_by_area(options_.rig, match, left, right), times.pair);
+  const PairContext pair{options_, object_, times, left, right};
+  const double by_area_m = radius_by_area(pair, match);
+  const bool same_shape = compactness >= kSameShape * before.compactness;
+  // What is seen with something else is larger, too: a flat target that has turned, or is partly occluded, is not.
+  const bool alone = same_shape || by_area_m < before.radius_m;
+  const bool shows_size = same_shape && tells_size(pair, match);
+  if (shows_size) object_.unoccluded_size.update(by_area_m, times.pair);
   identity.update(times.pair,
                   {.by_contour = match.both_by_contour,
                    .of_known_size = options_.match.radius_m > 0,
@@ -259,8 +251,8 @@ void StereoTracker::learn_from(const PairTimes& times, const StereoMatch& match,
   if (options_.adapt_colour && identity.confirmed() && alone) {
     // Without a sphere contour the blob may include other things: adapt more slowly.
     const double quality = match.both_by_contour ? 1 - match.occlusion : 0.5;
-    cameras_[0].adapt(left, left.blobs[l], quality);
-    cameras_[1].adapt(right, right.blobs[r], quality);
+    detectors_[0].adapt(left, left.blobs[l], quality);
+    detectors_[1].adapt(right, right.blobs[r], quality);
   }
 }
 

@@ -7,26 +7,15 @@
 
 #include "imaging/side.hpp"
 #include "vision/camera_check/calibration_check.hpp"
-#include "vision/camera_search.hpp"
-#include "vision/matching/elsewhere.hpp"
 #include "vision/matching/target_match.hpp"
-#include "vision/pair_times.hpp"
-#include "vision/tracked_object.hpp"
-#include "vision/tracker_options.hpp"
-#include "vision/view.hpp"
+#include "vision/object_detector.hpp"
+#include "vision/track/pair_times.hpp"
+#include "vision/track/target_report.hpp"
+#include "vision/track/tracked_object.hpp"
+#include "vision/track/tracker_options.hpp"
+#include "vision/track/view.hpp"
 
 namespace multireach::vision {
-
-/// Tracking result after a pair.
-struct TargetReport {
-  TargetTrack::Status status = TargetTrack::Status::kLost;
-  PositionEstimate estimate;  ///< in W; measured from this pair when tracked, predicted when coasting
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();             ///< m/s, in W
-  Eigen::Matrix3d velocity_covariance = Eigen::Matrix3d::Zero();  ///< (m/s)^2
-  std::optional<int64_t> last_seen_utime;                         ///< time of the last accepted match, microseconds
-  const char* reason = "";                                        ///< why the target has this status, as text
-  bool ambiguous = false;  ///< this pair shows several things that could be the target; a position is not to be used
-};
 
 /// Tracks one coloured object through stereo pairs, in the steps that StereoVision needs for several objects: for each
 /// pair expire(), measure() for both images, match(), then update() or update_unseen(). Deterministic: its
@@ -34,12 +23,15 @@ struct TargetReport {
 /// calibration_disagreement() and camera_shift().
 class StereoTracker {
  public:
-  /// Throws std::invalid_argument for options that checked() refuses.
+  /// Throws std::invalid_argument for options that require_valid() refuses, a colour model that check() refuses, and
+  /// options of the track that TargetTrack refuses.
   explicit StereoTracker(const TrackerOptions& options);
 
   const TrackerOptions& options() const { return options_; }
   /// Forgets all pairs, as when a log is played again.
   void restart();
+  /// What is known of the object. Free functions tell from it where the object is expected (track/object_prediction).
+  const TrackedObject& object() const { return object_; }
   const TargetTrack& track() const { return object_.track; }
   /// The target is lost: the next match begins a new track.
   void lose_track() { object_.track.lose(); }
@@ -49,31 +41,19 @@ class StereoTracker {
   const TargetIdentity& identity() const { return object_.identity; }
   /// What does not fit the calibration in the mean of many pairs.
   CalibrationCheck::Disagreement calibration_disagreement() const { return calibration_.disagreement(); }
-  const CameraShift& camera_shift(Side side) const { return cameras_[index(side)].shift(); }
-  cv::Rect whole_image(Side side) const { return cameras_[index(side)].whole_image(); }
-  /// The part of an image that is searched for a target whose position is not known: the whole, or what shows the
-  /// search region.
-  cv::Rect search_area(Side side) const { return cameras_[index(side)].area(); }
+  const CameraShift& camera_shift(Side side) const { return detectors_[index(side)].shift(); }
+  cv::Rect whole_image(Side side) const { return detectors_[index(side)].whole_image(); }
+  /// See search_area() of the options.
+  cv::Rect search_area(Side side) const { return detectors_[index(side)].search_area(); }
   /// Search window for a pair at time `utime`: around the predicted position, or the search area.
   cv::Rect window(Side side, int64_t utime) const;
   /// Where a confirmed target that was tracked shortly before is expected; nothing of another one.
   std::optional<cv::Rect> predicted_window(Side side, int64_t utime) const;
-  /// See CameraSearch::measure(). The image must live until update(). The two sides may be processed concurrently.
+  /// See ObjectDetector::measure(). The image must live until update(). The two sides may be processed concurrently.
   View measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled = false,
                Colours colours = Colours::kLearned);
   /// Matches and triangulates the two views. Does not change the tracker.
   TargetMatch match(const PairTimes& times, const View& left, const View& right, const OtherTargets& others = {}) const;
-  /// Of the object: the known one, else as measured by the last match; 0 before the first.
-  double radius_m() const { return object_.radius_m; }
-  /// Whether the target is expected somewhere in this pair.
-  bool is_expected(const PairTimes& times) const;
-  /// Where the target's centre is expected in both images, pixels, if it moves steadily.
-  std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const PairTimes& times) const;
-  /// Where a match is another thing, for one image shows the target where it is expected: see the function of this
-  /// name.
-  std::optional<StereoMatch::Status> seen_in_one_image(const PairTimes& times, const StereoMatch& match,
-                                                       const View& left, const View& right,
-                                                       const BoxesOfOthers& others) const;
   /// Whether the windows sufficed, so that the search areas need not be searched: the object was matched where the
   /// track expects it, and lies completely inside both windows.
   bool is_inside_windows(const PairTimes& times, const StereoMatch& match, const View& left, const View& right) const;
@@ -105,7 +85,7 @@ class StereoTracker {
                         bool others_are_background);
 
   TrackerOptions options_;
-  std::array<CameraSearch, 2> cameras_;
+  std::array<ObjectDetector, 2> detectors_;  // of the left and the right camera
   TrackedObject object_;
   CalibrationCheck calibration_;
 };

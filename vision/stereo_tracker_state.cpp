@@ -9,7 +9,7 @@ namespace multireach::vision {
 
 std::vector<double> StereoTracker::serialize(int64_t utime) const {
   std::vector<double> state = object_.track.serialize();
-  for (const CameraSearch& camera : cameras_) camera.append_state(state);
+  for (const ObjectDetector& detector : detectors_) detector.append_serialized(state);
   const std::vector<double> identity = object_.identity.serialize(utime);
   state.insert(state.end(), identity.begin(), identity.end());
   state.push_back(static_cast<double>(object_.track.utime() - utime));
@@ -19,14 +19,15 @@ std::vector<double> StereoTracker::serialize(int64_t utime) const {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column <= row; ++column) state.push_back(object_.shape_covariance(row, column));
   }
-  for (const CameraSearch& camera : cameras_) state.insert(state.end(), {camera.gains().red, camera.gains().blue});
+  for (const ObjectDetector& detector : detectors_)
+    state.insert(state.end(), {detector.gains().red, detector.gains().blue});
   return state;
 }
 
 bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
   constexpr size_t kOwn = 14, kIdentity = TargetIdentity::kSerializedSize;
   constexpr double kLongest = 9e15;  // us; a double represents integers up to here exactly
-  const size_t of_left = cameras_[0].serialized_size(), of_right = cameras_[1].serialized_size();
+  const size_t of_left = detectors_[0].serialized_size(), of_right = detectors_[1].serialized_size();
   const size_t besides = of_left + of_right + kIdentity + kOwn;
   if (state.size() < besides) return false;
   const auto own = state.last(kOwn);
@@ -42,10 +43,10 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
     if (!(gain >= kMinGain && gain <= kMaxGain)) return false;
   }
   const auto of_track = state.first(state.size() - besides);
-  const std::array of_cameras{state.subspan(of_track.size(), of_left),
-                              state.subspan(of_track.size() + of_left, of_right)};
+  const std::array of_detectors{state.subspan(of_track.size(), of_left),
+                                state.subspan(of_track.size() + of_left, of_right)};
   for (size_t side = 0; side < 2; ++side) {
-    if (!cameras_[side].is_state(of_cameras[side])) return false;
+    if (!detectors_[side].is_valid_state(of_detectors[side])) return false;
   }
   TargetIdentity identity;
   if (!identity.deserialize(utime, state.subspan(of_track.size() + of_left + of_right, kIdentity))) return false;
@@ -58,8 +59,8 @@ bool StereoTracker::deserialize(int64_t utime, std::span<const double> state) {
       object_.shape_covariance(row, column) = object_.shape_covariance(column, row) = shape[static_cast<size_t>(k++)];
   }
   for (size_t side = 0; side < 2; ++side) {
-    cameras_[side].set_state(of_cameras[side]);
-    cameras_[side].set_gains({own[10 + 2 * side], own[11 + 2 * side]});
+    detectors_[side].deserialize(of_detectors[side]);
+    detectors_[side].set_gains({own[10 + 2 * side], own[11 + 2 * side]});
   }
   return true;
 }

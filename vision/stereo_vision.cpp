@@ -5,6 +5,8 @@
 #include <stdexcept>
 
 #include "vision/association/group_assignment.hpp"
+#include "vision/matching/jumps.hpp"
+#include "vision/matching/wider_colours.hpp"
 #include "vision/reported_covariance.hpp"
 #include "vision/shared_state.hpp"
 
@@ -150,7 +152,8 @@ void StereoVision::refuse_other_things(const PairTimes& times) {
   for (size_t k = 0; k < targets_.size(); ++k) {
     Target& target = targets_[k];
     const auto missing =
-        target.tracker.seen_in_one_image(times, target.match, target.views[0], target.views[1], boxes_of_others(k));
+        seen_in_one_image({target.tracker.options(), target.tracker.object(), times, target.views[0], target.views[1]},
+                          target.match, boxes_of_others(k));
     if (!missing) continue;
     target.match.status = *missing;
     for (Candidate& candidate : target.candidates) {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "vision/exposure_skew.hpp"
 #include "vision/stereo/triangulate.hpp"
+#include "vision/track/exposure_skew.hpp"
 #include "vision/track/search_window.hpp"
 
 namespace multireach::vision {

@@ -5,8 +5,10 @@
 #include <string>
 
 #include "imaging/side.hpp"
+#include "imaging/stereo_rig.hpp"
 #include "vision/fiducial/tag_pose.hpp"
-#include "vision/stereo_tracker.hpp"
+#include "vision/track/pair_times.hpp"
+#include "vision/track/target_report.hpp"
 
 namespace multireach::vision {
 

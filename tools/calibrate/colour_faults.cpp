@@ -9,6 +9,7 @@
 #include "vision/colour/find.hpp"
 #include "vision/colour/join_parts.hpp"
 #include "vision/colour/learn_colour.hpp"
+#include "vision/stereo_tracker.hpp"
 
 namespace multireach {
 namespace {

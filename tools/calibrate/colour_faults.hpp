@@ -7,7 +7,7 @@
 #include "tools/calibrate/colour_region.hpp"
 #include "vision/colour/colour_model.hpp"
 #include "vision/colour/colour_table.hpp"
-#include "vision/stereo_tracker.hpp"
+#include "vision/matching/target_match.hpp"
 
 namespace multireach {
 

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "vision/association/solid_targets.hpp"
+#include "vision/track/object_prediction.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -71,7 +72,7 @@ void give(const Assignment& assignment, Target& target) {
 
 /// Whether the track goes on, and tells where the target is in this pair.
 bool is_expected(const Target& target, const PairTimes& times) {
-  return !target.begins_anew && target.tracker.is_expected(times);
+  return !target.begins_anew && history_at(target.tracker.options(), target.tracker.object(), times).manoeuvring;
 }
 
 /// Whether a target that is expected elsewhere can have got to its match, as by a bounce. That shows at once: what
@@ -166,7 +167,7 @@ bool may_be_both(const Target& owner, const Target& other, const PairTimes& time
     });
   };
   if (is_tentative(owner) && is_tentative(other) && may_be_two(owner) && at_both(is_candidate_of_other)) return true;
-  const auto expected = other.tracker.expected_px(times);
+  const auto expected = predicted_px(other.tracker.options(), other.tracker.object(), times);
   if (match.both_by_contour || !expected) return false;
   return at_both([&](Side side, size_t at) {
     const SphereContour& contour = owner.views[index(side)].contours[at];

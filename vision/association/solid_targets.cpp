@@ -28,7 +28,7 @@ bool pass_through(const Eigen::Vector3d& before, const Eigen::Vector3d& after, c
 }
 
 double smaller_radius(const Target& a, const Target& b) {
-  return std::min(a.tracker.radius_m(), b.tracker.radius_m());
+  return std::min(a.tracker.object().radius_m, b.tracker.object().radius_m);
 }
 
 /// Position of `b` relative to `a` when both were seen last, m, in W.

@@ -11,10 +11,10 @@ bool has_distance(const StereoMatch& match, const StereoRig& rig) {
 
 }  // namespace
 
-void check_first_match(const TrackerOptions& options, size_t chosen, std::span<const ComparedPair> pairs, size_t others,
-                       const View& left, const View& right, TargetMatch& found) {
+void refuse_unlikely_first_match(const PairContext& pair, size_t chosen, std::span<const ComparedPair> compared,
+                                 size_t others_in_left, TargetMatch& found) {
   using Status = StereoMatch::Status;
-  const bool known = options.match.radius_m > 0;
+  const bool known = pair.options.match.radius_m > 0;
   Candidate& candidate = found.candidates[chosen];
   const auto refuse = [&](const StereoMatch& match, Status status, const char* reason) {
     found.match = match;
@@ -33,18 +33,19 @@ void check_first_match(const TrackerOptions& options, size_t chosen, std::span<c
     refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
     return;
   }
-  if (!has_distance(candidate.match, options.rig)) {
+  if (!has_distance(candidate.match, pair.options.rig)) {
     refuse(candidate.match, Status::kNoDistance, description(Status::kNoDistance));
     return;
   }
-  const ComparedPair* other = known ? nullptr : contradiction_of(pairs, options.rig, others);
+  const ComparedPair* other = known ? nullptr : contradiction_of(compared, pair.options.rig, others_in_left);
   if (other) {
     refuse(other->match, other->match.status,
            "more contours violate the epipolar constraint than fit: it may fit by chance");
     return;
   }
-  const ComparedPair* better = outdone_by(candidate, found.candidates, pairs, {left.contours, right.contours},
-                                          {left.appearance, right.appearance}, options.match);
+  const ComparedPair* better =
+      outdone_by(candidate, found.candidates, compared, {pair.left.contours, pair.right.contours},
+                 {pair.left.appearance, pair.right.appearance}, pair.options.match);
   if (better) {
     const bool cut_off = better->match.status == Status::kCutOff;
     refuse(better->match, better->match.status,

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "imaging/image_codec.hpp"
-#include "vision/stereo_tracker.hpp"
+#include "imaging/side.hpp"
 
 namespace multireach {
 

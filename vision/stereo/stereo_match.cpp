@@ -80,6 +80,12 @@ const SphereContour& largest(std::span<const SphereContour> contours) {
 
 }  // namespace
 
+bool has_position(StereoMatch::Status status) {
+  using Status = StereoMatch::Status;
+  return status == Status::kSeen || status == Status::kOccludedTooMuch || status == Status::kCutOff ||
+         status == Status::kWrongRadius || status == Status::kOutsidePredictionGate;
+}
+
 const char* description(StereoMatch::Status status) {
   switch (status) {
     case Status::kSeen:

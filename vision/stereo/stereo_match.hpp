@@ -77,6 +77,10 @@ struct StereoMatch {
 /// The status as a sentence.
 const char* description(StereoMatch::Status status);
 
+/// Whether `point.p_W` of a match and its covariance are valid, to compare them with a search region; kOutsideRegion is
+/// the result of that.
+[[nodiscard]] bool has_position(StereoMatch::Status status);
+
 /// Gates that a match must pass.
 struct MatchOptions {
   double radius_m = 0;            ///< of the sphere; 0 where it is unknown or the object is not a sphere

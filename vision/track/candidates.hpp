@@ -30,6 +30,8 @@ struct Evidence {
   enum Term { kStill, kRound, kColour, kStereo, kSize, kHistory };
   static constexpr std::array kNames{"still", "round", "colour", "stereo", "size", "history"};
   std::array<double, kNames.size()> term{};
+  /// Of a size that differs by two standard deviations: what has less is of another size.
+  static constexpr double kOtherSize = -2;
 
   double sum() const;
 };

@@ -1,4 +1,4 @@
-#include "vision/exposure_skew.hpp"
+#include "vision/track/exposure_skew.hpp"
 
 namespace multireach::vision {
 

@@ -1,6 +1,6 @@
-#include "vision/expectation.hpp"
+#include "vision/track/object_prediction.hpp"
 
-#include "vision/exposure_skew.hpp"
+#include "vision/track/exposure_skew.hpp"
 #include "vision/track/search_window.hpp"
 
 namespace multireach::vision {
@@ -11,11 +11,11 @@ constexpr double kWindowMargin = 8;  // pixels
 
 }  // namespace
 
-StereoRig rig_at(const StereoRig& rig, const TargetTrack& track, const PairTimes& times) {
-  StereoRig shifted = rig;
+StereoRig motion_compensated_rig(const TrackerOptions& options, const TrackedObject& object, const PairTimes& times) {
+  StereoRig rig = options.rig;
   const double later = offset_s(times.right, times.pair) - offset_s(times.left, times.pair);
-  shifted.X_RL.translation() += rig.X_RL.linear() * (rig.X_WL.linear().transpose() * (track.velocity() * later));
-  return shifted;
+  rig.X_RL.translation() += rig.X_RL.linear() * (rig.X_WL.linear().transpose() * (object.track.velocity() * later));
+  return rig;
 }
 
 TargetHistory history_at(const TrackerOptions& options, const TrackedObject& object, const PairTimes& times) {
@@ -33,24 +33,25 @@ TargetHistory history_at(const TrackerOptions& options, const TrackedObject& obj
   return history;
 }
 
-std::optional<std::array<Eigen::Vector3d, 2>> expected_in_cameras(const TrackerOptions& options,
-                                                                  const TrackedObject& object, const PairTimes& times) {
+std::optional<std::array<Eigen::Vector3d, 2>> predicted_in_cameras(const TrackerOptions& options,
+                                                                   const TrackedObject& object,
+                                                                   const PairTimes& times) {
   const TargetHistory history = history_at(options, object, times);
   if (!history.steady) return std::nullopt;
   const Eigen::Vector3d p_L = options.rig.X_WL.inverse() * history.steady->position;
-  const Eigen::Vector3d p_R = rig_at(options.rig, object.track, times).X_RL * p_L;
+  const Eigen::Vector3d p_R = motion_compensated_rig(options, object, times).X_RL * p_L;
   return p_L.z() > 0 && p_R.z() > 0 ? std::optional(std::array{p_L, p_R}) : std::nullopt;
 }
 
-std::optional<std::array<Eigen::Vector2d, 2>> expected_px(const TrackerOptions& options, const TrackedObject& object,
-                                                          const PairTimes& times) {
-  const auto p_C = expected_in_cameras(options, object, times);
+std::optional<std::array<Eigen::Vector2d, 2>> predicted_px(const TrackerOptions& options, const TrackedObject& object,
+                                                           const PairTimes& times) {
+  const auto p_C = predicted_in_cameras(options, object, times);
   if (!p_C) return std::nullopt;
   return std::array{options.rig.left.project((*p_C)[0]), options.rig.right.project((*p_C)[1])};
 }
 
 std::optional<cv::Rect> predicted_window(const TrackerOptions& options, const TrackedObject& object, Side side,
-                                         int64_t utime) {
+                                         const cv::Rect& search_area, int64_t utime) {
   const auto predicted = object.track.predicted(utime);
   if (!predicted || object.radius_m <= 0 || !object.identity.confirmed()) return std::nullopt;
   Eigen::Vector3d p = options.rig.X_WL.inverse() * predicted->position;
@@ -61,18 +62,19 @@ std::optional<cv::Rect> predicted_window(const TrackerOptions& options, const Tr
                                     .margin_px = kWindowMargin,
                                     .least_z_m = object.radius_m});
   if (!found) return std::nullopt;
-  const cv::Rect window = *found & searched_area(options, side);
+  const cv::Rect window = *found & search_area;
   return window.empty() ? std::nullopt : std::optional(window);
 }
 
-PositionEstimate estimate_at_pair(const StereoRig& rig, const TargetTrack& track, const PairTimes& times,
+PositionEstimate estimate_at_pair(const TrackerOptions& options, const TrackedObject& object, const PairTimes& times,
                                   const StereoMatch& match) {
+  const TargetTrack& track = object.track;
   PositionEstimate estimate{match.point.p_W, match.noise_covariance(), match.bias_covariance()};
   const double left = offset_s(times.left, times.pair), later = offset_s(times.right, times.pair) - left;
   if (!match.unknown_motion) estimate.position -= track.velocity() * left;
   const Eigen::Matrix3d speed2 = match.unknown_motion ? unknown_velocity_covariance() : track.velocity_covariance();
   estimate.covariance += speed2 * left * left;
-  estimate.covariance += covariance_of_skew(rig, match.point.p_W, speed2, later);
+  estimate.covariance += covariance_of_skew(options.rig, match.point.p_W, speed2, later);
   return estimate;
 }
 

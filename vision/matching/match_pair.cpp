@@ -1,13 +1,17 @@
-#include "vision/matching/pair_matcher.hpp"
+#include "vision/matching/match_pair.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
 
-#include "vision/expectation.hpp"
-#include "vision/matching/elsewhere.hpp"
 #include "vision/matching/first_match.hpp"
+#include "vision/matching/jumps.hpp"
 #include "vision/matching/matched_size.hpp"
 #include "vision/stereo/compare_contours.hpp"
+#include "vision/track/object_prediction.hpp"
 
 namespace multireach::vision {
 namespace {
@@ -42,7 +46,40 @@ bool is_background(const StereoMatch& match, const View& left, const View& right
          right.appearance[static_cast<size_t>(match.right)].is_background();
 }
 
-}  // namespace
+/// The steps of match_pair().
+class PairMatcher {
+ public:
+  explicit PairMatcher(const PairContext& pair) : pair_(pair), options_(pair.options), object_(pair.object) {}
+
+  TargetMatch match(const OtherTargets& others) const;
+
+ private:
+  /// What takes part in a match.
+  struct Scope {
+    bool background = false;                ///< contours that the remembered background explains
+    bool prediction = false;                ///< the target's motion
+    const StereoMatch* followed = nullptr;  ///< the tracked object, even if it is unlike the target; null: none
+    double lead = kLead;                    ///< evidence by which the best candidate must exceed the others
+  };
+  /// The contours of an image that take part, and their numbers in the view.
+  struct Contours {
+    std::vector<SphereContour> contours;
+    std::vector<int> numbers;
+  };
+
+  TargetMatch match_elsewhere(const OtherTargets& others) const;
+  TargetMatch match_among(const OtherTargets& others, const Scope& scope) const;
+  std::optional<TargetMatch> match_instead_of(const StereoMatch& match, const OtherTargets& others) const;
+  std::array<Contours, 2> contours_among(const OtherTargets& others, const Scope& scope) const;
+  std::vector<ComparedPair> compare(const std::array<Contours, 2>& among, const TargetHistory& history,
+                                    const Scope& scope) const;
+  void refuse_unlike(bool expected, ComparedPair& compared) const;
+  double lead_against_found_again() const;
+
+  const PairContext& pair_;
+  const TrackerOptions& options_;
+  const TrackedObject& object_;
+};
 
 TargetMatch PairMatcher::match(const OtherTargets& others) const {
   using Status = StereoMatch::Status;
@@ -52,20 +89,20 @@ TargetMatch PairMatcher::match(const OtherTargets& others) const {
     return found;
   };
   using Content = View::Content;
-  const auto any_is = [&](Content content) { return left_.content == content || right_.content == content; };
+  const auto any_is = [&](Content content) { return pair_.left.content == content || pair_.right.content == content; };
   if (any_is(Content::kWrongImage)) return failed(Status::kWrongImageSize);
   if (any_is(Content::kFilled)) return failed(Status::kColourEverywhere);
-  if (left_.content == Content::kDark) return failed(Status::kLeftDark);
-  if (right_.content == Content::kDark) return failed(Status::kRightDark);
+  if (pair_.left.content == Content::kDark) return failed(Status::kLeftDark);
+  if (pair_.right.content == Content::kDark) return failed(Status::kRightDark);
   const bool known = object_.identity.known();
   // A target that is known cannot be what stood elsewhere while it was seen; an unknown one may stand still.
   TargetMatch found = match_among(others, {.background = !known, .prediction = !others.anywhere});
   StereoMatch& match = found.match;
   const bool outside = match.status == Status::kOutsidePredictionGate && !others.unknown;
   // The gate of the track, unlike that of a match, allows for the errors of its velocity between the exposures.
-  if (outside && !object_.track.expects(times_.pair, estimate_at_pair(options_.rig, object_.track, times_, match)))
+  if (outside && !object_.track.expects(pair_.times.pair, estimate_at_pair(options_, object_, pair_.times, match)))
     found = match_elsewhere(others);
-  if (known && match.left < 0 && !left_.contours.empty() && !right_.contours.empty())
+  if (known && match.left < 0 && !pair_.left.contours.empty() && !pair_.right.contours.empty())
     match.status = Status::kOnlyBackground;
   const auto any = [](const std::vector<bool>& taken) { return std::ranges::find(taken, true) != taken.end(); };
   if (match.left < 0 && (any(others.taken[0]) || any(others.taken[1]))) match.status = Status::kOtherTarget;
@@ -82,15 +119,16 @@ std::optional<TargetMatch> PairMatcher::match_instead_of(const StereoMatch& matc
   using Status = StereoMatch::Status;
   const TargetIdentity& identity = object_.identity;
   if (object_.track.status() == TargetTrack::Status::kLost) return std::nullopt;
-  const bool still = !identity.known() && is_background(match, left_, right_);
-  const bool doubtful =
-      match.status == Status::kSeen && left_.whole && right_.whole && !others.unknown && identity.doubtful(times_.pair);
+  const bool still = !identity.known() && is_background(match, pair_.left, pair_.right);
+  const bool doubtful = match.status == Status::kSeen && pair_.left.whole && pair_.right.whole && !others.unknown &&
+                        identity.doubtful(pair_.times.pair);
   if (!still && !doubtful) return std::nullopt;
   const double lead = doubtful && identity.found_again() ? lead_against_found_again() : kLead;
   TargetMatch other = match_among(others, {.followed = &match, .lead = lead});
-  const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
-                        (still && may_replace(options_, identity, other.match, match, left_, right_));
-  if (other.match.status != Status::kSeen || !replaces) return std::nullopt;
+  if (other.match.status != Status::kSeen) return std::nullopt;
+  const bool replaces =
+      (doubtful && outdoes(other.match, other.candidates, match)) || (still && may_replace(pair_, other.match, match));
+  if (!replaces) return std::nullopt;
   other.match.status = Status::kOutsidePredictionGate;
   other.candidates.front().chosen = false;
   other.candidates.front().reason = "it replaces the followed object if further matches confirm it";
@@ -122,18 +160,15 @@ TargetMatch PairMatcher::match_elsewhere(const OtherTargets& others) const {
 /// Matches the contours that are no other target.
 TargetMatch PairMatcher::match_among(const OtherTargets& others, const Scope& scope) const {
   const std::array<Contours, 2> among = contours_among(others, scope);
-  TargetHistory history = scope.prediction ? history_at(options_, object_, times_) : TargetHistory{};
+  TargetHistory history = scope.prediction ? history_at(options_, object_, pair_.times) : TargetHistory{};
   if (scope.followed && object_.identity.found_again())
-    history.radius_m = object_.identity.appearance(times_.pair).radius_m;
+    history.radius_m = object_.identity.appearance(pair_.times.pair).radius_m;
   const std::vector<ComparedPair> pairs = compare(among, history, scope);
   TargetMatch found;
   found.match = best_match(among[0].contours, among[1].contours, pairs);
-  found.candidates = candidates_of(pairs, left_.appearance, right_.appearance, history, options_.match);
-  const auto with_occlusion = [&](StereoMatch& match) {
-    add_occlusion(options_, object_.unoccluded_size, times_.pair, left_, right_, match);
-  };
+  found.candidates = candidates_of(pairs, pair_.left.appearance, pair_.right.appearance, history, options_.match);
   if (found.candidates.empty()) {
-    with_occlusion(found.match);
+    add_occlusion_covariance(pair_, found.match);
     return found;
   }
   for (size_t k = 0; k < found.candidates.size(); ++k) {
@@ -144,25 +179,26 @@ TargetMatch PairMatcher::match_among(const OtherTargets& others, const Scope& sc
   const auto chosen = choose(found.candidates, others.sought, scope.lead);
   found.match = found.candidates[chosen.value_or(0)].match;
   if (!chosen) found.match.status = StereoMatch::Status::kAmbiguous;
-  const auto shown = static_cast<size_t>(std::ranges::count(others.taken[0], true));
-  if (chosen && !history.manoeuvring) check_first_match(options_, *chosen, pairs, shown, left_, right_, found);
+  const auto others_in_left = static_cast<size_t>(std::ranges::count(others.taken[0], true));
+  if (chosen && !history.manoeuvring) refuse_unlikely_first_match(pair_, *chosen, pairs, others_in_left, found);
   // After the checks of a first match: it may be another object than the one whose size is remembered.
-  with_occlusion(found.match);
-  for (Candidate& candidate : found.candidates) with_occlusion(candidate.match);
+  add_occlusion_covariance(pair_, found.match);
+  for (Candidate& candidate : found.candidates) add_occlusion_covariance(pair_, candidate.match);
   return found;
 }
 
-/// Where a confirmed target is expected, a sphere's contour counts also before background of its colour.
+/// The contours that are no other target and, unless `scope` has the background, none of it: but where a confirmed
+/// target is expected, a sphere's contour counts even there.
 std::array<PairMatcher::Contours, 2> PairMatcher::contours_among(const OtherTargets& others, const Scope& scope) const {
   const auto expected_at =
-      object_.identity.confirmed() && scope.prediction ? expected_px(options_, object_, times_) : std::nullopt;
+      object_.identity.confirmed() && scope.prediction ? predicted_px(options_, object_, pair_.times) : std::nullopt;
   const auto is_expected = [&](Side side, const SphereContour& contour) {
     return expected_at && contour.kind == SphereContour::Kind::kEdges &&
            (contour.centre_px - (*expected_at)[index(side)]).norm() < kExpectedRadii * contour.radius_px;
   };
   std::array<Contours, 2> among;
   for (const Side side : {Side::kLeft, Side::kRight}) {
-    const View& view = side == Side::kLeft ? left_ : right_;
+    const View& view = side == Side::kLeft ? pair_.left : pair_.right;
     const std::vector<bool>& taken = others.taken[index(side)];
     auto& [contours, numbers] = among[index(side)];
     for (size_t k = 0; k < view.contours.size(); ++k) {
@@ -170,7 +206,7 @@ std::array<PairMatcher::Contours, 2> PairMatcher::contours_among(const OtherTarg
       const bool background = view.appearance[k].is_background();
       if (!scope.background && background && !is_expected(side, view.contours[k])) continue;
       contours.push_back(view.contours[k]);
-      // A sphere's contour counts before background of its colour; a blob that is mostly background does not.
+      // The centroid of a blob that is mostly background must not replace the contour.
       if (background) contours.back().by_centroid = nullptr;
       numbers.push_back(static_cast<int>(k));
     }
@@ -186,46 +222,52 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
   if (history.manoeuvring)
     prediction = {history.manoeuvring->position, history.manoeuvring->covariance, history.manoeuvring->bias_covariance};
   const bool moves = prediction.has_value();  // not known of what is lost, or seen elsewhere
-  const auto moved_rig = [&] { return rig_at(options_.rig, object_.track, times_); };
+  const auto moved_rig = [&] { return motion_compensated_rig(options_, object_, pair_.times); };
   std::vector<ComparedPair> pairs = compare_pairs(moves ? moved_rig() : options_.rig, among[0].contours,
                                                   among[1].contours, prediction, options_.match);
-  for (ComparedPair& pair : pairs) {
-    const auto l = static_cast<size_t>(pair.match.left), r = static_cast<size_t>(pair.match.right);
+  for (ComparedPair& compared : pairs) {
+    const auto l = static_cast<size_t>(compared.match.left), r = static_cast<size_t>(compared.match.right);
     const int in_left = among[0].numbers[l], in_right = among[1].numbers[r];
     const bool followed = scope.followed && in_left == scope.followed->left && in_right == scope.followed->right;
     if (followed) {
       // Its motion is known: its images fit each other where it has moved between the exposures.
-      const bool mixed = pair.mixed;
-      pair = compare_contours(moved_rig(), among[0].contours[l], among[1].contours[r], prediction, options_.match);
-      pair.mixed = mixed;
+      const bool mixed = compared.mixed;
+      compared = compare_contours(moved_rig(), among[0].contours[l], among[1].contours[r], prediction, options_.match);
+      compared.mixed = mixed;
     }
-    pair.match.unknown_motion = !moves && !followed;
-    pair.match.left = in_left;
-    pair.match.right = in_right;
-    if (options_.search_region && has_position(pair.match.status) &&
-        !may_be_inside(*options_.search_region, pair.match.point.p_W, pair.match.point.covariance))
-      pair.match.status = StereoMatch::Status::kOutsideRegion;
-    const bool expected = prediction && !pair.outside_gate;
-    if (!expected && has_position(pair.match.status) && are_different_parts(pair, left_, right_))
-      pair.match.status = StereoMatch::Status::kInconsistentPair;
-    if (!followed) check(expected, pair);
+    compared.match.unknown_motion = !moves && !followed;
+    compared.match.left = in_left;
+    compared.match.right = in_right;
+    if (options_.search_region && has_position(compared.match.status) &&
+        !may_be_inside(*options_.search_region, compared.match.point.p_W, compared.match.point.covariance))
+      compared.match.status = StereoMatch::Status::kOutsideRegion;
+    const bool expected = prediction && !compared.outside_gate;
+    if (!expected && has_position(compared.match.status) && are_different_parts(compared, pair_.left, pair_.right))
+      compared.match.status = StereoMatch::Status::kInconsistentPair;
+    if (!followed) refuse_unlike(expected, compared);
   }
   return pairs;
 }
 
 /// Refuses what may be the target by its position, but looks otherwise. `expected`: it is where the target is expected.
-void PairMatcher::check(bool expected, ComparedPair& pair) const {
+void PairMatcher::refuse_unlike(bool expected, ComparedPair& compared) const {
   using Status = StereoMatch::Status;
-  if (pair.match.status != Status::kSeen && pair.match.status != Status::kOutsidePredictionGate) return;
-  const Appearance& in_left = left_.appearance[static_cast<size_t>(pair.match.left)];
-  const Appearance& in_right = right_.appearance[static_cast<size_t>(pair.match.right)];
+  if (compared.match.status != Status::kSeen && compared.match.status != Status::kOutsidePredictionGate) return;
+  const Appearance& in_left = pair_.left.appearance[static_cast<size_t>(compared.match.left)];
+  const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(compared.match.right)];
   const bool known_size = options_.match.radius_m > 0;
-  const TargetAppearance target = object_.identity.appearance(times_.pair);
-  if (is_off_colour(pair, in_left, in_right))
-    pair.match.status = Status::kOffColour;
+  const TargetAppearance target = object_.identity.appearance(pair_.times.pair);
+  if (is_off_colour(compared, in_left, in_right))
+    compared.match.status = Status::kOffColour;
   else if (!known_size &&
-           (expected ? is_smear(pair, in_left, in_right, target) : is_unlike(pair, in_left, in_right, target)))
-    pair.match.status = Status::kUnlike;
+           (expected ? is_smear(compared, in_left, in_right, target) : is_unlike(compared, in_left, in_right, target)))
+    compared.match.status = Status::kUnlike;
+}
+
+}  // namespace
+
+TargetMatch match_pair(const PairContext& pair, const OtherTargets& others) {
+  return PairMatcher(pair).match(others);
 }
 
 }  // namespace multireach::vision

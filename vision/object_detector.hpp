@@ -10,8 +10,8 @@
 #include "vision/colour/find.hpp"
 #include "vision/colour/illumination.hpp"
 #include "vision/contour/sphere_contour.hpp"
-#include "vision/tracker_options.hpp"
-#include "vision/view.hpp"
+#include "vision/track/tracker_options.hpp"
+#include "vision/track/view.hpp"
 
 namespace multireach::vision {
 
@@ -21,17 +21,18 @@ struct CameraShift {
   Eigen::Vector3d total_px{0, 0, 0};  ///< of the image, as CameraMotion::moved_px(); about
 };
 
-/// One camera's part in tracking an object: finds and measures blobs of its colours in the images, and learns from them
-/// what changes slowly: the white balance, where the image shows these colours without the object, and whether the
-/// camera moves.
-class CameraSearch {
+/// Detects one object in one camera's images: finds and measures blobs of its colours. Learns from the images what
+/// changes slowly: the white balance, where the images show these colours without the object, and whether the camera
+/// moves.
+class ObjectDetector {
  public:
-  CameraSearch(const TrackerOptions& options, Side side);
+  ObjectDetector(const TrackerOptions& options, Side side);
   /// Forgets all images.
   void restart();
 
   cv::Rect whole_image() const { return {0, 0, camera_.width, camera_.height}; }
-  const cv::Rect& area() const { return area_; }
+  /// See search_area() of the options.
+  const cv::Rect& search_area() const { return search_area_; }
   /// Whether the next image should be searched in the whole area, to learn the background.
   bool should_search_all() const { return looks_ < kFirstLooks || since_look_ + 1 >= kLookEvery; }
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
@@ -45,7 +46,7 @@ class CameraSearch {
   /// Notices when the camera moves. What was learned of the background is then forgotten, unless it is still about
   /// there. Returns whether the camera has moved.
   bool notice_motion(const View& view, int64_t utime);
-  /// Learns where the image shows the target's colours. Pixels in `objects` are neither such a colour nor free of it.
+  /// Learns where the image shows the target's colours, but for the pixels in the boxes `objects`.
   /// `others_are_background`: false where any of the other blobs may be the target.
   void learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background);
   void forget_background(const Blob& blob) { background_.forget(blob); }
@@ -53,13 +54,14 @@ class CameraSearch {
 
   const WhiteBalanceGains& gains() const { return gains_; }
   void set_gains(const WhiteBalanceGains& gains) { gains_ = gains; }
-  /// The state besides the gains and shift(), which is for people.
+  /// The serialized state. Does not contain the gains, which a tracker's state has at its end, nor shift(), which is
+  /// for people.
   size_t serialized_size() const;
-  void append_state(std::vector<double>& state) const;
-  /// Whether `state` is what append_state() appends.
-  [[nodiscard]] bool is_state(std::span<const double> state) const;
-  /// Sets a state that is_state() accepts.
-  void set_state(std::span<const double> state);
+  void append_serialized(std::vector<double>& state) const;
+  /// Whether `state` is what append_serialized() appends.
+  [[nodiscard]] bool is_valid_state(std::span<const double> state) const;
+  /// Restores a state that is_valid_state() accepts.
+  void deserialize(std::span<const double> state);
 
  private:
   static constexpr int kMaxBlobs = 6;     // measured per image
@@ -69,10 +71,10 @@ class CameraSearch {
   bool learned_colours_show_more(const View& view, const Blob& blob);
 
   CameraModel camera_;
-  cv::Rect area_;  // that is searched
+  cv::Rect search_area_;
   double min_area_px_;
-  Eigen::Matrix2d additional_;  // covariance of a direction, of errors that are not measured
-  ColourTable learned_;         // without white-balance gains
+  Eigen::Matrix2d additional_ray_covariance_;  // of TrackerOptions::sigma_px, as ray_covariance()
+  ColourTable learned_;                        // without white-balance gains
   AdaptedColourModel model_, wider_;
   WhiteBalanceGains gains_;
   BlobFinder finder_;

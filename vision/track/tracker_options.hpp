@@ -12,7 +12,7 @@
 
 namespace multireach::vision {
 
-/// Of one coloured object that is tracked.
+/// Options of the tracker of one coloured object.
 struct TrackerOptions {
   StereoRig rig;
   std::array<ColourModel, 2> colour;  ///< of the left and the right camera
@@ -24,12 +24,13 @@ struct TrackerOptions {
   std::optional<SearchRegion> search_region{};  ///< the target is only there; without it, anywhere
 };
 
-/// The part of an image that is searched for a target whose position is not known: the whole, or what shows the search
-/// region.
-cv::Rect searched_area(const TrackerOptions& options, Side side);
+/// The part of an image, pixels, that is searched for a target whose position is not known: the whole, or what shows
+/// the search region.
+cv::Rect search_area(const TrackerOptions& options, Side side);
 
-/// Returns the options. Throws std::invalid_argument for invalid ones: no colour, cameras without size or focal length,
-/// no baseline, a right camera that is not to the right of the left one, a search region that a camera does not see.
-const TrackerOptions& checked(const TrackerOptions& options);
+/// Throws std::invalid_argument for cameras without size or focal length, no baseline, a right camera that is not to
+/// the right of the left one, sizes and thresholds that are not positive, and a search region that a camera does not
+/// see.
+void require_valid(const TrackerOptions& options);
 
 }  // namespace multireach::vision

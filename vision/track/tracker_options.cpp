@@ -1,4 +1,4 @@
-#include "vision/tracker_options.hpp"
+#include "vision/track/tracker_options.hpp"
 
 #include <stdexcept>
 
@@ -9,7 +9,7 @@ constexpr int kLeastArea = 16;  // pixels, width and height of a search area
 
 }  // namespace
 
-cv::Rect searched_area(const TrackerOptions& options, Side side) {
+cv::Rect search_area(const TrackerOptions& options, Side side) {
   const CameraModel& camera = options.rig.camera(side);
   if (!options.search_region) return {0, 0, camera.width, camera.height};
   const Eigen::Vector3d radius = Eigen::Vector3d::Constant(options.match.radius_m);
@@ -18,7 +18,7 @@ cv::Rect searched_area(const TrackerOptions& options, Side side) {
   return search_area(whole_ball, camera, side == Side::kLeft ? X_LW : options.rig.X_RL * X_LW);
 }
 
-const TrackerOptions& checked(const TrackerOptions& options) {
+void require_valid(const TrackerOptions& options) {
   const auto require = [](bool sensible, const char* sentence) {
     if (!sensible) throw std::invalid_argument(sentence);
   };
@@ -35,13 +35,12 @@ const TrackerOptions& checked(const TrackerOptions& options) {
     require((options.search_region->sizes().array() > 0).all() && options.search_region->sizes().allFinite(),
             "search_region_m: each number of min must be less than that of max");
     const auto sees = [&](Side side) {
-      const cv::Rect area = searched_area(options, side);
+      const cv::Rect area = search_area(options, side);
       return area.width >= kLeastArea && area.height >= kLeastArea;
     };
     require(sees(Side::kLeft), "the left camera does not see search_region_m");
     require(sees(Side::kRight), "the right camera does not see search_region_m");
   }
-  return options;
 }
 
 }  // namespace multireach::vision

@@ -16,13 +16,14 @@ enum class Colours { kLearned, kWider };
 /// What was found of one target in one image of a pair.
 struct View {
   enum class Content {
+    kNotSearched,
     kWrongImage,  ///< not searched: the image is not 8-bit BGR, or does not have the size of the calibration
-    kDark,        ///< nothing was found in the whole search area, and it is black
+    kDark,        ///< the whole search area was searched, contains no blob, and is black
     kFilled,      ///< most of the search area has the target's colour: nothing was measured
     kBlobs,       ///< `blobs`, or none
   };
-  Content content = Content::kWrongImage;
-  Colours colours = Colours::kLearned;  ///< that were searched for
+  Content content = Content::kNotSearched;
+  Colours colours = Colours::kLearned;  ///< the colours that were searched for
   bool whole = false;                   ///< the whole search area was searched
   bool full = false;                    ///< as many blobs were found as are measured: there may be more
   cv::Rect window;                      ///< search window
@@ -32,6 +33,8 @@ struct View {
   std::vector<Appearance> appearance;   ///< likewise
 
   bool wider() const { return colours == Colours::kWider; }
+  /// Whether a blob is as compact as an ellipse of 5:2, or a disc with much missing.
+  bool is_compact(int blob) const { return appearance[static_cast<size_t>(blob)].compactness > 0.4; }
 };
 
 }  // namespace multireach::vision

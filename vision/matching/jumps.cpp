@@ -1,22 +1,15 @@
-#include "vision/matching/elsewhere.hpp"
+#include "vision/matching/jumps.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "numeric/natural_log.hpp"
-#include "vision/expectation.hpp"
+#include "vision/track/object_prediction.hpp"
 
 namespace multireach::vision {
 namespace {
 
-constexpr double kCompact = 0.4;   // see Appearance: an ellipse of 5:2, or a disc with much missing
-constexpr double kSpeck = 0.25;    // share of the object's radius below which another thing is a speck
-constexpr double kOtherSize = -2;  // evidence of a size that differs by two standard deviations
-
-bool is_compact(const View& view, int chosen) {
-  return view.appearance[static_cast<size_t>(chosen)].compactness > kCompact;
-}
+constexpr double kSpeck = 0.25;  // share of the object's radius below which another thing is a speck
 
 /// Whether most of a blob's box is in the box of another target.
 bool is_of_others(const Blob& blob, const std::vector<cv::Rect>& others) {
@@ -37,46 +30,30 @@ bool is_alone(const View& view, int chosen, const std::vector<cv::Rect>& others,
 
 }  // namespace
 
-bool shows_no_target(StereoMatch::Status status) {
-  using Status = StereoMatch::Status;
-  static constexpr std::array kNoTarget{Status::kNotInLeft,     Status::kNotInRight,      Status::kInconsistentPair,
-                                        Status::kOutsideRegion, Status::kNoDistance,      Status::kOnlyBackground,
-                                        Status::kUnlike,        Status::kUnlikely,        Status::kOffColour,
-                                        Status::kOtherTarget,   Status::kSeveralElsewhere};
-  return std::ranges::find(kNoTarget, status) != kNoTarget.end();
-}
-
-bool is_target_again(const TargetMatch& found, const View& left, const View& right) {
-  const StereoMatch& match = found.match;
-  if (match.status != StereoMatch::Status::kSeen || found.candidates.empty()) return false;
-  return found.candidates.front().evidence.term[Evidence::kSize] > kOtherSize &&
-         (match.both_by_contour || (is_compact(left, match.left) && is_compact(right, match.right)));
-}
-
-bool may_replace(const TrackerOptions& options, const TargetIdentity& identity, const StereoMatch& other,
-                 const StereoMatch& tracked, const View& left, const View& right) {
+bool may_replace(const PairContext& pair, const StereoMatch& other, const StereoMatch& tracked) {
+  const View &left = pair.left, &right = pair.right;
   const auto agrees = [&](const View& view, int candidate, int current) {
     const auto c = static_cast<size_t>(candidate);
-    return view.appearance[c].compactness > kCompact &&
+    return view.is_compact(candidate) &&
            view.contours[c].radius_px > kSpeck * view.contours[static_cast<size_t>(current)].radius_px;
   };
   const auto looks = [&](const StereoMatch& match) {
     const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
     const double radius_px = std::min(left.contours[l].radius_px, right.contours[r].radius_px);
-    return evidence_by_looks(match, radius_px, left.appearance[l], right.appearance[r], options.match);
+    return evidence_by_looks(match, radius_px, left.appearance[l], right.appearance[r], pair.options.match);
   };
   return agrees(left, other.left, tracked.left) && agrees(right, other.right, tracked.right) &&
-         (identity.stands_still() || looks(other) > looks(tracked) + kLead);
+         (pair.object.identity.stands_still() || looks(other) > looks(tracked) + kLead);
 }
 
-std::optional<StereoMatch::Status> seen_in_one_image(const TrackerOptions& options, const TrackedObject& object,
-                                                     const PairTimes& times, const StereoMatch& match, const View& left,
-                                                     const View& right, const BoxesOfOthers& others) {
+std::optional<StereoMatch::Status> seen_in_one_image(const PairContext& pair, const StereoMatch& match,
+                                                     const BoxesOfOthers& others) {
+  const auto& [options, object, times, left, right] = pair;
   using Status = StereoMatch::Status;
   const bool elsewhere = match.status == Status::kOutsidePredictionGate || match.status == Status::kSeveralElsewhere ||
                          match.status == Status::kUnlikely || match.status == Status::kNoDistance;
   if (match.status != Status::kSeen && !elsewhere) return std::nullopt;
-  const auto p_C = expected_in_cameras(options, object, times);
+  const auto p_C = predicted_in_cameras(options, object, times);
   if (!p_C || !(object.radius_m > 0)) return std::nullopt;
   struct Expected {
     bool shown = false;  // by a blob
@@ -94,7 +71,7 @@ std::optional<StereoMatch::Status> seen_in_one_image(const TrackerOptions& optio
       if (is_of_others(view.blobs[k], others[index(side)])) continue;
       if (object.identity.known() && view.appearance[k].is_background()) continue;
       const double size = view.contours[k].radius_px / radius_px;
-      const bool alike = size * most > 1 && size < most && is_compact(view, static_cast<int>(k));
+      const bool alike = size * most > 1 && size < most && view.is_compact(static_cast<int>(k));
       if (alike && (view.contours[k].centre_px - centre).norm() < radius_px) expected.shown = true;
     }
     return expected;
@@ -107,12 +84,12 @@ std::optional<StereoMatch::Status> seen_in_one_image(const TrackerOptions& optio
   return std::nullopt;
 }
 
-bool has_bounced(const TrackerOptions& options, const TrackedObject& object, int64_t utime,
-                 const PositionEstimate& there, const StereoMatch& match, const View& left, const View& right,
+bool has_bounced(const PairContext& pair, const PositionEstimate& there, const StereoMatch& match,
                  const BoxesOfOthers& others) {
+  const auto& [options, object, times, left, right] = pair;
   constexpr int kMostConfirmations = 3;  // the default: who asks for more wants certainty
   if (options.track.confirmations > kMostConfirmations) return false;
-  if (!object.track.may_bounce_to(utime, there) || !(object.radius_m > 0)) return false;
+  if (!object.track.may_bounce_to(times.pair, there) || !(object.radius_m > 0)) return false;
   const Eigen::Vector3d p_L = options.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
     if (view.wider() || view.full || !view.whole) return false;
@@ -121,8 +98,8 @@ bool has_bounced(const TrackerOptions& options, const TrackedObject& object, int
     const double distance_m = (side == Side::kLeft ? p_L : options.rig.X_RL * p_L).norm();
     const double sigmas =
         natural_log(contour.value.z() * distance_m / object.radius_m) / natural_log(options.match.max_size_ratio);
-    const bool round = contour.kind == SphereContour::Kind::kEdges || is_compact(view, chosen);
-    return round && -0.5 * sigmas * sigmas > kOtherSize &&
+    const bool round = contour.kind == SphereContour::Kind::kEdges || view.is_compact(chosen);
+    return round && -0.5 * sigmas * sigmas > Evidence::kOtherSize &&
            is_alone(view, chosen, others[index(side)], object.identity.known());
   };
   return looks_like_it(Side::kLeft, left, match.left) && looks_like_it(Side::kRight, right, match.right);

@@ -1,8 +1,7 @@
-#include "vision/camera_search.hpp"
+#include "vision/object_detector.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "vision/colour/join_parts.hpp"
 #include "vision/packed_cells.hpp"
@@ -33,19 +32,19 @@ bool is_dark(const cv::Mat& bgr) {
 
 }  // namespace
 
-CameraSearch::CameraSearch(const TrackerOptions& options, Side side)
+ObjectDetector::ObjectDetector(const TrackerOptions& options, Side side)
     : camera_(options.rig.camera(side)),
-      area_(searched_area(options, side)),
+      search_area_(vision::search_area(options, side)),
       min_area_px_(options.min_area_px),
-      additional_(ray_covariance(camera_, options.sigma_px)),
+      additional_ray_covariance_(ray_covariance(camera_, options.sigma_px)),
       learned_(options.colour[index(side)]),
       model_(options.colour[index(side)]),
       wider_(widened(options.colour[index(side)], kWider)),
       fitter_(camera_, options.match.radius_m > 0 ? SphereContourFitter::kOfASphere : SphereContourFitter::kOfAnything),
       background_({camera_.width, camera_.height}),
-      motion_(area_.size()) {}
+      motion_(search_area_.size()) {}
 
-void CameraSearch::restart() {
+void ObjectDetector::restart() {
   gains_ = {};
   background_.forget();
   motion_.forget();
@@ -53,17 +52,17 @@ void CameraSearch::restart() {
   looks_ = since_look_ = 0;
 }
 
-View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
+View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
   View view;
   if (bgr.type() != CV_8UC3 || bgr.size() != whole_image().size()) return view;
   view.window = window;
-  view.whole = window == area_;
+  view.whole = window == search_area_;
   view.bgr = bgr;
   view.colours = colours;
   AdaptedColourModel& model = view.wider() ? wider_ : model_;
   const FoundBlobs found =
       finder_.find(bgr, window, model.members(gains_), {.min_area = min_area_px_, .most = kMaxBlobs});
-  const bool filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * area_.area();
+  const bool filled = found.too_many_runs || static_cast<double>(found.members) > kFilled * search_area_.area();
   view.content = filled ? View::Content::kFilled : View::Content::kBlobs;
   if (filled) return view;
   view.full = found.blobs.size() >= kMaxBlobs;
@@ -71,8 +70,8 @@ View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chro
   for (const Blob& blob : view.blobs) {
     view.contours.push_back(fitter_.fit(bgr, blob, window, chroma_subsampled));
     SphereContour& contour = view.contours.back();
-    contour.covariance.topLeftCorner<2, 2>() += additional_;
-    if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional_;
+    contour.covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
+    if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
     view.appearance.push_back({.background = background_.share_of(blob),
                                .compactness = compactness(blob),
                                .colour_share = model.share_well_inside(gains_, bgr, blob)});
@@ -81,14 +80,14 @@ View CameraSearch::measure(const cv::Mat& bgr, const cv::Rect& window, bool chro
   return view;
 }
 
-void CameraSearch::adapt(const View& view, const Blob& blob, double quality) {
+void ObjectDetector::adapt(const View& view, const Blob& blob, double quality) {
   gains_ = learned_colours_show_more(view, blob) ? returning(gains_, quality)
                                                  : adapted(gains_, model_.sample(gains_, view.bgr, blob), quality);
 }
 
 /// Whether the colours as learned show more of a compact object than those that were adapted, which show `blob`. Gains
 /// that follow a part of an object, as the side in the light, lose the rest of it.
-bool CameraSearch::learned_colours_show_more(const View& view, const Blob& blob) {
+bool ObjectDetector::learned_colours_show_more(const View& view, const Blob& blob) {
   if (are_as_learned(gains_)) return false;
   const cv::Size margin = blob.box.size() / 2;
   const cv::Rect around = (blob.box - cv::Point(margin)) + margin + margin;
@@ -100,7 +99,7 @@ bool CameraSearch::learned_colours_show_more(const View& view, const Blob& blob)
   });
 }
 
-bool CameraSearch::notice_motion(const View& view, int64_t utime) {
+bool ObjectDetector::notice_motion(const View& view, int64_t utime) {
   using Content = View::Content;
   if (view.content == Content::kWrongImage || view.content == Content::kDark || !view.whole) return false;
   const CameraMotion::Motion motion = motion_.look(view.bgr(view.window));
@@ -111,24 +110,24 @@ bool CameraSearch::notice_motion(const View& view, int64_t utime) {
   return true;
 }
 
-void CameraSearch::learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background) {
+void ObjectDetector::learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background) {
   if (view.content != View::Content::kBlobs || view.wider()) return;
   if (others_are_background) background_.learn(view.window, view.blobs, objects, view.whole ? since_look_ + 1 : 1);
   since_look_ = view.whole ? 0 : std::min(kLookEvery, since_look_ + 1);
   if (view.whole) looks_ = std::min(kFirstLooks, looks_ + 1);
 }
 
-size_t CameraSearch::serialized_size() const {
+size_t ObjectDetector::serialized_size() const {
   return packed_size(background_.cells().size()) + packed_size(motion_.cells().size()) + kLooks;
 }
 
-void CameraSearch::append_state(std::vector<double>& state) const {
+void ObjectDetector::append_serialized(std::vector<double>& state) const {
   append_packed(background_.cells(), state);
   append_packed(motion_.cells(), state);
   state.insert(state.end(), {static_cast<double>(looks_), static_cast<double>(since_look_)});
 }
 
-bool CameraSearch::is_state(std::span<const double> state) const {
+bool ObjectDetector::is_valid_state(std::span<const double> state) const {
   if (state.size() != serialized_size()) return false;
   const auto whole = [](double value, double most) {
     return value >= 0 && value <= most && value == std::floor(value);
@@ -139,7 +138,7 @@ bool CameraSearch::is_state(std::span<const double> state) const {
          whole(state[state.size() - 2], kFirstLooks) && whole(state[state.size() - 1], kLookEvery);
 }
 
-void CameraSearch::set_state(std::span<const double> state) {
+void ObjectDetector::deserialize(std::span<const double> state) {
   const size_t background = packed_size(background_.cells().size()), motion = packed_size(motion_.cells().size());
   unpack(state.first(background), background_.cells());
   unpack(state.subspan(background, motion), motion_.cells());
