@@ -94,18 +94,18 @@ TEST(OccludedTarget, ACardThatTurnsIsFollowedIntoOtherLight) {
 TEST(OccludedTarget, AMostlyCoveredTargetIsRememberedAsItWas) {
   const StereoRig rig = level_rig();
   StereoVision vision({options_for(rig)});
-  static constexpr int kSeen = 40, kCovered = 60, kHidden = 30, kElsewhere = 60;
+  static constexpr int kSeen = 40, kOccluded = 60, kHidden = 30, kElsewhere = 60;
   const testing::Draw whole = plate(0.025, 0.025, 0), piece = plate(0.012, 0.003, 0);
   const auto target_at = [](int k) { return Eigen::Vector3d(-0.15 + 0.008 * std::min(k, kSeen), 0.05, 0.5); };
   int k = 0;
   for (; k < kSeen; ++k) look(vision, rig, k * kFrame, {Thing{whole, target_at(k)}});
   const StereoVision::Target& target = vision.targets().front();
   ASSERT_TRUE(target.tracker.identity().confirmed());
-  for (; k < kSeen + kCovered; ++k) {
+  for (; k < kSeen + kOccluded; ++k) {
     look(vision, rig, k * kFrame, {Thing{piece, target_at(k)}});
     ASSERT_EQ(target.report.status, Status::kTracked) << k << ' ' << target.report.reason;
   }
-  for (; k < kSeen + kCovered + kHidden; ++k) look(vision, rig, k * kFrame);
+  for (; k < kSeen + kOccluded + kHidden; ++k) look(vision, rig, k * kFrame);
   ASSERT_EQ(target.report.status, Status::kLost);
   for (const int begin = k; k < begin + kElsewhere; ++k) {
     const Eigen::Vector3d elsewhere(0.15 - 0.004 * (k - begin), -0.1, 0.5);
