@@ -206,7 +206,8 @@ void print_still(std::span<const RealSet> pairs, int random_clicks, bool refused
   for (const RealSet& set : pairs) run_still(set, refused);
   if (random_clicks == 0) return;
   std::printf(
-      "\nClicks at random on each object. Beyond: outside the true depths by more than 4 sigma, or elsewhere in the image.\n\n"
+      "\nClicks at random on each object. Beyond: outside the true depths by more than 4 sigma, or elsewhere in the "
+      "image.\n\n"
       "| pair | object | visible | clicks | seen | beyond | largest, sigmas | with a search region: seen | beyond "
       "| largest, sigmas |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const RealSet& set : pairs) run_random_clicks(set, random_clicks, refused);

@@ -48,9 +48,11 @@ class GroupAssignment {
   std::vector<StereoVision::Target>& targets_;
   const std::vector<size_t>& group_;
   PairTimes times_;
-  // By their numbers: targets that are expected somewhere and may be seen there; those to which nothing is assigned
-  // so far; of these, those of which others may be what they could be; and those that are looked for anywhere.
-  std::vector<size_t> expected_, unassigned_, ambiguous_, lost_;
+  // Numbers of targets:
+  std::vector<size_t> expected_;                     // expected somewhere, and may be seen there
+  std::vector<size_t> unassigned_;                   // nothing is assigned to them so far
+  std::vector<size_t> ambiguous_;                    // of these: what they could be may be another target as well
+  std::vector<size_t> lost_;                         // looked for anywhere
   std::vector<std::vector<Hypothesis>> hypotheses_;  // of expected_, then one of each jump to what no other has
   std::vector<Hypothesis> jumps_;                    // to what established targets may have jumped
   std::array<BlobNumbers, 2> numbers_;

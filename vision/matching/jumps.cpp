@@ -48,12 +48,13 @@ bool may_replace(const PairContext& pair, const StereoMatch& other, const Stereo
 
 std::optional<StereoMatch::Status> seen_in_one_image(const PairContext& pair, const StereoMatch& match,
                                                      const BoxesOfOthers& others) {
-  const auto& [options, object, times, left, right] = pair;
+  const TrackerOptions& options = pair.options;
+  const TrackedObject& object = pair.object;
   using Status = StereoMatch::Status;
   const bool elsewhere = match.status == Status::kOutsidePredictionGate || match.status == Status::kSeveralElsewhere ||
                          match.status == Status::kUnlikely || match.status == Status::kNoDistance;
   if (match.status != Status::kSeen && !elsewhere) return std::nullopt;
-  const auto p_C = predicted_in_cameras(options, object, times);
+  const auto p_C = predicted_in_cameras(options, object, pair.times);
   if (!p_C || !(object.radius_m > 0)) return std::nullopt;
   struct Expected {
     bool shown = false;  // by a blob
@@ -76,8 +77,8 @@ std::optional<StereoMatch::Status> seen_in_one_image(const PairContext& pair, co
     }
     return expected;
   };
-  const Expected in_left = expected_in(Side::kLeft, left, options.rig.left, match.left_px);
-  const Expected in_right = expected_in(Side::kRight, right, options.rig.right, match.right_px);
+  const Expected in_left = expected_in(Side::kLeft, pair.left, options.rig.left, match.left_px);
+  const Expected in_right = expected_in(Side::kRight, pair.right, options.rig.right, match.right_px);
   if (in_left.shown == in_right.shown) return std::nullopt;
   if (in_left.shown && in_left.far) return Status::kNotInRight;
   if (in_right.shown && in_right.far) return Status::kNotInLeft;
@@ -86,10 +87,11 @@ std::optional<StereoMatch::Status> seen_in_one_image(const PairContext& pair, co
 
 bool has_bounced(const PairContext& pair, const PositionEstimate& there, const StereoMatch& match,
                  const BoxesOfOthers& others) {
-  const auto& [options, object, times, left, right] = pair;
+  const TrackerOptions& options = pair.options;
+  const TrackedObject& object = pair.object;
   constexpr int kMostConfirmations = 3;  // the default: who asks for more wants certainty
   if (options.track.confirmations > kMostConfirmations) return false;
-  if (!object.track.may_bounce_to(times.pair, there) || !(object.radius_m > 0)) return false;
+  if (!object.track.may_bounce_to(pair.times.pair, there) || !(object.radius_m > 0)) return false;
   const Eigen::Vector3d p_L = options.rig.X_WL.inverse() * match.point.p_W;
   const auto looks_like_it = [&](Side side, const View& view, int chosen) {
     if (view.wider() || view.full || !view.whole) return false;
@@ -102,7 +104,7 @@ bool has_bounced(const PairContext& pair, const PositionEstimate& there, const S
     return round && -0.5 * sigmas * sigmas > Evidence::kOtherSize &&
            is_alone(view, chosen, others[index(side)], object.identity.known());
   };
-  return looks_like_it(Side::kLeft, left, match.left) && looks_like_it(Side::kRight, right, match.right);
+  return looks_like_it(Side::kLeft, pair.left, match.left) && looks_like_it(Side::kRight, pair.right, match.right);
 }
 
 }  // namespace multireach::vision
