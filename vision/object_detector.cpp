@@ -54,6 +54,7 @@ void ObjectDetector::restart() {
 
 View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
   View view;
+  view.content = View::Content::kWrongImage;
   if (bgr.type() != CV_8UC3 || bgr.size() != whole_image().size()) return view;
   view.window = window;
   view.whole = window == search_area_;
