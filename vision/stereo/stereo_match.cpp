@@ -81,7 +81,6 @@ const SphereContour& largest(std::span<const SphereContour> contours) {
 }  // namespace
 
 bool has_position(StereoMatch::Status status) {
-  using Status = StereoMatch::Status;
   return status == Status::kSeen || status == Status::kOccludedTooMuch || status == Status::kCutOff ||
          status == Status::kWrongRadius || status == Status::kOutsidePredictionGate;
 }
