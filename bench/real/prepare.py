@@ -4,12 +4,13 @@
     prepare.py OUT --av2 CLONE --AV CLONE --ball-tracking CLONE --RVA_VisionChallenge CLONE --Detect CLONE
                    --robocup_ml CLONE --PRiMEStereoMatch CLONE --stereo-matching CLONE --kfct CLONE --depthFinderPy CLONE
                    --tutorial_calibrate_stereo_vision CLONE --Disparity CLONE --pingpong-ball-detection CLONE
-                   --Advanced-Vision-1 CLONE --vtest VIDEO
+                   --Advanced-Vision-1 CLONE --vtest VIDEO --videos FOLDER
 
 Each CLONE is a local clone of that GitHub repository, bare or not; its files are read from git, not from the work tree.
 Repositories that are not given are left out. The commits are those below, on which the tables were measured. Needs the
 Debian packages git, python3-numpy, python3-opencv and python3-scipy. VIDEO is vtest.avi of the Debian package opencv-doc,
-in /usr/share/doc/opencv-doc/examples/data: makes street.
+in /usr/share/doc/opencv-doc/examples/data: makes street. FOLDER contains clones of the repositories in labels/videos.csv:
+makes the videos that were labelled for this project.
 
     FlaviusPopescu/av2                      cdd09d4   juggled1, juggled2
     crunchiness/AV                          69fd198   table
@@ -37,6 +38,7 @@ import numpy as np
 
 from basketball import make_basketball
 from clone import Clone, PrepareError, decode, file_name, new_folder
+from own_labels import make_own
 from plate import make_plate
 from small_balls import make_marbles, make_ping_pong
 from street import make_street
@@ -454,9 +456,10 @@ def main():
         option = "--" + file_name(repository)
         parser.add_argument(option, metavar="CLONE", dest=repository, help=f"clone of {repository}: makes {folders}")
     parser.add_argument("--vtest", metavar="VIDEO", help="vtest.avi of the Debian package opencv-doc: makes street")
+    parser.add_argument("--videos", metavar="FOLDER", type=pathlib.Path, help="folder with clones of the repositories in labels/videos.csv")
     arguments = vars(parser.parse_args())
-    if not any(arguments[source] for source in ["vtest", *(repository for repository, _, _, _ in SOURCES)]):
-        parser.error("give at least one clone, or the video")
+    if not any(arguments[source] for source in ["vtest", "videos", *(repository for repository, _, _, _ in SOURCES)]):
+        parser.error("give at least one clone, or a video")
     for repository, revision, make, folders in SOURCES:
         path = arguments[repository]
         if path is None:
@@ -468,6 +471,8 @@ def main():
     if arguments["vtest"]:
         settings = settings_of("street", "test", 10, 10)
         make_street(arguments["out"], arguments["vtest"], write_video, settings)
+    if arguments["videos"]:
+        make_own(arguments["out"], arguments["videos"], write_video, settings_of)
 
 
 if __name__ == "__main__":
