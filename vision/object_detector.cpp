@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vision/colour/grow_blobs.hpp"
 #include "vision/colour/join_parts.hpp"
 #include "vision/packed_cells.hpp"
 #include "vision/stereo/triangulate.hpp"
@@ -67,13 +68,14 @@ View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool ch
   view.content = filled ? View::Content::kFilled : View::Content::kBlobs;
   if (filled) return view;
   view.full = found.blobs.size() >= kMaxBlobs;
-  view.blobs = join_parts(found.blobs);
-  for (const Blob& blob : view.blobs) {
+  for (const Blob& blob : join_parts(found.blobs)) add_grown(blob, view);
+  for (size_t k = 0; k < view.blobs.size(); ++k) {
+    const Blob& blob = view.blobs[k];
     view.contours.push_back(fitter_.fit(bgr, blob, window, chroma_subsampled));
     SphereContour& contour = view.contours.back();
     contour.covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
     if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
-    view.appearance.push_back({.background = background_.share_of(blob),
+    view.appearance.push_back({.background = background_.share_of(view.seeds[k]),
                                .compactness = compactness(blob),
                                .colour_share = model.share_well_inside(gains_, bgr, blob)});
   }
@@ -81,9 +83,24 @@ View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool ch
   return view;
 }
 
-void ObjectDetector::adapt(const View& view, const Blob& blob, double quality) {
-  gains_ = learned_colours_show_more(view, blob) ? returning(gains_, quality)
-                                                 : adapted(gains_, model_.sample(gains_, view.bgr, blob), quality);
+/// Adds a blob, or what it is a part of by the wider colours, if these count. Of several parts of one thing, the first.
+void ObjectDetector::add_grown(const Blob& blob, View& view) {
+  const Blob* whole = nullptr;
+  if (view.colours == Colours::kGrown && is_ragged(blob)) {
+    const cv::Rect searched = surroundings_of(blob) & view.window;
+    const FoundBlobs more = finder_.find(view.bgr, searched, wider_.members(gains_), {.min_area = min_area_px_});
+    whole = whole_of(blob, more.blobs, searched, view.window);
+  }
+  const auto same = [&](const Blob& other) { return other.box == whole->box && other.area == whole->area; };
+  if (whole && std::ranges::any_of(view.blobs, same)) return;
+  view.blobs.push_back(whole ? *whole : blob);
+  view.seeds.push_back(blob);
+}
+
+void ObjectDetector::adapt(const View& view, int blob, double quality) {
+  const Blob& shown = view.seeds[static_cast<size_t>(blob)];
+  gains_ = learned_colours_show_more(view, shown) ? returning(gains_, quality)
+                                                  : adapted(gains_, model_.sample(gains_, view.bgr, shown), quality);
 }
 
 /// Whether the colours as learned show more of a compact object than those that were adapted, which show `blob`. Gains
@@ -113,7 +130,7 @@ bool ObjectDetector::notice_motion(const View& view, int64_t utime) {
 
 void ObjectDetector::learn_background(const View& view, std::span<const cv::Rect> objects, bool others_are_background) {
   if (view.content != View::Content::kBlobs || view.wider()) return;
-  if (others_are_background) background_.learn(view.window, view.blobs, objects, view.whole ? since_look_ + 1 : 1);
+  if (others_are_background) background_.learn(view.window, view.seeds, objects, view.whole ? since_look_ + 1 : 1);
   since_look_ = view.whole ? 0 : std::min(kLookEvery, since_look_ + 1);
   if (view.whole) looks_ = std::min(kFirstLooks, looks_ + 1);
 }

@@ -39,8 +39,8 @@ class ObjectDetector {
   /// and must live as long as the view is used. `chroma_subsampled`: see StereoImages.
   View measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours);
 
-  /// Follows the white balance by a blob that shows the object. `quality`: 0 to 1, see adapted().
-  void adapt(const View& view, const Blob& blob, double quality);
+  /// Follows the white balance by the view's blob that shows the object. `quality`: 0 to 1, see adapted().
+  void adapt(const View& view, int blob, double quality);
   /// The object was not seen: the white balance returns slowly to what was learned.
   void relax() { gains_ = relaxed(gains_); }
   /// Notices when the camera moves. What was learned of the background is then forgotten, unless it is still about
@@ -68,6 +68,7 @@ class ObjectDetector {
   static constexpr int kFirstLooks = 16;  // search areas that are searched first to learn the background
   static constexpr int kLookEvery = 8;    // pairs between two searches of a whole area for the background
   static constexpr size_t kLooks = 2;     // numbers of looks in the state
+  void add_grown(const Blob& blob, View& view);
   bool learned_colours_show_more(const View& view, const Blob& blob);
 
   CameraModel camera_;

@@ -64,7 +64,8 @@ std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime
 
 View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
                             Colours colours) {
-  return detectors_[index(side)].measure(bgr, window, chroma_subsampled, colours);
+  const bool grown = colours == Colours::kLearned && object_.identity.confirmed();
+  return detectors_[index(side)].measure(bgr, window, chroma_subsampled, grown ? Colours::kGrown : colours);
 }
 
 TargetMatch StereoTracker::match(const PairTimes& times, const View& left, const View& right,
@@ -251,8 +252,8 @@ void StereoTracker::learn_from(const PairTimes& times, const StereoMatch& match,
   if (options_.adapt_colour && identity.confirmed() && alone) {
     // Without a sphere contour the blob may include other things: adapt more slowly.
     const double quality = match.both_by_contour ? 1 - match.occlusion : 0.5;
-    detectors_[0].adapt(left, left.blobs[l], quality);
-    detectors_[1].adapt(right, right.blobs[r], quality);
+    detectors_[0].adapt(left, match.left, quality);
+    detectors_[1].adapt(right, match.right, quality);
   }
 }
 

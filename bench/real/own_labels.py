@@ -13,7 +13,6 @@ from clone import Clone, PrepareError, decode, file_name
 
 LABELS = pathlib.Path(__file__).parent / "labels"
 QUALITY = 95  # of the JPEGs
-DISPARITY_PX = 28
 
 
 def read_rows(path):
@@ -60,7 +59,7 @@ def make_own(out, clones, write_video, settings_of):
             (cells["image"], cells["object"], scaled(cells["x_px"]), scaled(cells["y_px"]))
             for cells in read_rows(LABELS / f"{row['set']}.csv")
         ]
-        settings = settings_of(row["title"], "test", row["frames_per_s"], DISPARITY_PX)
+        settings = settings_of(row["title"], "test", row["frames_per_s"], row["disparity_px"])
         if row["targets"]:
             settings.append("targets: {" + ", ".join(each.replace("=", ": ") for each in row["targets"].split()) + "}")
         write_video(out / row["set"], settings, images, labels)

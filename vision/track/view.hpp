@@ -9,9 +9,10 @@
 
 namespace multireach::vision {
 
-/// Which colours count as the target's: those learned, or also those near them. The latter are enough where little else
-/// can be meant: in the small window in which a confirmed target is expected.
-enum class Colours { kLearned, kWider };
+/// Which colours count as the target's: those learned; these, and where they show a ragged part of something, also
+/// those near them (grow_blobs); or all of the latter. What is more than the learned ones is enough only where little
+/// else can be meant: while a target is confirmed, and in the small window in which it is expected.
+enum class Colours { kLearned, kGrown, kWider };
 
 /// What was found of one target in one image of a pair.
 struct View {
@@ -28,7 +29,8 @@ struct View {
   bool full = false;                    ///< as many blobs were found as are measured: there may be more
   cv::Rect window;                      ///< search window
   cv::Mat bgr;                          ///< the image; shares its pixels
-  std::vector<Blob> blobs;
+  std::vector<Blob> blobs;              ///< of the colours, or grown from them by the wider colours (grow_blobs)
+  std::vector<Blob> seeds;              ///< what the colours show of each blob: itself, or a part of it
   std::vector<SphereContour> contours;  ///< one per blob
   std::vector<Appearance> appearance;   ///< likewise
 
