@@ -299,9 +299,8 @@ bool has_hue(const Features& features, const cv::Mat& region, const cv::Mat& of)
 /// off. The numbers are choices, made with the balls that docs/real-images.md names in view.
 cv::Mat with_other_parts(const cv::Mat& bgr, const Features& features, const cv::Mat& gradient, const cv::Mat& region,
                          const cv::Point& click) {
-  constexpr double kSeam = 0.08;  // largest width of a seam, of the diameter of a disc of twice the region's area
-  // Likewise, of what connects an object to something else, as its mirror image in a table: the narrowest that serves.
-  constexpr double kNecks[] = {0.2, 0.5, 0.8};
+  constexpr double kSeam = 0.08;     // largest width of a seam, of the diameter of a disc of twice the region's area
+  constexpr double kNeck = 0.2;      // likewise, of what connects an object to something else, as its reflection
   constexpr double kSeams = 0.02;    // least share of the object that seams cover: of a basketball's disc about a tenth
   constexpr double kCompact = 0.7;   // as join_parts() asks for; half a disc has 0.5
   constexpr double kMore = 1.3;      // times the region's area
@@ -323,26 +322,21 @@ cv::Mat with_other_parts(const cv::Mat& bgr, const Features& features, const cv:
   };
   double best_score = kSetOff * score_of(gradient, region);
   cv::Mat best = region.clone();
-  bool found = false;
-  const auto consider = [&](double sigmas, double neck) {
+  for (const double sigmas : {4.0, 3.0, 2.0}) {
     const cv::Mat closed = eroded(dilated(of_chroma(features, region, part, sigmas), seam / 2), seam / 2);
     cv::Mat whole = filled(component_at(closed, click));
-    if (cv::countNonZero(whole) < area || !has_seams(whole)) return;
-    whole = component_at(dilated(eroded(whole, neck / 2 * diameter), neck / 2 * diameter) & whole, click);
+    if (cv::countNonZero(whole) < area || !has_seams(whole)) continue;
+    whole = component_at(dilated(eroded(whole, kNeck / 2 * diameter), kNeck / 2 * diameter) & whole, click);
     const double most = largest_share(whole) * static_cast<double>(bgr.total());
-    if (cv::countNonZero(whole) == 0 || cv::countNonZero(whole) > most) return;
+    if (cv::countNonZero(whole) == 0 || cv::countNonZero(whole) > most) continue;
     whole = cut(bgr, gradient, whole, click);
     const double score = score_of(gradient, whole);
-    if (cv::countNonZero(whole) < least_area || compactness_of(whole) < least_compact || score < best_score) return;
+    if (cv::countNonZero(whole) < least_area || compactness_of(whole) < least_compact || score < best_score) continue;
     const cv::Mat without_seams = whole & ~dilated(seams, 1);
-    if (!has_seams(whole) || cv::countNonZero(without_seams) == 0 || !has_hue(features, without_seams, region)) return;
-    found = true;
+    if (!has_seams(whole) || cv::countNonZero(without_seams) == 0 || !has_hue(features, without_seams, region))
+      continue;
     best_score = score;
     best = without_seams & of_chroma(features, without_seams, part, 4);
-  };
-  for (const double neck : kNecks) {
-    for (const double sigmas : {4.0, 3.0, 2.0}) consider(sigmas, neck);
-    if (found) break;
   }
   return best;
 }
