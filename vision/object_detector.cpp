@@ -89,7 +89,7 @@ void ObjectDetector::add_grown(const Blob& blob, View& view) {
   if (view.colours == Colours::kGrown && is_ragged(blob)) {
     const cv::Rect searched = surroundings_of(blob) & view.window;
     const FoundBlobs more = finder_.find(view.bgr, searched, wider_.members(gains_), {.min_area = min_area_px_});
-    whole = whole_of(blob, more.blobs, searched, view.window);
+    whole = whole_of(blob, more.blobs, searched, search_area_);
   }
   const auto same = [&](const Blob& other) { return other.box == whole->box && other.area == whole->area; };
   if (whole && std::ranges::any_of(view.blobs, same)) return;

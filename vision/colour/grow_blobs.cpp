@@ -10,11 +10,11 @@ namespace {
 constexpr double kRagged = 0.6, kCompact = 0.7, kMore = 1.3;
 constexpr double kMostArea = 5;  // areas of the part: what is larger is rather the background
 
-/// Whether the border of the part of the image that was searched cuts a box off, where `window` goes on.
-bool is_cut_off(const cv::Rect& box, const cv::Rect& searched, const cv::Rect& window) {
-  return (box.x == searched.x && searched.x > window.x) || (box.y == searched.y && searched.y > window.y) ||
-         (box.br().x == searched.br().x && searched.br().x < window.br().x) ||
-         (box.br().y == searched.br().y && searched.br().y < window.br().y);
+/// Whether the border of the part of the image that was searched cuts a box off, where `area` goes on.
+bool is_cut_off(const cv::Rect& box, const cv::Rect& searched, const cv::Rect& area) {
+  return (box.x == searched.x && searched.x > area.x) || (box.y == searched.y && searched.y > area.y) ||
+         (box.br().x == searched.br().x && searched.br().x < area.br().x) ||
+         (box.br().y == searched.br().y && searched.br().y < area.br().y);
 }
 
 }  // namespace
@@ -29,12 +29,12 @@ cv::Rect surroundings_of(const Blob& blob) {
 }
 
 const Blob* whole_of(const Blob& ragged, std::span<const Blob> of_wider_colours, const cv::Rect& searched,
-                     const cv::Rect& window) {
+                     const cv::Rect& area) {
   const double least = std::max(kCompact, kMore * compactness(ragged));
   const auto is_whole = [&](const Blob& other) {
     return other.area < kMostArea * ragged.area && compactness(other) >= least &&
            2 * static_cast<double>(common_pixels(other, ragged)) > ragged.area &&
-           !is_cut_off(other.box, searched, window);
+           !is_cut_off(other.box, searched, area);
   };
   const auto found = std::ranges::find_if(of_wider_colours, is_whole);
   return found == of_wider_colours.end() ? nullptr : &*found;
