@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <vector>
 
 #include "vision/colour/grow_blobs.hpp"
 #include "vision/colour/join_parts.hpp"
@@ -16,6 +18,8 @@ constexpr double kMore = 2;      // areas, by which the colours as learned show 
 // Of a wider colour model (widened()): at a tolerance of three standard deviations at least 0.45 of the saturation more
 // or less, and 24 degrees in the plane of chroma, about as much as limits in HSV often allow.
 constexpr double kWider = 0.15;
+// Probability that an object is only what the learned colours show of what it was grown to: as likely as not.
+constexpr double kOnlyLearned = 0.5;
 constexpr double kDimmest = 10;  // grey levels: no pixel of a black image is brighter
 
 /// Whether the image is black, as of a covered or dead camera. Samples every eighth pixel in both directions.
@@ -53,7 +57,8 @@ void ObjectDetector::restart() {
   looks_ = since_look_ = 0;
 }
 
-View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours) {
+View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours,
+                             const cv::Rect& expected) {
   View view;
   view.content = View::Content::kWrongImage;
   if (bgr.type() != CV_8UC3 || bgr.size() != whole_image().size()) return view;
@@ -68,11 +73,15 @@ View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool ch
   view.content = filled ? View::Content::kFilled : View::Content::kBlobs;
   if (filled) return view;
   view.full = found.blobs.size() >= kMaxBlobs;
-  for (const Blob& blob : join_parts(found.blobs)) add_grown(blob, view);
+  for (const Blob& blob : join_parts(found.blobs)) {
+    view.seeds.push_back(blob);
+    view.blobs.push_back(blob);
+    view.contours.push_back(fitter_.fit(bgr, blob, window, chroma_subsampled));
+  }
+  grow(expected, chroma_subsampled, view);
   for (size_t k = 0; k < view.blobs.size(); ++k) {
     const Blob& blob = view.blobs[k];
-    view.contours.push_back(fitter_.fit(bgr, blob, window, chroma_subsampled));
-    SphereContour& contour = view.contours.back();
+    SphereContour& contour = view.contours[k];
     contour.covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
     if (contour.by_centroid) contour.by_centroid->covariance.topLeftCorner<2, 2>() += additional_ray_covariance_;
     view.appearance.push_back({.background = background_.share_of(view.seeds[k]),
@@ -83,18 +92,38 @@ View ObjectDetector::measure(const cv::Mat& bgr, const cv::Rect& window, bool ch
   return view;
 }
 
-/// Adds a blob, or what it is a part of by the wider colours, if these count. Of several parts of one thing, the first.
-void ObjectDetector::add_grown(const Blob& blob, View& view) {
-  const Blob* whole = nullptr;
-  if (view.colours == Colours::kGrown && is_ragged(blob)) {
-    const cv::Rect searched = surroundings_of(blob) & view.window;
+/// Replaces blobs of low compactness, for which no sphere contour was found, by what they grow to, and leaves out what
+/// then is a part of another. What contains a sphere contour is no object of its own.
+void ObjectDetector::grow(const cv::Rect& expected, bool chroma_subsampled, View& view) {
+  const auto contains = [&](const Blob& grown, size_t k) {
+    return 2 * static_cast<double>(common_pixels(grown, view.seeds[k])) > view.seeds[k].area;
+  };
+  const auto has_contour = [&](size_t k) { return view.contours[k].kind == SphereContour::Kind::kEdges; };
+  for (size_t k = 0; k < view.seeds.size(); ++k) {
+    const Blob& seed = view.seeds[k];
+    if ((seed.box & expected).empty() || has_contour(k) || !has_low_compactness(seed)) continue;
+    const cv::Rect searched = surroundings_of(seed) & view.window;
     const FoundBlobs more = finder_.find(view.bgr, searched, wider_.members(gains_), {.min_area = min_area_px_});
-    whole = whole_of(blob, more.blobs, searched, search_area_);
+    const GrownBlob grown = grown_blob(seed, more.blobs, searched, search_area_);
+    view.cut_off = view.cut_off || grown.cut_off;
+    if (!grown.blob) continue;
+    std::vector<size_t> parts;
+    for (size_t other = 0; other < view.seeds.size(); ++other) {
+      if (other != k && contains(*grown.blob, other)) parts.push_back(other);
+    }
+    if (std::ranges::any_of(parts, has_contour)) continue;
+    view.blobs[k] = *grown.blob;
+    add_alternative(seed, kOnlyLearned, view.blobs[k]);
+    view.contours[k] = fitter_.fit(view.bgr, view.blobs[k], view.window, chroma_subsampled);
+    // The last one first: the others keep their numbers.
+    for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+      const auto at = static_cast<std::ptrdiff_t>(*part);
+      view.seeds.erase(view.seeds.begin() + at);
+      view.blobs.erase(view.blobs.begin() + at);
+      view.contours.erase(view.contours.begin() + at);
+      if (*part < k) --k;
+    }
   }
-  const auto same = [&](const Blob& other) { return other.box == whole->box && other.area == whole->area; };
-  if (whole && std::ranges::any_of(view.blobs, same)) return;
-  view.blobs.push_back(whole ? *whole : blob);
-  view.seeds.push_back(blob);
 }
 
 void ObjectDetector::adapt(const View& view, int blob, double quality) {

@@ -36,8 +36,10 @@ class ObjectDetector {
   /// Whether the next image should be searched in the whole area, to learn the background.
   bool should_search_all() const { return looks_ < kFirstLooks || since_look_ + 1 >= kLookEvery; }
   /// Finds and measures the object's blobs in the part `window` of an 8-bit BGR image. The image must be valid there
-  /// and must live as long as the view is used. `chroma_subsampled`: see StereoImages.
-  View measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours);
+  /// and must live as long as the view is used. `chroma_subsampled`: see StereoImages. Blobs that reach into the part
+  /// `expected` grow (grow_blobs).
+  View measure(const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled, Colours colours,
+               const cv::Rect& expected = {});
 
   /// Follows the white balance by the view's blob that shows the object. `quality`: 0 to 1, see adapted().
   void adapt(const View& view, int blob, double quality);
@@ -68,7 +70,7 @@ class ObjectDetector {
   static constexpr int kFirstLooks = 16;  // search areas that are searched first to learn the background
   static constexpr int kLookEvery = 8;    // pairs between two searches of a whole area for the background
   static constexpr size_t kLooks = 2;     // numbers of looks in the state
-  void add_grown(const Blob& blob, View& view);
+  void grow(const cv::Rect& expected, bool chroma_subsampled, View& view);
   bool learned_colours_show_more(const View& view, const Blob& blob);
 
   CameraModel camera_;

@@ -62,10 +62,13 @@ std::optional<cv::Rect> StereoTracker::predicted_window(Side side, int64_t utime
   return vision::predicted_window(options_, object_, side, search_area(side), utime);
 }
 
-View StereoTracker::measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled,
-                            Colours colours) {
-  const bool grown = colours == Colours::kLearned && object_.identity.confirmed();
-  return detectors_[index(side)].measure(bgr, window, chroma_subsampled, grown ? Colours::kGrown : colours);
+View StereoTracker::measure(Side side, int64_t utime, const cv::Mat& bgr, const cv::Rect& window,
+                            bool chroma_subsampled, Colours colours) {
+  // A ball of known radius is measured by a part of its contour; its parts and what is beside them need no growing.
+  const bool known_size = options_.match.radius_m > 0;
+  const bool grows = colours == Colours::kLearned && object_.identity.confirmed() && !known_size;
+  const cv::Rect expected = grows ? predicted_window(side, utime).value_or(cv::Rect()) : cv::Rect();
+  return detectors_[index(side)].measure(bgr, window, chroma_subsampled, colours, expected);
 }
 
 TargetMatch StereoTracker::match(const PairTimes& times, const View& left, const View& right,
@@ -74,8 +77,8 @@ TargetMatch StereoTracker::match(const PairTimes& times, const View& left, const
 }
 
 TargetMatch StereoTracker::find(const cv::Mat& left_bgr, const cv::Mat& right_bgr, bool chroma_subsampled) {
-  const View left = measure(Side::kLeft, left_bgr, search_area(Side::kLeft), chroma_subsampled);
-  const View right = measure(Side::kRight, right_bgr, search_area(Side::kRight), chroma_subsampled);
+  const View left = measure(Side::kLeft, 0, left_bgr, search_area(Side::kLeft), chroma_subsampled);
+  const View right = measure(Side::kRight, 0, right_bgr, search_area(Side::kRight), chroma_subsampled);
   return match({}, left, right);
 }
 
@@ -90,7 +93,8 @@ bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch&
            (box.br().x + kRead <= window.br().x || window.br().x == area.br().x) &&
            (box.br().y + kRead <= window.br().y || window.br().y == area.br().y);
   };
-  return whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
+  return !left.cut_off && !right.cut_off &&
+         whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
          whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, search_area(Side::kRight));
 }
 
@@ -237,7 +241,8 @@ void StereoTracker::learn_from(const PairTimes& times, const StereoMatch& match,
   const bool same_shape = compactness >= kSameShape * before.compactness;
   // What is seen with something else is larger, too: a flat target that has turned, or is partly occluded, is not.
   const bool alone = same_shape || by_area_m < before.radius_m;
-  const bool shows_size = same_shape && tells_size(pair, match);
+  // What only the wider colours show may be larger than the target.
+  const bool shows_size = same_shape && tells_size(pair, match) && !shows_more_than_learned(pair, match);
   if (shows_size) object_.unoccluded_size.update(by_area_m, times.pair);
   identity.update(times.pair,
                   {.by_contour = match.both_by_contour,

@@ -49,9 +49,9 @@ class StereoTracker {
   cv::Rect window(Side side, int64_t utime) const;
   /// Where a confirmed target that was tracked shortly before is expected; nothing of another one.
   std::optional<cv::Rect> predicted_window(Side side, int64_t utime) const;
-  /// See ObjectDetector::measure(). While the target is confirmed, the learned colours are grown (Colours::kGrown). The
-  /// image must live until update(). The two sides may be processed concurrently.
-  View measure(Side side, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled = false,
+  /// See ObjectDetector::measure(). Where a confirmed target of unknown size is expected at `utime`, blobs of its
+  /// colours grow. The image must live until update(). The two sides may be processed concurrently.
+  View measure(Side side, int64_t utime, const cv::Mat& bgr, const cv::Rect& window, bool chroma_subsampled = false,
                Colours colours = Colours::kLearned);
   /// Matches and triangulates the two views. Does not change the tracker.
   TargetMatch match(const PairTimes& times, const View& left, const View& right, const OtherTargets& others = {}) const;

@@ -175,7 +175,8 @@ bool StereoVision::look_again(StereoImages& images) {
       const cv::Rect window = *target.tracker.predicted_window(side, images.times().pair);
       const cv::Mat* bgr = images.pixels(side, window);
       if (!bgr) return false;
-      views[index(side)] = target.tracker.measure(side, *bgr, window, images.chroma_subsampled(side), Colours::kWider);
+      views[index(side)] = target.tracker.measure(side, images.times().pair, *bgr, window,
+                                                  images.chroma_subsampled(side), Colours::kWider);
     }
     OtherTargets others;
     if (const auto* group = group_of(k)) others = others_of(k, *group, targets_, images.times(), views);
@@ -205,7 +206,8 @@ bool StereoVision::search_side(StereoImages& images, Side side, bool everywhere)
     Target& target = targets_[k];
     if (everywhere && target.found_inside_windows) continue;
     if (target.views[at].window != windows[k])
-      target.views[at] = target.tracker.measure(side, *bgr, windows[k], images.chroma_subsampled(side));
+      target.views[at] =
+          target.tracker.measure(side, images.times().pair, *bgr, windows[k], images.chroma_subsampled(side));
   }
   return true;
 }

@@ -20,13 +20,14 @@ class Clone:
         self.path = path
         if not pathlib.Path(path).is_dir():
             raise PrepareError(f"{path} is not a folder. Give the folder of a git clone.")
+        self.revision = revision
         self.commit = self._git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()
 
     def _git(self, *arguments):
         done = subprocess.run(["git", "-C", str(self.path), *arguments], capture_output=True, check=False)
         if done.returncode != 0:
             why = done.stderr.decode(errors="replace").strip()
-            advice = "Give a complete clone of the repository that the option names, not a shallow one."
+            advice = f"Give a complete clone of the repository, not a shallow one: commit {self.revision} is read."
             raise PrepareError(f"{self.path}: git {arguments[0]} failed: {why}\n{advice}")
         return done.stdout
 

@@ -46,6 +46,9 @@ def jpeg(image, size):
 
 def make_own(out, clones, write_video, settings_of):
     """Makes the sets whose repositories are in the folder `clones`, each under its name without the owner's."""
+    if not clones.is_dir():
+        raise PrepareError(f"{clones} is not a folder. Give the folder that contains the clones.")
+    made = 0
     for row in read_rows(LABELS / "videos.csv"):
         path = clones / file_name(row["repository"])
         if not path.is_dir():
@@ -59,7 +62,10 @@ def make_own(out, clones, write_video, settings_of):
             (cells["image"], cells["object"], scaled(cells["x_px"]), scaled(cells["y_px"]))
             for cells in read_rows(LABELS / f"{row['set']}.csv")
         ]
-        settings = settings_of(row["title"], "test", row["frames_per_s"], row["disparity_px"])
+        settings = settings_of(row["title"], row["use"], row["frames_per_s"], row["disparity_px"])
         if row["targets"]:
             settings.append("targets: {" + ", ".join(each.replace("=", ": ") for each in row["targets"].split()) + "}")
         write_video(out / row["set"], settings, images, labels)
+        made += 1
+    if made == 0:
+        raise PrepareError(f"no set was made, for {clones} contains none of these clones.")

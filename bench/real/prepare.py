@@ -28,6 +28,7 @@ makes the videos that were labelled for this project.
     robevans/Advanced-Vision-1              114f27a   marbles
 """
 import argparse
+import json
 import pathlib
 import re
 import sys
@@ -65,7 +66,7 @@ def write_video(folder, settings, images, labels, clicks=None):
 
 
 def settings_of(name, use, frames_per_s, disparity_px):
-    return [f"name: {name}", f"use: {use}", f"frames_per_s: {frames_per_s}", f"disparity_px: {disparity_px}"]
+    return [f"name: {json.dumps(name)}", f"use: {use}", f"frames_per_s: {frames_per_s}", f"disparity_px: {disparity_px}"]
 
 
 # Juggled balls

@@ -100,5 +100,34 @@ TEST(UnknownSize, IsForgottenWithTimeAlsoByCamerasThatAreSlow) {
   EXPECT_LT(sideways(report), 1.2 * sideways(look(fresh, rig, utime, {{half, there}}))) << "after a minute and a half";
 }
 
+/// How far the position is off, in standard deviations.
+double sigmas_off(const vision::TargetReport& report, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d error = report.estimate.position - truth;
+  return std::sqrt(error.dot(report.estimate.covariance.llt().solve(error)));
+}
+
+// A larger plate of the colour comes from the right, touches the target for a second and a half, and leaves. For the
+// colours, the two are one thing.
+TEST(UnknownSize, OfATargetThatANeighbourTouchesTheNeighbourIsNoPart) {
+  const StereoRig rig = level_rig();
+  StereoVision vision({options_for(rig)});
+  constexpr double kHalf = 0.025, kNeighbour = 0.035;
+  constexpr int kRests = 40, kTouches = 60, kLeaves = 105, kEnd = 140;
+  int together = 0;
+  for (int k = 0; k < kEnd; ++k) {
+    const Eigen::Vector3d target(-0.006 * std::max(0, kRests - k), 0.02, 0.5);
+    const double gap = 0.004 * std::max({0, kTouches - k, k - kLeaves}) - 0.001;
+    const testing::Thing neighbour{plate(kNeighbour, kNeighbour, 0),
+                                   target + Eigen::Vector3d(kHalf + kNeighbour + gap, 0, 0)};
+    std::vector<testing::Thing> things{{plate(kHalf, kHalf, 0), target}};
+    if (k > kRests) things.push_back(neighbour);
+    const vision::TargetReport& report = look(vision, rig, k * kFrame, things);
+    if (report.status != Status::kTracked) continue;
+    EXPECT_LT(sigmas_off(report, target), 4) << k << ": " << report.reason;
+    together += gap < 0 ? 1 : 0;
+  }
+  EXPECT_GT(together, 0) << "or else this shows nothing";
+}
+
 }  // namespace
 }  // namespace multireach

@@ -18,6 +18,7 @@ View background_at(double x_px) {
   blob.area = 1256;
   blob.centroid = {x_px, 239.5};
   view.blobs.push_back(blob);
+  view.seeds.push_back(blob);
   SphereContour contour;
   contour.value = {(x_px - 319.5) / kFocal, 0, kRadius / kFocal};
   contour.covariance = Eigen::Vector3d(1e-6, 1e-6, 1e-4).asDiagonal();

@@ -7,6 +7,12 @@
 
 namespace multireach::vision {
 
+void add_alternative(const Blob& other, double probability, Blob& blob) {
+  const Eigen::Vector2d apart = other.centroid - blob.centroid;
+  blob.alternative_area += probability * other.area;
+  blob.alternative_spread += probability * apart * apart.transpose();
+}
+
 double compactness(double area, const Eigen::Matrix2d& spread) {
   const double half_trace = 0.5 * spread.trace(), determinant = std::max(0.0, spread.determinant());
   const double root = std::sqrt(std::max(0.0, half_trace * half_trace - determinant));

@@ -5,9 +5,9 @@
 namespace multireach::vision {
 namespace {
 
-// Choices, made with the marbled ball of docs/real-images.md in view: below kRagged, a blob is hardly a whole object
-// (half a disc has 0.5); an object is as compact as join_parts() asks for, and kMore times as compact as its part.
-constexpr double kRagged = 0.6, kCompact = 0.7, kMore = 1.3;
+// Choices, made with the marbled ball of docs/real-images.md in view. Half a disc has a compactness of 0.5; an object
+// is as compact as join_parts() asks for, and kCompactnessGain times as compact as its part.
+constexpr double kLowCompactness = 0.6, kCompact = 0.7, kCompactnessGain = 1.3;
 constexpr double kMostArea = 5;  // areas of the part: what is larger is rather the background
 
 /// Whether the border of the part of the image that was searched cuts a box off, where `area` goes on.
@@ -19,8 +19,8 @@ bool is_cut_off(const cv::Rect& box, const cv::Rect& searched, const cv::Rect& a
 
 }  // namespace
 
-bool is_ragged(const Blob& blob) {
-  return compactness(blob) < kRagged;
+bool has_low_compactness(const Blob& blob) {
+  return compactness(blob) < kLowCompactness;
 }
 
 cv::Rect surroundings_of(const Blob& blob) {
@@ -28,16 +28,17 @@ cv::Rect surroundings_of(const Blob& blob) {
   return {blob.box.x - margin, blob.box.y - margin, blob.box.width + 2 * margin, blob.box.height + 2 * margin};
 }
 
-const Blob* whole_of(const Blob& ragged, std::span<const Blob> of_wider_colours, const cv::Rect& searched,
+GrownBlob grown_blob(const Blob& seed, std::span<const Blob> of_wider_colours, const cv::Rect& searched,
                      const cv::Rect& area) {
-  const double least = std::max(kCompact, kMore * compactness(ragged));
-  const auto is_whole = [&](const Blob& other) {
-    return other.area < kMostArea * ragged.area && compactness(other) >= least &&
-           2 * static_cast<double>(common_pixels(other, ragged)) > ragged.area &&
-           !is_cut_off(other.box, searched, area);
+  const double least = std::max(kCompact, kCompactnessGain * compactness(seed));
+  const auto is_object = [&](const Blob& other) {
+    return other.area < kMostArea * seed.area && compactness(other) >= least &&
+           2 * static_cast<double>(common_pixels(other, seed)) > seed.area;
   };
-  const auto found = std::ranges::find_if(of_wider_colours, is_whole);
-  return found == of_wider_colours.end() ? nullptr : &*found;
+  const auto found = std::ranges::find_if(of_wider_colours, is_object);
+  if (found == of_wider_colours.end()) return {};
+  const bool cut_off = is_cut_off(found->box, searched, area);
+  return {cut_off ? nullptr : &*found, cut_off};
 }
 
 }  // namespace multireach::vision

@@ -7,17 +7,24 @@
 
 namespace multireach::vision {
 
-/// Whether a blob may be a part of an object whose other parts have colours just beyond the limits, as in its shadow.
-bool is_ragged(const Blob& blob);
+/// Whether a blob is compact too little to be a disc, as a part of an object of which the other parts have colours just
+/// beyond the limits.
+bool has_low_compactness(const Blob& blob);
 
-/// The part of an image in which what a blob may be a part of is searched for: three times its size.
+/// The part of an image in which the object around a blob is searched for: the blob's box and, on each side, its longer
+/// side.
 cv::Rect surroundings_of(const Blob& blob);
 
-/// What a ragged blob is a part of: the blob of wider colours, of those found in the part `searched` of an image, that
-/// contains most of it, if that is compact, clearly more so than the ragged one, less than five times as large, and not
-/// cut off where the search ends inside `area`, the part of the image that counts. Null if there is none. This is
-/// thresholding with hysteresis, as of edges (Canny 1986), by colours.
-const Blob* whole_of(const Blob& ragged, std::span<const Blob> of_wider_colours, const cv::Rect& searched,
+/// What a blob of low compactness grows to.
+struct GrownBlob {
+  const Blob* blob = nullptr;  ///< null: nothing that it may be a part of was found
+  bool cut_off = false;        ///< the search ended in the middle of it: a larger part of the image may show it all
+};
+
+/// Hysteresis thresholding, as of edges (Canny 1986), by colours: the blob of wider colours, of those found in the part
+/// `searched` of an image, that contains most of `seed`, if it is compact, clearly more so than the seed, less than
+/// five times as large, and not cut off where the search ends inside `area`, the part of the image that counts.
+GrownBlob grown_blob(const Blob& seed, std::span<const Blob> of_wider_colours, const cv::Rect& searched,
                      const cv::Rect& area);
 
 }  // namespace multireach::vision

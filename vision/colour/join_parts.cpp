@@ -182,12 +182,6 @@ bool make_object(std::span<const Blob* const> parts, const Blob& whole) {
   return compact >= kCompact && compact > mean && diameter_of(whole.area) >= kLeastSize;
 }
 
-void add_alternative(const Blob& other, double probability, Blob& blob) {
-  const Eigen::Vector2d apart = other.centroid - blob.centroid;
-  blob.alternative_area += probability * other.area;
-  blob.alternative_spread += probability * apart * apart.transpose();
-}
-
 /// Adds the objects of a group of blobs that seams connect. Objects beside each other may look like one: of a union,
 /// each part may be the object. Where the group makes no object, each blob may be a part of it all.
 void add_objects(std::vector<const Blob*> group, std::vector<Blob>& objects) {

@@ -293,7 +293,8 @@ const char* description(LearnedColour::Status status) {
     case LearnedColour::Status::kNoObject:
       return "no picture has the object";
     case LearnedColour::Status::kTooSmall:
-      return "the object's region is outside of the picture, or too small: at least 40 of its pixels must be in it";
+      return "the object's region is outside of the picture, or too small: at least 40 of its pixels must be in it; "
+             "a click on a highlight or a mark finds no more than that: click beside it";
     case LearnedColour::Status::kOverexposed:
       return "the object is overexposed, so that its colour is not known: make the exposure shorter";
     case LearnedColour::Status::kIndistinct:

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "vision/colour/grow_blobs.hpp"
 #include "vision/matching/first_match.hpp"
 #include "vision/matching/jumps.hpp"
 #include "vision/matching/matched_size.hpp"
@@ -37,6 +38,19 @@ bool are_different_parts(const ComparedPair& pair, const View& left, const View&
   return std::min(a.area_ratio, b.area_ratio) > kLargerBlob &&
          std::max(a.area_ratio, b.area_ratio) < kBlobRatio * std::min(a.area_ratio, b.area_ratio) &&
          (a.offset - b.offset).norm() > kOffset;
+}
+
+/// Whether a pair combines what grew (grow_blobs) with a part that did not.
+bool is_whole_and_part(const ComparedPair& pair, const View& left, const View& right) {
+  const auto grew = [](const View& view, int at) { return !view.wider() && view.shows_more_than_learned(at); };
+  const auto is_part = [](const View& view, int at) {
+    const auto k = static_cast<size_t>(at);
+    return view.contours[k].kind == SphereContour::Kind::kCentroid && has_low_compactness(view.blobs[k]);
+  };
+  const auto both = [&](const View& whole, int whole_at, const View& part, int part_at) {
+    return grew(whole, whole_at) && is_part(part, part_at);
+  };
+  return both(left, pair.match.left, right, pair.match.right) || both(right, pair.match.right, left, pair.match.left);
 }
 
 constexpr double kExpectedRadii = 2;  // of a contour, from where the target is expected to its centre: a choice
@@ -243,6 +257,8 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
       compared.match.status = StereoMatch::Status::kOutsideRegion;
     const bool expected = prediction && !compared.outside_gate;
     if (!expected && has_position(compared.match.status) && are_different_parts(compared, pair_.left, pair_.right))
+      compared.match.status = StereoMatch::Status::kInconsistentPair;
+    if (has_position(compared.match.status) && is_whole_and_part(compared, pair_.left, pair_.right))
       compared.match.status = StereoMatch::Status::kInconsistentPair;
     if (!followed) refuse_unlike(expected, compared);
   }

@@ -22,14 +22,19 @@ bool tells_size(const PairContext& pair, const StereoMatch& match) {
          !pair.right.contours[static_cast<size_t>(match.right)].cut_off;
 }
 
-double radius_by_area(const PairContext& pair, const StereoMatch& match) {
+bool shows_more_than_learned(const PairContext& pair, const StereoMatch& match) {
+  return pair.left.shows_more_than_learned(match.left) || pair.right.shows_more_than_learned(match.right);
+}
+
+double radius_by_area(const PairContext& pair, const StereoMatch& match, Shown shown) {
   const StereoRig& rig = pair.options.rig;
   const Eigen::Vector3d p_L = rig.X_WL.inverse() * match.point.p_W;
-  const auto radius_m = [](const SphereContour& contour, const CameraModel& camera, double distance_m) {
-    return std::sqrt(contour.area / std::numbers::pi / (camera.fx * camera.fy)) * distance_m;
+  const auto radius_m = [shown](const View& view, int at, const CameraModel& camera, double distance_m) {
+    const double area = (shown == Shown::kAll ? view.blobs : view.seeds)[static_cast<size_t>(at)].area;
+    return std::sqrt(area / std::numbers::pi / (camera.fx * camera.fy)) * distance_m;
   };
-  return std::min(radius_m(pair.left.contours[static_cast<size_t>(match.left)], rig.left, p_L.norm()),
-                  radius_m(pair.right.contours[static_cast<size_t>(match.right)], rig.right, (rig.X_RL * p_L).norm()));
+  return std::min(radius_m(pair.left, match.left, rig.left, p_L.norm()),
+                  radius_m(pair.right, match.right, rig.right, (rig.X_RL * p_L).norm()));
 }
 
 void add_occlusion_covariance(const PairContext& pair, StereoMatch& match) {
@@ -42,9 +47,12 @@ void add_occlusion_covariance(const PairContext& pair, StereoMatch& match) {
       match.shape_covariance += size.occlusion_covariance(radius_m, pair.times.pair);
     return;
   }
-  const double radius_m = radius_by_area(pair, match);
-  match.shape_covariance += size.occlusion_covariance(radius_m, pair.times.pair);
-  if (pair.left.wider() || pair.right.wider()) match.shape_covariance += size.surplus_covariance(radius_m);
+  // What it was grown by may be something else: then the rest is occluded.
+  const double learned_m = radius_by_area(pair, match, Shown::kByLearnedColours);
+  match.shape_covariance += size.occlusion_covariance(learned_m, pair.times.pair);
+  const double all_m = radius_by_area(pair, match, Shown::kAll);
+  if (shows_more_than_learned(pair, match) || size.is_suddenly_larger(all_m, pair.times.pair))
+    match.shape_covariance += size.surplus_covariance(all_m);
 }
 
 }  // namespace multireach::vision

@@ -15,6 +15,10 @@ Eigen::Matrix3d covariance_of_rest(double smaller_m, double larger_m) {
   return sigma_m * sigma_m * Eigen::Matrix3d::Identity();
 }
 
+// What turns changes its size little from pair to pair. Of noise, the radius of the smallest blobs has a tenth.
+constexpr double kSudden = 1.2;
+constexpr int64_t kSettles = 10000000;  // us: a choice
+
 }  // namespace
 
 /// The size of the whole object, as far as it is remembered when it is seen with a radius.
@@ -26,6 +30,7 @@ double UnoccludedSize::updated(double radius_m, int64_t utime) const {
 }
 
 void UnoccludedSize::update(double radius_m, int64_t utime) {
+  if (is_suddenly_larger(radius_m, utime)) return;
   radius_m_ = updated(radius_m, utime);
   utime_ = utime;
 }
@@ -33,6 +38,10 @@ void UnoccludedSize::update(double radius_m, int64_t utime) {
 Eigen::Matrix3d UnoccludedSize::occlusion_covariance(double radius_m, int64_t utime) const {
   const double whole_m = updated(radius_m, utime);
   return radius_m < whole_m ? covariance_of_rest(radius_m, whole_m) : Eigen::Matrix3d::Zero();
+}
+
+bool UnoccludedSize::is_suddenly_larger(double radius_m, int64_t utime) const {
+  return radius_m_ > 0 && radius_m > kSudden * radius_m_ && utime - utime_ < kSettles;
 }
 
 Eigen::Matrix3d UnoccludedSize::surplus_covariance(double radius_m) const {

@@ -9,10 +9,9 @@
 
 namespace multireach::vision {
 
-/// Which colours count as the target's: those learned; these, and where they show a ragged part of something, also
-/// those near them (grow_blobs); or all of the latter. What is more than the learned ones is enough only where little
-/// else can be meant: while a target is confirmed, and in the small window in which it is expected.
-enum class Colours { kLearned, kGrown, kWider };
+/// Which colours count as the target's: the learned ones, or also those near them. The latter are enough only where
+/// little else can be meant: in the small window in which a confirmed target is expected.
+enum class Colours { kLearned, kWider };
 
 /// What was found of one target in one image of a pair.
 struct View {
@@ -27,14 +26,19 @@ struct View {
   Colours colours = Colours::kLearned;  ///< the colours that were searched for
   bool whole = false;                   ///< the whole search area was searched
   bool full = false;                    ///< as many blobs were found as are measured: there may be more
+  bool cut_off = false;                 ///< what a blob would grow to is cut off where the search ended
   cv::Rect window;                      ///< search window
   cv::Mat bgr;                          ///< the image; shares its pixels
   std::vector<Blob> blobs;              ///< of the colours, or grown from them by the wider colours (grow_blobs)
-  std::vector<Blob> seeds;              ///< what the colours show of each blob: itself, or a part of it
+  std::vector<Blob> seeds;              ///< what the colours show of each blob: all of it, or a part
   std::vector<SphereContour> contours;  ///< one per blob
   std::vector<Appearance> appearance;   ///< likewise
 
   bool wider() const { return colours == Colours::kWider; }
+  /// Whether only the wider colours show all of a blob.
+  bool shows_more_than_learned(int blob) const {
+    return wider() || blobs[static_cast<size_t>(blob)].area > seeds[static_cast<size_t>(blob)].area;
+  }
   /// Whether a blob is as compact as an ellipse of 5:2, or a disc with much missing.
   bool is_compact(int blob) const { return appearance[static_cast<size_t>(blob)].compactness > 0.4; }
 };
