@@ -181,7 +181,7 @@ bool StereoVision::look_again(StereoImages& images) {
     OtherTargets others;
     if (const auto* group = group_of(k)) others = others_of(k, *group, targets_, images.times(), views);
     TargetMatch found = target.tracker.match(images.times(), views[0], views[1], others);
-    if (!is_target_again(found, views[0], views[1])) continue;
+    if (!is_target_again(target.tracker.options(), found, views[0], views[1])) continue;
     if (!target.tracker.is_inside_windows(images.times(), found.match, views[0], views[1])) continue;
     target.match = found.match;
     target.begins_anew = false;

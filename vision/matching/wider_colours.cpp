@@ -27,11 +27,13 @@ bool may_show_more(const TrackerOptions& options, const TrackedObject& object, i
   return !(static_cast<double>(utime - *seen) > 1e6 * options.track.coast_s);
 }
 
-bool is_target_again(const TargetMatch& found, const View& left, const View& right) {
+bool is_target_again(const TrackerOptions& options, const TargetMatch& found, const View& left, const View& right) {
   const StereoMatch& match = found.match;
   if (match.status != StereoMatch::Status::kSeen || found.candidates.empty()) return false;
-  return found.candidates.front().evidence.term[Evidence::kSize] > Evidence::kOtherSize &&
-         (match.both_by_contour || (left.is_compact(match.left) && right.is_compact(match.right)));
+  const bool is_ball = options.match.radius_m > 0;
+  const bool looks_like_it =
+      match.both_by_contour || (!is_ball && left.is_compact(match.left) && right.is_compact(match.right));
+  return looks_like_it && found.candidates.front().evidence.term[Evidence::kSize] > Evidence::kOtherSize;
 }
 
 }  // namespace multireach::vision

@@ -13,7 +13,9 @@ namespace multireach::vision {
 [[nodiscard]] bool may_show_more(const TrackerOptions& options, const TrackedObject& object, int64_t utime,
                                  const StereoMatch& match);
 
-/// Whether what was found with the wider colours is the target: of its size, and round.
-[[nodiscard]] bool is_target_again(const TargetMatch& found, const View& left, const View& right);
+/// Whether what was found with the wider colours is the target: of its size, and with a sphere contour in both
+/// images, or, where its radius is not known, compact.
+[[nodiscard]] bool is_target_again(const TrackerOptions& options, const TargetMatch& found, const View& left,
+                                   const View& right);
 
 }  // namespace multireach::vision
