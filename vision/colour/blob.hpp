@@ -21,10 +21,10 @@ struct Blob {
   double area = 0;                                   ///< number of pixels, without holes
   Eigen::Vector2d centroid{0, 0};                    ///< mean of the pixels' positions, without holes
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();  ///< covariance of the pixels' positions, pixels^2
-  /// Of what the object may be instead (join_parts): the union with adjacent blobs, if this may be a part of a larger
-  /// object; one of its parts, each as likely as its share of the area, if this is such a union; what it was grown from
-  /// (grow_blobs). Mean number of pixels,
-  /// 0 if there is nothing, and mean of the outer products of what is from this centroid to that one, pixels^2.
+  /// Of what the object may be instead: the union with adjacent blobs, if this may be a part of a larger object; one of
+  /// its parts, each as likely as its share of the area, if this is such a union (join_parts); what it was grown from
+  /// (grow_blobs). Mean number of pixels, 0 if there is nothing, and mean of the outer products of what is from this
+  /// centroid to that one, pixels^2.
   double alternative_area = 0;
   Eigen::Matrix2d alternative_spread = Eigen::Matrix2d::Zero();
 };

@@ -7,7 +7,7 @@
 
 namespace multireach::vision {
 
-/// Whether a blob is compact too little to be a disc, as a part of an object of which the other parts have colours just
+/// Whether a blob is much less compact than a disc. It may be a part of an object whose other parts have colours just
 /// beyond the limits.
 bool has_low_compactness(const Blob& blob);
 
