@@ -162,6 +162,10 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
     ObjectPicture& picture = add(shown.file);
     picture.region = region_of(input.name, shown, picture.bgr, in_window);
     if (picture.within) require_inside(picture, option, input.within);
+    const bool clicked = !picture.region->mask.empty();
+    if (clicked)
+      spdlog::info("{}: outlined as the object, {} x {} px: see --picture", shown.file, picture.region->box.width,
+                   picture.region->box.height);
   }
   for (const std::string& file : input.without) add(file);
   return pictures;
