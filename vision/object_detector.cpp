@@ -105,7 +105,7 @@ void ObjectDetector::grow(const cv::Rect& expected, bool chroma_subsampled, View
     const cv::Rect searched = surroundings_of(seed) & view.window;
     const FoundBlobs more = finder_.find(view.bgr, searched, wider_.members(gains_), {.min_area = min_area_px_});
     const GrownBlob grown = grown_blob(seed, more.blobs, searched, search_area_);
-    view.cut_off = view.cut_off || grown.cut_off;
+    view.growth_cut_off = view.growth_cut_off || grown.cut_off;
     if (!grown.blob) continue;
     std::vector<size_t> parts;
     for (size_t other = 0; other < view.seeds.size(); ++other) {

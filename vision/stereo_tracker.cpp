@@ -93,7 +93,7 @@ bool StereoTracker::is_inside_windows(const PairTimes& times, const StereoMatch&
            (box.br().x + kRead <= window.br().x || window.br().x == area.br().x) &&
            (box.br().y + kRead <= window.br().y || window.br().y == area.br().y);
   };
-  return !left.cut_off && !right.cut_off &&
+  return !left.growth_cut_off && !right.growth_cut_off &&
          whole(left.blobs[static_cast<size_t>(match.left)].box, left.window, search_area(Side::kLeft)) &&
          whole(right.blobs[static_cast<size_t>(match.right)].box, right.window, search_area(Side::kRight));
 }

@@ -107,8 +107,8 @@ double sigmas_off(const vision::TargetReport& report, const Eigen::Vector3d& tru
 }
 
 // A larger plate of the colour comes from the right, touches the target for a second and a half, and leaves. For the
-// colours, the two are one thing.
-TEST(UnknownSize, OfATargetThatANeighbourTouchesTheNeighbourIsNoPart) {
+// colours, the two are one thing, whose centre is that of both.
+TEST(UnknownSize, TheCovarianceAllowsForANeighbourThatTouchesTheTarget) {
   const StereoRig rig = level_rig();
   StereoVision vision({options_for(rig)});
   constexpr double kHalf = 0.025, kNeighbour = 0.035;

@@ -63,7 +63,7 @@ TEST(GrowBlobs, ABandOfABallGrowsToTheBall) {
   }
 }
 
-TEST(GrowBlobs, OnlyHalfADiscOrLessHasALowCompactness) {
+TEST(GrowBlobs, HalfADiscHasALowCompactnessThreeQuartersHaveNot) {
   EXPECT_FALSE(has_low_compactness(blobs_of(ball(), 30).at(0)));
   cv::Mat1b more = ball(), half = ball();
   more.rowRange(0, kCentre.y - kRadius / 2) = 0;

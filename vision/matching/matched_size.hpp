@@ -13,7 +13,8 @@ namespace multireach::vision {
 /// Whether only the wider colours show all of a matched object, in one of the images.
 [[nodiscard]] bool shows_more_than_learned(const PairContext& pair, const StereoMatch& match);
 
-enum class Shown { kAll, kByLearnedColours };  // of an object
+/// Which pixels of an object count: all of its blob, or those that have the learned colours.
+enum class Shown { kAll, kByLearnedColours };
 /// Radius of a disc of the area that the matched object shows, m, in the image where it is smaller.
 double radius_by_area(const PairContext& pair, const StereoMatch& match, Shown shown = Shown::kAll);
 

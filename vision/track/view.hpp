@@ -26,7 +26,7 @@ struct View {
   Colours colours = Colours::kLearned;  ///< the colours that were searched for
   bool whole = false;                   ///< the whole search area was searched
   bool full = false;                    ///< as many blobs were found as are measured: there may be more
-  bool cut_off = false;                 ///< what a blob would grow to is cut off where the search ended
+  bool growth_cut_off = false;          ///< what a blob would grow to is cut off where the search ended
   cv::Rect window;                      ///< search window
   cv::Mat bgr;                          ///< the image; shares its pixels
   std::vector<Blob> blobs;              ///< of the colours, or grown from them by the wider colours (grow_blobs)
