@@ -162,10 +162,6 @@ std::vector<ObjectPicture> read_pictures(const CameraInput& input, const std::ve
     ObjectPicture& picture = add(shown.file);
     picture.region = region_of(input.name, shown, picture.bgr, in_window);
     if (picture.within) require_inside(picture, option, input.within);
-    const bool clicked = !picture.region->mask.empty();
-    if (clicked)
-      spdlog::info("{}: outlined as the object, {} x {} px: see --picture", shown.file, picture.region->box.width,
-                   picture.region->box.height);
   }
   for (const std::string& file : input.without) add(file);
   return pictures;
@@ -218,6 +214,12 @@ struct Learned {
 };
 
 Learned learn(const std::vector<ObjectPicture>& pictures) {
+  for (const ObjectPicture& picture : pictures) {
+    const bool clicked = picture.region && !picture.region->mask.empty();
+    if (clicked)
+      spdlog::info("{}: outlined as the object, {} x {} px: see --picture", picture.name, picture.region->box.width,
+                   picture.region->box.height);
+  }
   Learned learned{learn_object(pictures)};
   for (const std::string& sentence : learned.object.warnings) spdlog::warn("{}", sentence);
   if (!learned.object.fault.empty()) learned.fault = learned.object.fault + advice(pictures, learned.object);
