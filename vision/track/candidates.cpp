@@ -54,7 +54,12 @@ double by_area(double radius_px) {
 /// Evidence from one image alone.
 double appearance_evidence(const SphereContour& contour, const Appearance& appearance, const MatchOptions& options) {
   const bool edges = contour.kind == SphereContour::Kind::kEdges;
-  return interpolated(appearance.background, 0.3, kStill) +
+  // What enters through the border is near where it was seen first for as long as the border cuts it off: only what is
+  // explained beyond kExplained speaks against it.
+  constexpr double kExplained = ColourBackground::kExplained;
+  const double still =
+      contour.cut_off ? (appearance.background - kExplained) / (1 - kExplained) : appearance.background;
+  return interpolated(still, 0.3, kStill) +
          (edges ? kContour : interpolated(appearance.compactness, kNoShape, kShape)) +
          interpolated(appearance.colour_share, 0.2, kColour) + (options.radius_m > 0 ? 0 : by_area(contour.radius_px));
 }
