@@ -34,8 +34,7 @@ Nearest nearest_blob(const std::vector<vision::StereoVision::Target>& targets, c
   return nearest;
 }
 
-std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label,
-                     int disparity_px) {
+std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label) {
   const Nearest nearest = nearest_blob(targets, label);
   const vision::StereoVision::Target* lost = nullptr;
   for (const vision::StereoVision::Target& target : targets) {
@@ -49,8 +48,6 @@ std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, c
   }
   if (!lost)
     return nearest.px <= kRight ? "answered: another thing, the object is a blob too" : "answered: another thing";
-  if (label.x - std::max(nearest.radius_px, 3.0) < disparity_px)
-    return "no answer: the shift cuts the object off the second image";
   const std::string reason = lost->report.reason;
   if (nearest.px <= kRight) return "no answer, blob right: " + reason;
   if (nearest.px <= std::max(kWrong, nearest.radius_px)) return "no answer, blob's centre off: " + reason;
@@ -59,8 +56,8 @@ std::string cause_of(const std::vector<vision::StereoVision::Target>& targets, c
 
 }  // namespace
 
-void Causes::add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label, int disparity_px) {
-  ++labels_[cause_of(targets, label, disparity_px)];
+void Causes::add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label) {
+  ++labels_[cause_of(targets, label)];
 }
 
 void Causes::add(const Causes& other) {

@@ -12,9 +12,8 @@ namespace multireach::bench {
 /// Why labels have no right answer.
 class Causes {
  public:
-  /// Takes a label without a right answer of any of the targets, which look alike. `disparity_px`: columns by which the
-  /// second image is shifted.
-  void add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label, int disparity_px);
+  /// Takes a label without a right answer of any of the targets, which look alike.
+  void add(const std::vector<vision::StereoVision::Target>& targets, const cv::Point2d& label);
   void add(const Causes& other);
   /// Prints lines of a table: cause, per cent of the labels.
   void print(const std::string& set, const std::string& object, int labels) const;

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <opencv2/imgproc.hpp>
 #include <ranges>
 
 #include "bench/real/baseline.hpp"
@@ -149,7 +148,7 @@ void print_candidate(const vision::Candidate& candidate, const std::array<vision
   std::printf("; %s\n", candidate.reason);
 }
 
-void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& right, bool chroma_subsampled, Run& run,
+void take(const RealSet& set, size_t k, const cv::Mat& image, const cv::Mat& second, bool chroma_subsampled, Run& run,
           bool verbose) {
   const LabelledObject& object = set.labelled[run.object];
   const auto found = object.centres.find(k);
@@ -157,12 +156,14 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
   std::vector<cv::Point2d> answers;
   if (run.ours) {
     const auto utime = static_cast<int64_t>(1e6 + 1e6 * static_cast<double>(k) / set.frames_per_s);
-    vision::DecodedImages images({utime, utime, utime}, left, right, chroma_subsampled);
+    vision::DecodedImages images({utime, utime, utime}, image, second, chroma_subsampled);
     run.ours->update(images);
     size_t ambiguous = 0;
     for (const vision::StereoVision::Target& target : run.ours->targets()) {
       const bool tracked = target.report.status == TargetTrack::Status::kTracked;
       if (tracked) answers.emplace_back(target.match.left_px.x(), target.match.left_px.y());
+      const bool contradicted = tracked && labels && is_contradicted(target.report.estimate, set.rig, *labels);
+      run.ours_score.contradicted += contradicted;
       if (tracked && labels) run.ours_score.by_contour += target.match.both_by_contour;
       ambiguous += target.report.ambiguous;
       if (!verbose) continue;
@@ -173,14 +174,15 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
         std::printf(" label (%.1f, %.1f)", (*labels)[0].x, (*labels)[0].y);
       else
         std::printf(" no label");
-      std::printf("%s %s\n", target.match.both_by_contour ? " contour" : "", target.report.reason);
+      std::printf("%s%s %s\n", contradicted ? " contradicted" : "", target.match.both_by_contour ? " contour" : "",
+                  target.report.reason);
       for (const vision::Candidate& candidate : target.candidates) print_candidate(candidate, target.views, labels);
     }
     if (labels) {
       int missed = 0;
       for (const AnsweredLabel& each : answered_labels(*labels, answers, object.targets)) {
         if (each.error_px <= kRight) continue;
-        run.causes.add(run.ours->targets(), each.label, set.disparity_px);
+        run.causes.add(run.ours->targets(), each.label);
         ++missed;
       }
       run.ours_score.ambiguous += std::min(static_cast<int>(ambiguous), missed);
@@ -193,7 +195,7 @@ void take(const RealSet& set, size_t k, const cv::Mat& left, const cv::Mat& righ
       sum.add_without_label(of);
   };
   score(answers, run.ours_score);
-  const std::vector<Baseline::Contour> contours = run.baseline->contours(left);
+  const std::vector<Baseline::Contour> contours = run.baseline->contours(image);
   score(largest(contours, object.targets), run.baseline_score);
   if (labels) run.limited.add(contours, *labels, object.targets);
 }
@@ -219,7 +221,12 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
         least = std::min(least, percent(run.ours_score.right, run.ours_score.labelled));
         most_wrong = std::max(most_wrong, percent(run.ours_score.wrong, run.ours_score.labelled));
       }
-      if (!verbose) continue;
+      if (!verbose) {
+        if (!run.fault.empty())
+          std::fprintf(stderr, "%s, %s, clicked in%s: refused: %s\n", set.name.c_str(), set.labelled[k].name.c_str(),
+                       names_of(set, run.click_images).c_str(), run.fault.c_str());
+        continue;
+      }
       std::printf("  %s, clicked in%s: right %d, wrong %d of %d; baseline %d, %d; used %zu of %zu. %s\n",
                   set.labelled[k].name.c_str(), names_of(set, run.click_images).c_str(), run.ours_score.right,
                   run.ours_score.wrong, run.ours_score.labelled, run.baseline_score.right, run.baseline_score.wrong,
@@ -230,12 +237,12 @@ void print_video(const RealSet& set, std::vector<Run>& runs, bool verbose) {
     if (taken == 0) least = 0;
     if (all == 0) baseline_least = 0;
     std::printf(
-        "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
+        "| %s | %s | %s | %zu of %zu | %.1f (%.1f) | %.1f (%.1f) | %.1f | %.1f | %.1f | %.2f | %.1f | %.1f (%.1f) | "
         "%.1f | %.1f | %.1f | %.1f |\n",
         set.name.c_str(), set.for_test ? "test" : "tuning", set.labelled[k].name.c_str(), refused, clicks,
-        percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong, percent(ours.ambiguous, taken),
-        percent(ours.by_contour, taken), ours.median_px(), percent(ours.right, all), percent(baseline.right, all),
-        baseline_least, percent(baseline.wrong, all), percent(limited.right, all),
+        percent(ours.right, taken), least, percent(ours.wrong, taken), most_wrong, percent(ours.contradicted, taken),
+        percent(ours.ambiguous, taken), percent(ours.by_contour, taken), ours.median_px(), percent(ours.right, all),
+        percent(baseline.right, all), baseline_least, percent(baseline.wrong, all), percent(limited.right, all),
         percent(ours.answered_without, ours.without), percent(baseline.answered_without, baseline.without));
   }
   std::fflush(stdout);
@@ -258,14 +265,9 @@ void print_causes(const RealSet& set, const std::vector<Run>& runs) {
 std::vector<Run> run_video(const RealSet& set, const Choices& choices) {
   std::vector<Run> runs = runs_of(set, choices);
   for (size_t k = 0; k < set.images.size(); ++k) {
-    const cv::Mat left = read_image(set.images[k]);
-    if (left.size() != cv::Size(set.rig.left.width, set.rig.left.height))
-      throw InputError(set.images[k] + ": has another size than the first image of its folder");
-    cv::Mat right(left.size(), left.type());
-    cv::copyMakeBorder(left.colRange(set.disparity_px, left.cols), right, 0, 0, 0, set.disparity_px,
-                       cv::BORDER_REPLICATE);
+    const cv::Mat image = read_image_of(set.rig.left, set.images[k]);
     const bool chroma_subsampled = jpeg_chroma_subsampled(read_binary_file(set.images[k]));
-    for (Run& run : runs) take(set, k, left, right, chroma_subsampled, run, choices.verbose);
+    for (Run& run : runs) take(set, k, image, second_image(image), chroma_subsampled, run, choices.verbose);
   }
   print_video(set, runs, choices.verbose);
   return runs;
@@ -291,13 +293,17 @@ int measure(const std::vector<std::string>& folders, const Choices& choices) {
             : "The mean over an object's clicks that are not refused; in brackets the worst click. Of all: a "
               "refused click counts as no answer. The baseline answers to every click.");
     std::printf(
+        "Contradicted: TRACKED beyond %.0f standard deviations from all labels, by the answer's covariance in the left "
+        "image and %.0f px of the label.\n",
+        kContradicted, kHandLabelSigma);
+    std::printf(
         "Limited: the baseline, with the limits of a contour's area that give it the most right answers of those "
         "with at most %g %% wrong ones; they are chosen when the labels are known.\n\n",
         100 * kFewWrong);
     std::printf(
-        "| video | use | object | clicks refused | right | wrong | ambiguous | by contour | median px "
+        "| video | use | object | clicks refused | right | wrong | contradicted | ambiguous | by contour | median px "
         "| right, of all | baseline: right | wrong | limited: right | answered without a label | baseline "
-        "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   }
   std::vector<std::vector<Run>> runs;
   for (const RealSet& set : videos) runs.push_back(run_video(set, choices));

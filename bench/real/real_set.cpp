@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 
 #include "runtime/config.hpp"
@@ -53,8 +54,10 @@ struct Row {
 /// Reads the lines of a table after the first one, which must be `header`. The first `names` columns are names, the
 /// others numbers.
 std::vector<Row> rows_of(const std::string& path, const std::string& header, size_t names) {
+  if (fs::is_directory(path)) throw InputError(path + ": is a folder; expected a table with the columns " + header);
   std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
+  if (!file || file.peek() == std::ifstream::traits_type::eof())
+    throw InputError(path + ": cannot be read, or is empty");
   const auto columns = static_cast<size_t>(std::ranges::count(header, ',')) + 1;
   std::vector<Row> rows;
   std::string line;
@@ -132,13 +135,13 @@ void load_video(const Config& config, const fs::path& folder, RealSet& set) {
   read_clicks(config, set);
   read_targets(config, set);
   set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
-  set.disparity_px = static_cast<int>(config.integer("disparity_px", 1, 1000, 10));
+  const double disparity_px = config.number("disparity_px", 1, 1000, 10);
   const double fx = config.number("fx_px", 1, 1e6, 600), baseline = config.number("baseline_m", 1e-3, 10, 0.06);
   const cv::Size size = read_image(set.images.front()).size();
-  if (set.disparity_px >= size.width)
-    config.fail("disparity_px", fmt::format("less than the images' width, {} pixels", size.width));
   set.rig = rig_of(config, size, fx, baseline);
   set.rig.left.fy = set.rig.right.fy = config.number("fy_px", 1, 1e6, fx);  // differs where pixels are not square
+  set.rig.right.width += kAddedColumns;
+  set.rig.right.cx += kAddedColumns + disparity_px;
 }
 
 /// Reads points in both images of pairs that are there.
@@ -162,12 +165,8 @@ void load_stereo_video(const Config& config, const fs::path& folder, RealSet& se
   if (!std::ranges::equal(set.images, set.right_images, {}, name, name))
     config.fail("right_images", "a folder with images of the same names as left_images");
   set.rig = load_rig(config.section("cameras")).rig;
-  const auto check = [&](const std::string& key, const std::string& path, const CameraModel& camera) {
-    if (read_image(path).size() != cv::Size(camera.width, camera.height))
-      config.fail(key, fmt::format("images of the calibration's size, {} x {} pixels", camera.width, camera.height));
-  };
-  check("left_images", set.images.front(), set.rig.left);
-  check("right_images", set.right_images.front(), set.rig.right);
+  read_image_of(set.rig.left, set.images.front());
+  read_image_of(set.rig.right, set.right_images.front());
   set.frames_per_s = config.number("frames_per_s", 0.1, 1e4, 30);
   set.radius_m = config.number("ball_radius_m", 0, 10, 0);
   const auto labels = stereo_points_from((folder / config.text("labels")).string(), set.images);
@@ -195,11 +194,14 @@ void set_true_depths(const Config& config, const cv::Mat& disparity_px, double o
   object.click.disparity_px = disparity_px.at<double>(object.click.left_px);
   if (!(object.click.disparity_px > 0 && object.click.disparity_px < object.click.left_px.x))
     config.fail("click", "a point whose true disparity is known and that is inside the right image too");
+  if (!(object.click.disparity_px + offset_px > 0))
+    config.fail("click", fmt::format("a point whose disparity, {:g} px, is positive with disparity_offset_px ({:g})",
+                                     object.click.disparity_px, offset_px));
   std::vector<double> depths;
   for (int row = object.region.y; row < object.region.br().y; ++row) {
     for (int column = object.region.x; column < object.region.br().x; ++column) {
       const double d = disparity_px.at<double>(row, column);
-      if (d > 0 && std::abs(d - object.click.disparity_px) < StillObject::kSameObject_px)
+      if (d > 0 && d + offset_px > 0 && std::abs(d - object.click.disparity_px) < StillObject::kSameObject_px)
         depths.push_back(fx_baseline / (d + offset_px));
     }
   }
@@ -277,11 +279,7 @@ void load_measured(const Config& config, const fs::path& folder, RealSet& set) {
   if (!cameras.has_robot_pose) config.fail("cameras", "a left_to_robot: the frame of the measured positions");
   set.rig = cameras.rig;
   const auto image = [&](const std::string& key, const std::string& otherwise, const CameraModel& camera) {
-    const std::string& used = config.has(key) ? key : otherwise;
-    cv::Mat bgr = read_image((folder / config.text(used)).string());
-    if (bgr.cols != camera.width || bgr.rows != camera.height)
-      config.fail(used, fmt::format("an image of the calibration's size, {} x {} pixels", camera.width, camera.height));
-    return bgr;
+    return read_image_of(camera, (folder / config.text(config.has(key) ? key : otherwise)).string());
   };
   set.left = image("left", "left", set.rig.left);
   set.right = image("right", "right", set.rig.right);
@@ -294,6 +292,20 @@ void load_measured(const Config& config, const fs::path& folder, RealSet& set) {
 }
 
 }  // namespace
+
+cv::Mat read_image_of(const CameraModel& camera, const std::string& path) {
+  cv::Mat image = read_image(path);
+  if (image.size() != cv::Size(camera.width, camera.height))
+    throw InputError(fmt::format("{}: is of {} x {} pixels; expected {} x {}", path, image.cols, image.rows,
+                                 camera.width, camera.height));
+  return image;
+}
+
+cv::Mat second_image(const cv::Mat& image) {
+  cv::Mat second;
+  cv::copyMakeBorder(image, second, 0, 0, kAddedColumns, 0, cv::BORDER_REPLICATE);
+  return second;
+}
 
 RealSet RealSet::load(const std::string& folder) {
   const Config config = Config::load((fs::path(folder) / "set.yaml").string());

@@ -55,18 +55,27 @@ struct MeasuredObject {
   Eigen::Vector3d p_W;            ///< m
 };
 
+/// Reads an image of the camera. Throws InputError, also where it has another size.
+cv::Mat read_image_of(const CameraModel& camera, const std::string& path);
+
+/// Columns by which second_image() is wider.
+inline constexpr int kAddedColumns = 1;
+
+/// Stands for the image of a second camera, which there is none: the first one's, without a shift that would cut
+/// objects off. Its first columns, repeated, make it another image, since vision refuses two images that are the same.
+cv::Mat second_image(const cv::Mat& image);
+
 /// Real data in one folder, as set.yaml in it describes (docs/real-images.md).
 struct RealSet {
   std::string name;
   bool for_test = false;  ///< no constant was chosen on it
   StereoRig rig;
-  // A video with labelled centres. The second camera's image is the first's, shifted by `disparity_px`, or, where there
-  // are `stereo` objects, in `right_images`.
+  // A video with labelled centres. Where there are `stereo` objects, the second camera's images are `right_images`,
+  // else second_image() of the first's: `rig` then has principal points that differ by the disparity.
   std::vector<std::string> images, right_images;
   std::vector<StereoObject> stereo;
   std::vector<LabelledObject> labelled;
   double frames_per_s = 30;
-  int disparity_px = 0;
   // A stereo pair, with true disparities or with measured positions.
   cv::Mat left, right;
   cv::Mat true_disparity_px;       ///< of the left image's pixels, between the images' columns; -1: not known

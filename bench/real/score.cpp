@@ -1,6 +1,9 @@
 #include "bench/real/score.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "imaging/lens.hpp"
 
 namespace multireach::bench {
 
@@ -28,6 +31,21 @@ std::vector<AnsweredLabel> answered_labels(const std::vector<cv::Point2d>& label
   return answered;
 }
 
+bool is_contradicted(const vision::PositionEstimate& answer, const StereoRig& rig,
+                     const std::vector<cv::Point2d>& labels) {
+  const Eigen::Vector3d p_L = rig.X_WL.inverse() * answer.position;
+  const LensPoint shown = image_of(rig.left, p_L.hnormalized());
+  Eigen::Matrix<double, 2, 3> d_ray_d_p_L;
+  d_ray_d_p_L << Eigen::Matrix2d::Identity() / p_L.z(), -p_L.hnormalized() / p_L.z();
+  const Eigen::Matrix<double, 2, 3> J = shown.d_pixel_d_ray * d_ray_d_p_L * rig.X_WL.linear().transpose();
+  const Eigen::Matrix2d of_label = kHandLabelSigma * kHandLabelSigma * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d covariance = J * answer.covariance * J.transpose() + of_label;
+  return std::ranges::all_of(labels, [&](const cv::Point2d& label) {
+    const Eigen::Vector2d error = shown.pixel - Eigen::Vector2d(label.x, label.y);
+    return error.dot(covariance.ldlt().solve(error)) > kContradicted * kContradicted;
+  });
+}
+
 void Score::add(const std::vector<cv::Point2d>& answers, const std::vector<cv::Point2d>& labels, size_t targets) {
   for (const AnsweredLabel& each : answered_labels(labels, answers, targets)) {
     ++labelled;
@@ -51,6 +69,7 @@ void Score::add(const Score& other) {
   wrong += other.wrong;
   ambiguous += other.ambiguous;
   by_contour += other.by_contour;
+  contradicted += other.contradicted;
   without += other.without;
   answered_without += other.answered_without;
   errors_px.insert(errors_px.end(), other.errors_px.begin(), other.errors_px.end());

@@ -4,10 +4,16 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "imaging/stereo_rig.hpp"
+#include "vision/track/target_track.hpp"
+
 namespace multireach::bench {
 
 /// Distances from a label, pixels: answers within the first are right, beyond the second from all labels wrong.
 inline constexpr double kRight = 10, kWrong = 25;
+/// An answer is contradicted beyond so many standard deviations from all labels, of which each coordinate is taken to
+/// have a standard deviation of kHandLabelSigma pixels: most are more accurate.
+inline constexpr double kContradicted = 4, kHandLabelSigma = 5;
 /// Share of wrong answers, per label, up to which a method counts as reliable.
 inline constexpr double kFewWrong = 0.01;
 
@@ -22,10 +28,14 @@ struct AnsweredLabel {
 std::vector<AnsweredLabel> answered_labels(const std::vector<cv::Point2d>& labels,
                                            const std::vector<cv::Point2d>& answers, size_t targets);
 
+/// Whether the labels contradict an answer, by its covariance as the left image shows it.
+bool is_contradicted(const vision::PositionEstimate& answer, const StereoRig& rig,
+                     const std::vector<cv::Point2d>& labels);
+
 /// Answers of one method to the labels of a video. Several objects that look alike have several labels in an image, and
 /// as many answers.
 struct Score {
-  int labelled = 0, right = 0, wrong = 0, ambiguous = 0, by_contour = 0;
+  int labelled = 0, right = 0, wrong = 0, ambiguous = 0, by_contour = 0, contradicted = 0;
   int without = 0, answered_without = 0;  ///< images without a label, in which the object may still be
   std::vector<double> errors_px;          ///< of answers that are not wrong
 

@@ -32,6 +32,10 @@ struct Run {
   StereoScore ours_score, baseline_score;
 };
 
+std::array<cv::Mat, 2> read_pair(const RealSet& set, size_t k) {
+  return {read_image_of(set.rig.left, set.images[k]), read_image_of(set.rig.right, set.right_images[k])};
+}
+
 Run run_of(const RealSet& set, const StereoObject& object, const std::vector<size_t>& images, double radius_m,
            bool refused) {
   Run run;
@@ -40,7 +44,7 @@ Run run_of(const RealSet& set, const StereoObject& object, const std::vector<siz
   std::array<std::vector<Click>, 2> clicks;
   for (const size_t k : images) {
     const StereoPoint& at = object.clicks.at(k);
-    const std::array<cv::Mat, 2> pair{read_image(set.images[k]), read_image(set.right_images[k])};
+    const std::array<cv::Mat, 2> pair = read_pair(set, k);
     const std::array<cv::Point, 2> points{at.left, at.right};
     for (size_t side = 0; side < 2; ++side) clicks[side].push_back({pair[side], {points[side]}});
   }
@@ -54,7 +58,7 @@ Run run_of(const RealSet& set, const StereoObject& object, const std::vector<siz
         run.baseline[side] = std::make_unique<Baseline>(one);
     }
   }
-  const auto& [left, right] = learned;
+  const Clicked &left = learned[0], &right = learned[1];
   run.clicks = images.size();
   run.used = static_cast<size_t>(
       std::ranges::count_if(left.used, [&](size_t k) { return std::ranges::find(right.used, k) != right.used.end(); }));
@@ -146,7 +150,7 @@ void run_video(const RealSet& set, int clicks, bool together, bool refused, bool
     }
   }
   for (size_t k = 0; k < set.images.size(); ++k) {
-    const std::array<cv::Mat, 2> pair{read_image(set.images[k]), read_image(set.right_images[k])};
+    const std::array<cv::Mat, 2> pair = read_pair(set, k);
     const bool chroma_subsampled = jpeg_chroma_subsampled(read_binary_file(set.images[k]));
     for (Run& run : runs) take(set, k, pair, chroma_subsampled, run, each);
   }

@@ -108,6 +108,26 @@ TEST(RealSet, SaysWhatIsWrongWithLabelsOfOneCamera) {
   }
 }
 
+TEST(RealSet, OfOneCameraHasASecondImageThatShowsAllOfTheFirst) {
+  const testing::TemporaryFolder folder;
+  const auto file = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path() + "/" + name) << text;
+  };
+  cv::Mat image(48, 64, CV_8UC3);
+  cv::randu(image, 0, 255);
+  cv::imwrite(folder.path() + "/1.png", image);
+  file("set.yaml", "name: ball\nuse: test\nimages: .\nlabels: labels.csv\nframes_per_s: 30\ndisparity_px: 9\n");
+  file("labels.csv", "image,object,x_px,y_px\n1.png,red,32,24\n");
+  const RealSet set = RealSet::load(folder.path());
+  const cv::Mat second = second_image(image);
+  EXPECT_EQ(second.size(), cv::Size(set.rig.right.width, set.rig.right.height));
+  EXPECT_EQ(cv::norm(second.colRange(kAddedColumns, second.cols), image, cv::NORM_INF), 0);
+  // What is at a depth of f b / disparity is at the same place of both.
+  const Eigen::Vector3d p_L(0.1, -0.05, 600 * 0.06 / 9);
+  const Eigen::Vector2d left = set.rig.left.project(p_L), right = set.rig.right.project(set.rig.X_RL * p_L);
+  EXPECT_NEAR((right - left - Eigen::Vector2d(kAddedColumns, 0)).norm(), 0, 1e-9);
+}
+
 TEST(RealSet, SaysWhatIsWrongWithTheRest) {
   const auto without = [](const std::string& line) {
     return refusal([&](Files& files) { replace(files["set.yaml"], line, ""); });
@@ -115,7 +135,7 @@ TEST(RealSet, SaysWhatIsWrongWithTheRest) {
   EXPECT_NE(without("  left_to_robot: {translation_m: [0, 0, 0]}\n").find("left_to_robot"), std::string::npos);
   EXPECT_NE(without("positions: p.csv\n").find("expected one of the keys images"), std::string::npos);
   const std::string small = refusal([](Files&) {}, {320, 240});
-  EXPECT_NE(small.find("an image of the calibration's size, 640 x 480 pixels"), std::string::npos) << small;
+  EXPECT_NE(small.find("l.png: is of 320 x 240 pixels; expected 640 x 480"), std::string::npos) << small;
   const std::string half = refusal([](Files& files) { files["set.yaml"] += "learn_left: l.png\n"; });
   EXPECT_NE(half.find("both learn_left and learn_right"), std::string::npos) << half;
 }
@@ -183,7 +203,7 @@ TEST(RealSet, SaysWhatIsWrongWithAVideoOfTwoCameras) {
   load_two(two_cameras(), &fault, "3.png");
   EXPECT_NE(fault.find("images of the same names as left_images"), std::string::npos) << fault;
   load_two(two_cameras(), &fault, "2.png", {320, 240});
-  EXPECT_NE(fault.find("images of the calibration's size, 640 x 480 pixels"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("is of 320 x 240 pixels; expected 640 x 480"), std::string::npos) << fault;
 }
 
 }  // namespace

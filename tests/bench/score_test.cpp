@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 namespace multireach::bench {
 namespace {
@@ -52,6 +53,30 @@ TEST(Score, OfThingsThatLookAlikeAsManyCountAsAreLookedFor) {
   EXPECT_EQ(score.right, 2);
   EXPECT_EQ(score.wrong, 1);
   EXPECT_TRUE(std::isinf(answered_labels(labels, {}, 3)[0].error_px));
+}
+
+// 1 m before a camera with f = 500 px that looks along x of W: 1 cm is 5 px. With the label's own 5 px, four standard
+// deviations are 4 * sqrt(2) * 5 = 28.3 px where the answer has 1 cm, and 20 px where it has none.
+TEST(Score, LabelsContradictAnAnswerByItsCovariance) {
+  StereoRig rig = parallel_rig(640, 480, 500, 0.1);
+  rig.left.cx = 320;
+  rig.left.cy = 240;
+  rig.X_WL.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // columns: right, down and forward in W
+  rig.X_WL.translation() << 1, 2, 3;
+  vision::PositionEstimate answer;
+  answer.position << 2, 2, 3;
+  answer.covariance.diagonal() << 1, 1e-4, 0;  // the distance tells nothing at the principal point
+  const auto contradicted = [&](std::vector<cv::Point2d> labels) { return is_contradicted(answer, rig, labels); };
+  EXPECT_FALSE(contradicted({{320 + 28, 240}}));
+  EXPECT_TRUE(contradicted({{320 + 29, 240}}));
+  EXPECT_FALSE(contradicted({{320, 240 - 19}}));
+  EXPECT_TRUE(contradicted({{320, 240 - 21}}));
+  EXPECT_FALSE(contradicted({{320, 240 - 21}, {318, 241}})) << "one of those that look alike is enough";
+  // Beside the axis, an error of the distance moves the image point along the line through the principal point: here,
+  // 1 m by half of 100 px.
+  answer.position << 2, 2 - 0.2, 3;
+  EXPECT_FALSE(contradicted({{420 - 300, 240}}));
+  EXPECT_TRUE(contradicted({{420, 240 + 21}}));
 }
 
 }  // namespace
