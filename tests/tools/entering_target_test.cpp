@@ -1,6 +1,10 @@
-// A target that enters through the border of the image, which starts no track while the border cuts it off.
+// A target that enters through the border of the image.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <numbers>
+
+#include "tests/tools/flat_things.hpp"
 #include "tests/tools/folder_room.hpp"
 
 namespace multireach {
@@ -31,6 +35,31 @@ TEST(EnteringTarget, ASpeckIsNotTakenForABallThatLingersAtTheBorder) {
     right += is_at(vision.targets().front().report, inside);
   }
   EXPECT_GE(right, 4) << "from where the border does not cut it off";
+}
+
+// Plates that stand on a corner, of which the border cuts off another one: they have no sphere contour.
+TEST(EnteringTarget, ALargeThingIsTrackedWhileTheBorderCutsItOffAndASmallOneIsNot) {
+  const StereoRig rig = testing::level_rig();
+  const auto tracked = [&](double half_length_px, double half_width_px) {
+    constexpr double kDistance = 0.5;
+    const double m_per_px = kDistance / testing::kFocal,
+                 reach_px = (half_length_px + half_width_px) / std::numbers::sqrt2;
+    const double border = (-0.5 - rig.left.cy) * m_per_px;
+    const Eigen::Vector3d there(0.05, border + 0.75 * reach_px * m_per_px, kDistance);
+    StereoVision vision({testing::options_for(rig)});
+    const vision::TargetReport& report = testing::look(
+        vision, rig, 0, {{testing::plate(half_length_px * m_per_px, half_width_px * m_per_px, 45), there}});
+    if (report.status != Status::kTracked) {
+      EXPECT_STREQ(report.reason, "the target is cut off by the image border");
+      return false;
+    }
+    EXPECT_FALSE(vision.targets().front().match.both_by_contour);
+    const Eigen::Vector3d error = report.estimate.position - there;
+    EXPECT_LT(error.dot(report.estimate.covariance.ldlt().solve(error)), 16.27) << "99.9 % of chi^2";
+    return true;
+  };
+  EXPECT_TRUE(tracked(30, 30));
+  EXPECT_FALSE(tracked(8, 3));
 }
 
 TEST(EnteringTarget, AThingThatStandsAtTheBorderDoesNotKeepABallOut) {

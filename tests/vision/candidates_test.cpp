@@ -229,7 +229,7 @@ TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
   }
 }
 
-// A target at the border starts no track; a speck is not the target meanwhile. A ball that is as good is.
+// While a target at the border starts no track, a speck is not the target. A ball that is as good is.
 TEST(Candidates, WhatTheBorderCutsOffOutdoesASpeckButNoBall) {
   const auto outdone = [](const Thing& whole, bool cut_off) {
     const Thing entering{kHere};

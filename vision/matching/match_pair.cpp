@@ -265,12 +265,17 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
   return pairs;
 }
 
-/// Refuses what may be the target by its position, but looks otherwise. `expected`: it is where the target is expected.
+/// Refuses what may be the target by its position, but looks otherwise, and admits what the border cuts off, if it
+/// convinces. `expected`: it is where the target is expected.
 void PairMatcher::refuse_unlike(bool expected, ComparedPair& compared) const {
   using Status = StereoMatch::Status;
-  if (compared.match.status != Status::kSeen && compared.match.status != Status::kOutsidePredictionGate) return;
+  if (compared.match.left < 0 || compared.match.right < 0) return;
   const Appearance& in_left = pair_.left.appearance[static_cast<size_t>(compared.match.left)];
   const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(compared.match.right)];
+  if (compared.cut_off_blob && compared.match.status == Status::kCutOff &&
+      may_start_at_border(compared.match, compared.radius_px, in_left, in_right))
+    compared.match.status = Status::kSeen;
+  if (compared.match.status != Status::kSeen && compared.match.status != Status::kOutsidePredictionGate) return;
   const bool known_size = options_.match.radius_m > 0;
   const TargetAppearance target = object_.identity.appearance(pair_.times.pair);
   if (is_off_colour(compared, in_left, in_right))

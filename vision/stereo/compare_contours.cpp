@@ -196,12 +196,13 @@ class ContourComparison {
       scored.outside_gate = !(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas);
       if (scored.outside_gate) match.status = Status::kOutsidePredictionGate;
     }
-    // A blob that the border cuts off may belong to anything: good enough to continue a track, not to start one.
+    // A blob that the border cuts off may belong to anything: good enough to continue a track, not by itself to start
+    // one.
     const auto cut_off_blob = [](const SphereContour& contour) { return contour.cut_off && contour.kind == kCentroid; };
     const bool may_start = !cut_off_blob(left) && !cut_off_blob(right);
     if (prior && (is_too_large(left, free->depth_left_m) || is_too_large(right, free->depth_right_m))) {
       match.status = Status::kWrongRadius;
-    } else if ((only_part && (left.cut_off || right.cut_off)) || (!prediction_ && !may_start)) {
+    } else if (only_part && (left.cut_off || right.cut_off)) {
       match.status = Status::kCutOff;
     } else if (only_part) {
       match.status = Status::kOccludedTooMuch;
@@ -210,6 +211,9 @@ class ContourComparison {
       match.status = Status::kWrongRadius;
     } else if (!projects_onto_both(match.point, left, right)) {
       match.status = Status::kInconsistentPair;
+    } else if (!prediction_ && !may_start) {
+      match.status = Status::kCutOff;
+      scored.cut_off_blob = true;
     }
   }
 

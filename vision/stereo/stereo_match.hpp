@@ -112,6 +112,7 @@ struct ComparedPair {
   double radius_px = 0;       ///< of the smaller image
   double radius_m = 0;        ///< without prior knowledge of the radius; 0 where it was not triangulated
   double radius_sigma_m = 0;
+  bool cut_off_blob = false;  ///< kCutOff only because the border cuts a blob off that no prediction supports
   /// Of two objects that look alike, each left contour fits both right ones, and this pair most likely consists of the
   /// left image of one and the right image of the other: it exchanges their order, or fits clearly less.
   bool mixed = false;

@@ -96,6 +96,11 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
 
+/// Whether a blob that the border cuts off, which may be a part of anything, may be taken for the target where no
+/// prediction supports it: it must convince by kLead more than anything else.
+[[nodiscard]] bool may_start_at_border(const StereoMatch& match, double radius_px, const Appearance& left,
+                                       const Appearance& right);
+
 /// Evidence that a thing is the target, by what it looks like alone: by shape, colour and, without a known radius,
 /// area. `radius_px`: of the smaller image.
 [[nodiscard]] double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left,
