@@ -241,13 +241,14 @@ void StereoTracker::learn_from(const PairTimes& times, const StereoMatch& match,
   const bool same_shape = compactness >= kSameShape * before.compactness;
   // What is seen with something else is larger, too: a flat target that has turned, or is partly occluded, is not.
   const bool alone = same_shape || by_area_m < before.radius_m;
+  const bool cut_off = left.contours[l].is_cut_off_blob() || right.contours[r].is_cut_off_blob();
   // What only the wider colours show may be larger than the target.
   const bool shows_size = same_shape && tells_size(pair, match) && !shows_more_than_learned(pair, match);
   if (shows_size) object_.unoccluded_size.update(by_area_m, times.pair);
   identity.update(times.pair,
                   {.by_contour = match.both_by_contour,
                    .of_known_size = options_.match.radius_m > 0,
-                   .convincing = is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
+                   .convincing = !cut_off && is_convincing(match, radius_px, left.appearance[l], right.appearance[r]),
                    .px = {match.left_px, match.right_px},
                    .radius_px = radius_px,
                    .appearance = shows_size ? TargetAppearance{object_.radius_m, compactness} : TargetAppearance{},

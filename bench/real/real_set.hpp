@@ -61,8 +61,8 @@ cv::Mat read_image_of(const CameraModel& camera, const std::string& path);
 /// Columns by which second_image() is wider.
 inline constexpr int kAddedColumns = 1;
 
-/// Stands for the image of a second camera, which there is none: the first one's, without a shift that would cut
-/// objects off. Its first columns, repeated, make it another image, since vision refuses two images that are the same.
+/// Replaces the image of a second camera: the first camera's image with kAddedColumns repeated at the left, because
+/// vision refuses two images that are the same. It is not shifted, which would cut objects off.
 cv::Mat second_image(const cv::Mat& image);
 
 /// Real data in one folder, as set.yaml in it describes (docs/real-images.md).

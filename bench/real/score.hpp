@@ -11,8 +11,8 @@ namespace multireach::bench {
 
 /// Distances from a label, pixels: answers within the first are right, beyond the second from all labels wrong.
 inline constexpr double kRight = 10, kWrong = 25;
-/// An answer is contradicted beyond so many standard deviations from all labels, of which each coordinate is taken to
-/// have a standard deviation of kHandLabelSigma pixels: most are more accurate.
+/// An answer is contradicted beyond so many standard deviations from all labels. Each coordinate of a label is taken to
+/// have a standard deviation of kHandLabelSigma pixels, a choice: most are more accurate.
 inline constexpr double kContradicted = 4, kHandLabelSigma = 5;
 /// Share of wrong answers, per label, up to which a method counts as reliable.
 inline constexpr double kFewWrong = 0.01;

@@ -122,7 +122,7 @@ TEST(RealSet, OfOneCameraHasASecondImageThatShowsAllOfTheFirst) {
   const cv::Mat second = second_image(image);
   EXPECT_EQ(second.size(), cv::Size(set.rig.right.width, set.rig.right.height));
   EXPECT_EQ(cv::norm(second.colRange(kAddedColumns, second.cols), image, cv::NORM_INF), 0);
-  // What is at a depth of f b / disparity is at the same place of both.
+  // A point at the depth f b / disparity has the same pixel in both images.
   const Eigen::Vector3d p_L(0.1, -0.05, 600 * 0.06 / 9);
   const Eigen::Vector2d left = set.rig.left.project(p_L), right = set.rig.right.project(set.rig.X_RL * p_L);
   EXPECT_NEAR((right - left - Eigen::Vector2d(kAddedColumns, 0)).norm(), 0, 1e-9);

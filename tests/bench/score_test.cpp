@@ -72,8 +72,8 @@ TEST(Score, LabelsContradictAnAnswerByItsCovariance) {
   EXPECT_FALSE(contradicted({{320, 240 - 19}}));
   EXPECT_TRUE(contradicted({{320, 240 - 21}}));
   EXPECT_FALSE(contradicted({{320, 240 - 21}, {318, 241}})) << "one of those that look alike is enough";
-  // Beside the axis, an error of the distance moves the image point along the line through the principal point: here,
-  // 1 m by half of 100 px.
+  // Beside the axis, an error of the distance moves the image point along the line through the principal point: 1 m by
+  // 500 px * 0.2.
   answer.position << 2, 2 - 0.2, 3;
   EXPECT_FALSE(contradicted({{420 - 300, 240}}));
   EXPECT_TRUE(contradicted({{420, 240 + 21}}));

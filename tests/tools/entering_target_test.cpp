@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "tests/tools/flat_things.hpp"
@@ -60,6 +62,22 @@ TEST(EnteringTarget, ALargeThingIsTrackedWhileTheBorderCutsItOffAndASmallOneIsNo
   };
   EXPECT_TRUE(tracked(30, 30));
   EXPECT_FALSE(tracked(8, 3));
+  EXPECT_FALSE(tracked(30, 4)) << "large, but not compact";
+}
+
+TEST(EnteringTarget, TwoEqualThingsAtTheBorderAreTrackedWithTheirOwnImages) {
+  const StereoRig rig = testing::level_rig();
+  StereoVision vision({testing::options_for(rig), testing::options_for(rig)});
+  constexpr double kDistance = 0.5, kHalfSide = 0.025;
+  const double border = -rig.left.cy / testing::kFocal * kDistance, y = border + std::numbers::sqrt2 * 0.75 * kHalfSide;
+  const testing::Draw diamond = testing::plate(kHalfSide, kHalfSide, 45);
+  const std::array<Eigen::Vector3d, 2> there{Eigen::Vector3d(-0.05, y, kDistance), Eigen::Vector3d(0.06, y, kDistance)};
+  testing::look(vision, rig, 0, {{diamond, there[0]}, {diamond, there[1]}});
+  for (const Eigen::Vector3d& place : there) {
+    EXPECT_TRUE(std::ranges::any_of(vision.targets(), [&](const StereoVision::Target& target) {
+      return is_at(target.report, place);
+    })) << place.transpose();
+  }
 }
 
 TEST(EnteringTarget, AThingThatStandsAtTheBorderDoesNotKeepABallOut) {

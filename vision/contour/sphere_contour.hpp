@@ -54,6 +54,8 @@ struct SphereContour {
 
   Eigen::Vector2d ray() const { return value.head<2>(); }
   Eigen::Matrix2d ray_covariance() const { return covariance.topLeftCorner<2, 2>(); }
+  /// Whether it is the centroid of a blob that reaches the border: it may be a part of anything.
+  bool is_cut_off_blob() const { return cut_off && kind == Kind::kCentroid; }
 };
 
 /// Measures sphere contours in the images of one camera. Calls are independent; only allocated memory is reused.

@@ -101,7 +101,7 @@ bool has_bounced(const PairContext& pair, const PositionEstimate& there, const S
     const double sigmas =
         natural_log(contour.value.z() * distance_m / object.radius_m) / natural_log(options.match.max_size_ratio);
     const bool round = contour.kind == SphereContour::Kind::kEdges || view.is_compact(chosen);
-    return round && -0.5 * sigmas * sigmas > Evidence::kOtherSize &&
+    return round && !contour.is_cut_off_blob() && -0.5 * sigmas * sigmas > Evidence::kOtherSize &&
            is_alone(view, chosen, others[index(side)], object.identity.known());
   };
   return looks_like_it(Side::kLeft, pair.left, match.left) && looks_like_it(Side::kRight, pair.right, match.right);

@@ -248,6 +248,7 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
       const bool mixed = compared.mixed;
       compared = compare_contours(moved_rig(), among[0].contours[l], among[1].contours[r], prediction, options_.match);
       compared.mixed = mixed;
+      if (compared.cut_off_blob) compared.match.status = StereoMatch::Status::kSeen;
     }
     compared.match.unknown_motion = !moves && !followed;
     compared.match.left = in_left;
@@ -265,8 +266,8 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
   return pairs;
 }
 
-/// Refuses what may be the target by its position, but looks otherwise, and admits what the border cuts off, if it
-/// convinces. `expected`: it is where the target is expected.
+/// Refuses what may be the target by its position, but looks otherwise. Admits what the border cuts off, if it is large
+/// and compact. `expected`: it is where the target is expected.
 void PairMatcher::refuse_unlike(bool expected, ComparedPair& compared) const {
   using Status = StereoMatch::Status;
   if (compared.match.left < 0 || compared.match.right < 0) return;

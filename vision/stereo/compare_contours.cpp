@@ -90,7 +90,7 @@ class ContourComparison {
     if (keep_left && keep_right) return scored;
     const ComparedPair with_centroids =
         compare(keep_left ? left : *left.by_centroid, keep_right ? right : *right.by_centroid);
-    return with_centroids.match.status == Status::kSeen ? with_centroids : scored;
+    return with_centroids.match.status == Status::kSeen || with_centroids.cut_off_blob ? with_centroids : scored;
   }
 
  private:
@@ -196,10 +196,8 @@ class ContourComparison {
       scored.outside_gate = !(distance2 <= options_.max_prediction_sigmas * options_.max_prediction_sigmas);
       if (scored.outside_gate) match.status = Status::kOutsidePredictionGate;
     }
-    // A blob that the border cuts off may belong to anything: good enough to continue a track, not by itself to start
-    // one.
-    const auto cut_off_blob = [](const SphereContour& contour) { return contour.cut_off && contour.kind == kCentroid; };
-    const bool may_start = !cut_off_blob(left) && !cut_off_blob(right);
+    // Good enough to continue a track, not by itself to start one.
+    const bool cut_off_blob = !prediction_ && (left.is_cut_off_blob() || right.is_cut_off_blob());
     if (prior && (is_too_large(left, free->depth_left_m) || is_too_large(right, free->depth_right_m))) {
       match.status = Status::kWrongRadius;
     } else if (only_part && (left.cut_off || right.cut_off)) {
@@ -208,10 +206,10 @@ class ContourComparison {
       match.status = Status::kOccludedTooMuch;
     } else if (prior && (!has_known_size(*free, *prior, match.both_by_contour) ||
                          other_size(left, free->depth_left_m) || other_size(right, free->depth_right_m))) {
-      match.status = Status::kWrongRadius;
+      match.status = cut_off_blob ? Status::kCutOff : Status::kWrongRadius;
     } else if (!projects_onto_both(match.point, left, right)) {
-      match.status = Status::kInconsistentPair;
-    } else if (!prediction_ && !may_start) {
+      match.status = cut_off_blob ? Status::kCutOff : Status::kInconsistentPair;
+    } else if (cut_off_blob) {
       match.status = Status::kCutOff;
       scored.cut_off_blob = true;
     }

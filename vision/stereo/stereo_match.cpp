@@ -44,7 +44,9 @@ int progress(const ComparedPair& pair) {
 void mark_mixed(std::span<const SphereContour> left, std::span<const SphereContour> right, const MatchOptions& options,
                 std::vector<ComparedPair>& all) {
   const auto pair = [&](size_t i, size_t j) -> ComparedPair& { return all[i * right.size() + j]; };
-  const auto seen = [&](size_t i, size_t j) { return pair(i, j).match.status == Status::kSeen; };
+  const auto seen = [&](size_t i, size_t j) {
+    return pair(i, j).match.status == Status::kSeen || pair(i, j).cut_off_blob;
+  };
   const auto fit_of_both = [&](size_t i, size_t j, size_t other_i, size_t other_j) {
     return fit_of(pair(i, j), options) + fit_of(pair(other_i, other_j), options);
   };

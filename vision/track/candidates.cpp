@@ -54,8 +54,8 @@ double by_area(double radius_px) {
 /// Evidence from one image alone.
 double appearance_evidence(const SphereContour& contour, const Appearance& appearance, const MatchOptions& options) {
   const bool edges = contour.kind == SphereContour::Kind::kEdges;
-  // What enters through the border is near where it was seen first for as long as the border cuts it off: only what is
-  // explained beyond kExplained speaks against it.
+  // A target that enters slowly is partly remembered as background: only what is explained beyond kExplained speaks
+  // against what the border cuts off.
   constexpr double kExplained = ColourBackground::kExplained;
   const double still =
       contour.cut_off ? (appearance.background - kExplained) / (1 - kExplained) : appearance.background;

@@ -96,8 +96,8 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
 
-/// Whether a blob that the border cuts off, which may be a part of anything, may be taken for the target where no
-/// prediction supports it: it must convince by kLead more than anything else.
+/// Whether a blob that the border cuts off may be taken for the target where no prediction supports it: the evidence
+/// must exceed what is_convincing() asks for by kLead, with and without a known radius.
 [[nodiscard]] bool may_start_at_border(const StereoMatch& match, double radius_px, const Appearance& left,
                                        const Appearance& right);
 
