@@ -15,7 +15,7 @@ namespace {
 using vision::StereoVision;
 using Status = vision::TargetTrack::Status;
 
-// It creeps along the upper border, half outside: the background remembers about half of it.
+// It moves slowly along the upper border, half outside: the background remembers about half of it.
 TEST(EnteringTarget, ASpeckIsNotTakenForABallThatLingersAtTheBorder) {
   const StereoRig rig = level_rig();
   const Room alone(rig, {}), with_speck(rig, {cv::Rect(60, 130, 12, 6)});
@@ -36,7 +36,7 @@ TEST(EnteringTarget, ASpeckIsNotTakenForABallThatLingersAtTheBorder) {
     with_speck.look(k, inside, vision);
     right += is_at(vision.targets().front().report, inside);
   }
-  EXPECT_GE(right, 4) << "from where the border does not cut it off";
+  EXPECT_GE(right, 4) << "of the last 5, in which it is wholly inside";
 }
 
 // Plates that stand on a corner, of which the border cuts off another one: they have no sphere contour.

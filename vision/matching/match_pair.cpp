@@ -270,7 +270,6 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
 /// and compact. `expected`: it is where the target is expected.
 void PairMatcher::refuse_unlike(bool expected, ComparedPair& compared) const {
   using Status = StereoMatch::Status;
-  if (compared.match.left < 0 || compared.match.right < 0) return;
   const Appearance& in_left = pair_.left.appearance[static_cast<size_t>(compared.match.left)];
   const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(compared.match.right)];
   if (compared.cut_off_blob && compared.match.status == Status::kCutOff &&
