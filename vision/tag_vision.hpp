@@ -28,6 +28,8 @@ class TagVision {
   /// Takes the next pair, in which one image may be missing. Returns null, or why the pair as a whole is unusable.
   const char* update(StereoImages& images);
   const std::vector<Target>& targets() const { return targets_; }
+  /// Whether both cameras send the same images again and again: see FrozenFrameDetector::both_repeat().
+  bool both_images_repeat() const { return frozen_frames_.both_repeat(); }
 
   /// The state of one tag, and of what all tags share, after a pair at time `utime` (microseconds).
   std::vector<double> serialize(size_t target, int64_t utime) const;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <multireach/images_t.hpp>
+#include <optional>
 
 #include "runtime/channels.hpp"
 #include "tests/tools/ball_images.hpp"
@@ -35,7 +36,8 @@ class VisionRemarks : public ::testing::Test {
       pair.n_images = 2;
       pair.image_types = {images_t::LEFT, images_t::RIGHT};
       for (const BallRenderer* camera : {&left, &right}) {
-        const cv::Mat bgr = camera->render(kBall, static_cast<uint64_t>(2 * shown_ + (camera == &right ? 1 : 0)));
+        const int stream = 2 * stream_.value_or(shown_) + (camera == &right ? 1 : 0);
+        const cv::Mat bgr = camera->render(kBall, static_cast<uint64_t>(stream));
         pair.images.push_back(testing::image_message(bgr, pair.utime));
       }
       Outbox out;
@@ -53,11 +55,23 @@ class VisionRemarks : public ::testing::Test {
   VisionConfig config_;
   Eigen::Isometry3d X_WL_, left_turn_ = Eigen::Isometry3d::Identity(), right_turn_ = left_turn_;
   int shown_ = 0;
+  std::optional<int> stream_;  // of random numbers for the noise of all pairs; none: each pair has its own
 };
 
 TEST_F(VisionRemarks, NothingWhereAllIsWell) {
   VisionNode node(config_);
   EXPECT_EQ(state_after(node, 150), config_.targets.front().name + " tracked");
+}
+
+TEST_F(VisionRemarks, BothCamerasRepeatTheirImages) {
+  VisionNode node(config_);
+  stream_ = 7;
+  EXPECT_EQ(state_after(node, 5), config_.targets.front().name + " tracked") << "too few pairs to say it";
+  EXPECT_EQ(state_after(node, 1), config_.targets.front().name +
+                                      " tracked; both cameras repeat the same images: a still picture, or both are "
+                                      "frozen");
+  stream_.reset();
+  EXPECT_EQ(state_after(node, 1), config_.targets.front().name + " tracked");
 }
 
 TEST_F(VisionRemarks, ThePitchOfOneCameraIsOff) {

@@ -47,8 +47,20 @@ TEST(FrozenFrameDetector, ARepeatedImageWithItsOwnTimeIsUsable) {
 
 TEST(FrozenFrameDetector, AStillPictureIsNoFault) {
   FrozenFrameDetector detector;
-  for (int k = 0; k < 100; ++k) add(detector, k, 1, 2);
+  add(detector, 0, 1, 2);
+  for (int k = 1; k < 100; ++k) {
+    add(detector, k, 1, 2);
+    EXPECT_EQ(detector.both_repeat(), k >= 5) << k;
+  }
   EXPECT_FALSE(detector.repeats());
+  add(detector, 100, 3, 2);
+  EXPECT_FALSE(detector.both_repeat());
+}
+
+TEST(FrozenFrameDetector, APairThatIsSentTwiceIsNoStillPicture) {
+  FrozenFrameDetector detector;
+  for (int k = 0; k < 20; ++k) detector.update({1, 33333}, {2, 33333});
+  EXPECT_FALSE(detector.both_repeat());
 }
 
 TEST(FrozenFrameDetector, GoesOnFromItsState) {

@@ -18,6 +18,11 @@ void FrozenFrameDetector::update(const Image& left, const Image& right) {
     if (!(same[0] && same[1])) repeated_[side] = same[side] ? repeated_[side] + 1 : 0;
     as_new_[side] = repeated_[side] > 0 && now[side].utime != last_[side].utime;
   }
+  const bool as_new = left.utime != last_[0].utime && right.utime != last_[1].utime;
+  if (!(same[0] && same[1]))
+    both_repeated_ = 0;
+  else if (as_new)
+    ++both_repeated_;
   last_ = now;
 }
 
@@ -37,6 +42,10 @@ const char* FrozenFrameDetector::fault() const {
                 : "the right camera repeats its last image as a new one";
   return left ? "the left camera is frozen: it repeats the same image"
               : "the right camera is frozen: it repeats the same image";
+}
+
+bool FrozenFrameDetector::both_repeat() const {
+  return both_repeated_ >= kFrozen;
 }
 
 std::vector<double> FrozenFrameDetector::serialize(int64_t utime) const {
@@ -59,6 +68,7 @@ bool FrozenFrameDetector::deserialize(int64_t utime, std::span<const double> sta
     last_[side] = {static_cast<int64_t>(state[side]), utime - static_cast<int64_t>(state[4 + side])};
     repeated_[side] = static_cast<int64_t>(state[2 + side]);
   }
+  both_repeated_ = 0;
   return true;
 }
 

@@ -360,8 +360,10 @@ void VisionNode::send_debug_picture(StereoFrames& frames, Outbox& out) {
 
 /// What the images of many pairs say of the cameras, each after a semicolon.
 std::string VisionNode::remarks() const {
-  if (!vision_) return {};
   std::string text;
+  if (tags_.both_images_repeat() || (vision_ && vision_->both_images_repeat()))
+    text += "; both cameras repeat the same images: a still picture, or both are frozen";
+  if (!vision_) return text;
   for (const Side side : kSides) {
     // The target for which the largest part of the image is searched sees most of the scene.
     const auto area = [&](const auto& target) { return target.tracker.search_area(side).area(); };
