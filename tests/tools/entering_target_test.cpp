@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "tests/tools/flat_things.hpp"
@@ -78,6 +79,58 @@ TEST(EnteringTarget, TwoEqualThingsAtTheBorderAreTrackedWithTheirOwnImages) {
       return is_at(target.report, place);
     })) << place.transpose();
   }
+}
+
+// Half its sides at the distance of these tests, m, and how far from its middle the border is that cuts off its corner.
+constexpr double kHalfPlate = 0.03, kPlateDistance = 0.5, kToBorder = 0.75 * std::numbers::sqrt2 * kHalfPlate;
+
+TEST(EnteringTarget, WhatOnlyOneImageCutsOffIsLocatedAsItsCovarianceSays) {
+  const StereoRig rig = testing::level_rig();
+  // At the left border of the right image: where it stands in the left one, all of it is seen.
+  const double border = (-0.5 - rig.right.cx) / testing::kFocal * kPlateDistance;
+  const Eigen::Vector3d in_right(border + kToBorder, 0.02, kPlateDistance), there = rig.X_RL.inverse() * in_right;
+  StereoVision vision({testing::options_for(rig)});
+  const vision::TargetReport& report =
+      testing::look(vision, rig, 0, {{testing::plate(kHalfPlate, kHalfPlate, 45), there}});
+  ASSERT_EQ(report.status, Status::kTracked) << report.reason;
+  const Eigen::Vector3d error = report.estimate.position - there;
+  EXPECT_LT(error.dot(report.estimate.covariance.ldlt().solve(error)), 16.27) << "99.9 % of chi^2";
+}
+
+// Of what a known radius belongs to, the border leaves a part, which has another size. No sphere's contour fits it.
+TEST(EnteringTarget, APartOfAThingOfKnownSizeIsCutOffAndNotOfAWrongRadius) {
+  const StereoRig rig = testing::level_rig();
+  const double border = (-0.5 - rig.left.cy) / testing::kFocal * kPlateDistance;
+  vision::TrackerOptions options = testing::options_for(rig);
+  options.match.radius_m = 2 * kHalfPlate / std::sqrt(std::numbers::pi);  // of a disc of the same area
+  const testing::Draw diamond = testing::plate(kHalfPlate, kHalfPlate, 45);
+  for (const double middle : {-0.6, -0.4, -0.2, 0.0}) {  // from the border, half its diagonals
+    const Eigen::Vector3d there(0.05, border + middle * std::numbers::sqrt2 * kHalfPlate, kPlateDistance);
+    StereoVision vision({options});
+    const vision::TargetReport& report = testing::look(vision, rig, 0, {{diamond, there}});
+    EXPECT_NE(report.status, Status::kTracked) << middle;
+    EXPECT_STREQ(report.reason, "the target is cut off by the image border") << middle;
+  }
+}
+
+// A target that suddenly moves back has bounced. But what the border cuts off may be a part of anything.
+TEST(EnteringTarget, NoTargetBouncesIntoWhatTheBorderCutsOff) {
+  const StereoRig rig = testing::level_rig();
+  const double border = (-0.5 - rig.left.cy) / testing::kFocal * kPlateDistance;
+  const testing::Draw diamond = testing::plate(kHalfPlate, kHalfPlate, 45);
+  const auto bounces = [&](double y) {
+    StereoVision vision({testing::options_for(rig)});
+    Eigen::Vector3d there(-0.2, y + 0.02, kPlateDistance);
+    int k = 0;
+    for (; k < 8; ++k) {
+      there.x() += 0.04;
+      EXPECT_TRUE(is_at(testing::look(vision, rig, k * testing::kFrame, {{diamond, there}}), there)) << k;
+    }
+    there += Eigen::Vector3d(-0.03, -0.02, 0);
+    return is_at(testing::look(vision, rig, k * testing::kFrame, {{diamond, there}}), there);
+  };
+  EXPECT_TRUE(bounces(border + 2 * kToBorder));
+  EXPECT_FALSE(bounces(border + kToBorder));
 }
 
 TEST(EnteringTarget, AThingThatStandsAtTheBorderDoesNotKeepABallOut) {
