@@ -133,6 +133,92 @@ TEST(EnteringTarget, NoTargetBouncesIntoWhatTheBorderCutsOff) {
   EXPECT_FALSE(bounces(border + kToBorder));
 }
 
+constexpr double kTopBorder = (-0.5 - 0.5 * testing::kHeight) / testing::kFocal * kPlateDistance;  // m
+
+/// Whether a target is tracked within 2 cm of a place.
+bool is_near(const vision::TargetReport& report, const Eigen::Vector3d& place) {
+  return report.status == Status::kTracked && (report.estimate.position - place).norm() < 0.02;
+}
+
+TEST(EnteringTarget, OfTwoThingsAtTheBorderNeitherIsTakenForOneTarget) {
+  const StereoRig rig = testing::level_rig();
+  const testing::Draw diamond = testing::plate(kHalfPlate, kHalfPlate, 45),
+                      smaller = testing::plate(0.6 * kHalfPlate, 0.6 * kHalfPlate, 45);
+  const testing::Thing large{diamond, {-0.05, kTopBorder + kToBorder, kPlateDistance}},
+      small{smaller, {0.06, kTopBorder + 0.6 * kToBorder, kPlateDistance}};
+  StereoVision alone({testing::options_for(rig)}), both({testing::options_for(rig)});
+  EXPECT_TRUE(is_near(testing::look(alone, rig, 0, {large}), large.p_L));
+  EXPECT_NE(testing::look(both, rig, 0, {large, small}).status, Status::kTracked);
+}
+
+// While the target is hidden, a part of something larger comes into view.
+TEST(EnteringTarget, AThingOfAnotherSizeIsNotTakenForAHiddenTarget) {
+  const StereoRig rig = testing::level_rig();
+  constexpr double kBall = 0.02;
+  for (const double known_radius : {0.0, kBall}) {
+    vision::TrackerOptions options = testing::options_for(rig);
+    options.match.radius_m = known_radius;
+    StereoVision vision({options});
+    int k = 0;
+    for (; k < 30; ++k) {
+      const Eigen::Vector3d ball(-0.1 + 0.005 * k, 0.05, kPlateDistance);
+      testing::look(vision, rig, k * testing::kFrame, {{testing::disc(kBall), ball}});
+      EXPECT_TRUE(k < 3 || is_near(vision.targets().front().report, ball)) << k;
+    }
+    for (; k < 60; ++k) testing::look(vision, rig, k * testing::kFrame);
+    for (; k < 90; ++k) {
+      const Eigen::Vector3d other(-0.05, kTopBorder + 2 * kToBorder * (k - 60) / 30, kPlateDistance);
+      const auto& report = testing::look(vision, rig, k * testing::kFrame,
+                                         {{testing::plate(2 * kHalfPlate, 2 * kHalfPlate, 45), other}});
+      EXPECT_NE(report.status, Status::kTracked) << k << ", radius " << known_radius;
+    }
+  }
+}
+
+// What was taken for the target at the border goes out again, by more than what may be hidden of a target.
+TEST(EnteringTarget, ABallReplacesWhatTheBorderHasLeftTooLittleOf) {
+  const StereoRig rig = testing::level_rig();
+  constexpr double kBall = 0.02;
+  StereoVision vision({testing::options_for(rig)});
+  const testing::Draw diamond = testing::plate(2 * kHalfPlate, 2 * kHalfPlate, 45);
+  const double inside = kTopBorder + 2 * kToBorder, outside = kTopBorder + 0.2 * kToBorder;
+  int k = 0;
+  for (; k < 15; ++k) {
+    const double share = k < 5 ? 0 : (k - 5) / 10.0;
+    const Eigen::Vector3d there(-0.1, inside + share * (outside - inside), kPlateDistance);
+    testing::look(vision, rig, k * testing::kFrame, {{diamond, there}});
+    EXPECT_TRUE(k != 3 || is_near(vision.targets().front().report, there)) << "taken for the target at first";
+  }
+  int right = 0;
+  for (const int start = k; k < start + 20; ++k) {
+    const Eigen::Vector3d ball(0.0 + 0.005 * (k - start), 0.05, kPlateDistance),
+        there(-0.1 + 0.003 * (k % 4), outside, kPlateDistance);
+    testing::look(vision, rig, k * testing::kFrame, {{testing::disc(kBall), ball}, {diamond, there}});
+    right += is_near(vision.targets().front().report, ball);
+  }
+  EXPECT_GE(right, 15) << "of 20; a jump takes three matches that confirm it";
+}
+
+// A large thing sways at the border, half outside, and a small ball moves slowly.
+TEST(EnteringTarget, AThingThatSwaysAtTheBorderDoesNotKeepABallOut) {
+  const StereoRig rig = testing::level_rig();
+  constexpr double kBall = 0.009;
+  StereoVision vision({testing::options_for(rig)});
+  const testing::Draw diamond = testing::plate(2 * kHalfPlate, 2 * kHalfPlate, 45);
+  const auto sways = [&](int k) {
+    return Eigen::Vector3d(-0.1 + 0.03 * std::sin(0.5 * k), kTopBorder + 0.004 * (k % 3), kPlateDistance);
+  };
+  int k = 0;
+  for (; k < 40; ++k) testing::look(vision, rig, k * testing::kFrame, {{diamond, sways(k)}});
+  int right = 0;
+  for (const int start = k; k < start + 60; ++k) {
+    const Eigen::Vector3d ball(0.05 + 0.0015 * (k - start), 0.05, kPlateDistance);
+    testing::look(vision, rig, k * testing::kFrame, {{diamond, sways(k)}, {testing::disc(kBall), ball}});
+    right += is_near(vision.targets().front().report, ball);
+  }
+  EXPECT_GE(right, 55) << "of 60";
+}
+
 TEST(EnteringTarget, AThingThatStandsAtTheBorderDoesNotKeepABallOut) {
   const StereoRig rig = level_rig();
   const Room room(rig, {cv::Rect(120, 0, 100, 60)});

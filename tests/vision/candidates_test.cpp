@@ -216,7 +216,7 @@ TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
     const auto pairs = compare_pairs(rig(), contours[0], contours[1], std::nullopt, options);
     const std::vector<Candidate> candidates = candidates_of(pairs, appearance, appearance, {}, options);
     EXPECT_EQ(candidates.size(), 1U);
-    return outdone_by(candidates.at(0), candidates, pairs, {contours[0], contours[1]}, {appearance, appearance},
+    return outdone_by(candidates.at(0), candidates, pairs, {contours[0], contours[1]}, {appearance, appearance}, 0,
                       options) != nullptr;
   };
   for (const double known : {0.0, 0.2 * kRadius}) {
@@ -231,7 +231,7 @@ TEST(Candidates, WhatBothImagesShowAndNoPairLocatesOutdoesASpeck) {
 
 // While a target at the border starts no track, a speck is not the target. A ball that is as good is.
 TEST(Candidates, WhatTheBorderCutsOffOutdoesASpeckButNoBall) {
-  const auto outdone = [](const Thing& whole, bool cut_off) {
+  const auto outdone = [](const Thing& whole, bool cut_off, double seen_radius_m = 0) {
     const Thing entering{kHere};
     std::array<std::vector<SphereContour>, 2> contours;
     for (const Thing* thing : {&whole, &entering}) {
@@ -246,12 +246,14 @@ TEST(Candidates, WhatTheBorderCutsOffOutdoesASpeckButNoBall) {
                   [&](const Candidate& candidate) { return cut_off ? candidate.match.left != 0 : candidate.mixed; });
     const auto speck = std::ranges::find(candidates, 0, [](const Candidate& each) { return each.match.left; });
     const ComparedPair* better =
-        outdone_by(*speck, candidates, pairs, {contours[0], contours[1]}, {appearance, appearance}, {});
+        outdone_by(*speck, candidates, pairs, {contours[0], contours[1]}, {appearance, appearance}, seen_radius_m, {});
     EXPECT_TRUE(!better || better->match.status == StereoMatch::Status::kCutOff);
     return better != nullptr;
   };
   const Thing speck{.p_L = kThere, .radius_m = 0.2 * kRadius, .appearance = {.compactness = 0.4, .colour_share = 0.1}};
   EXPECT_TRUE(outdone(speck, true));
+  EXPECT_TRUE(outdone(speck, true, kRadius));
+  EXPECT_FALSE(outdone(speck, true, 0.5 * kRadius)) << "at the border is something larger than what was seen lately";
   EXPECT_FALSE(outdone(speck, false)) << "what is whole is a candidate itself";
   EXPECT_FALSE(outdone({.p_L = kThere, .radius_m = 0.7 * kRadius}, true));
 }

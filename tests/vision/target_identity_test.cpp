@@ -159,6 +159,20 @@ TEST(TargetIdentity, RemembersTheLookOfTheConfirmedTarget) {
   EXPECT_EQ(identity.appearance(utime).radius_m, 0) << "forgotten";
 }
 
+// As of a ball that the border cuts off: its blob does not tell its size, its contour shows that it is the same.
+TEST(TargetIdentity, RemembersWhatItLooksLikeWhileASpheresContourIsSeen) {
+  TargetIdentity ball, blob;
+  for (TargetIdentity* identity : {&ball, &blob}) {
+    TargetIdentity::Observation whole = at(100, 0, true);
+    whole.appearance = {.radius_m = 0.03, .compactness = 0.9};
+    for (int k = 0; k < 5; ++k) identity->update(k * kFrame, whole, starts(k == 0));
+    for (int k = 5; k < 450; ++k) identity->update(k * kFrame, at(100, 0, identity == &ball), starts(false));
+  }
+  EXPECT_EQ(ball.appearance(449 * kFrame).radius_m, 0.03) << "after fifteen seconds";
+  EXPECT_EQ(blob.appearance(449 * kFrame).radius_m, 0);
+  EXPECT_EQ(ball.appearance(449 * kFrame + 10000001).radius_m, 0) << "ten seconds after it was seen";
+}
+
 // A bounce is the target's own motion: it stays confirmed and without doubt, and its appearance is learned.
 TEST(TargetIdentity, ABounceLeavesNoDoubt) {
   TargetIdentity identity;

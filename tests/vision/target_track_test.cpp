@@ -208,6 +208,40 @@ TEST(TargetTrack, RejectsAJumpUntilItIsConfirmed) {
   EXPECT_LT((track.estimate().position - there).norm(), 1e-3);
 }
 
+// A target rests, then is measured poorly, as where little of it is visible, while it moves as the filter's model of a
+// target that is not seen has it. Poor measurements do not tell that it rests.
+TEST(TargetTrack, IsConsistentWhileATargetIsMeasuredPoorly) {
+  constexpr double kPoor = 0.02, kDt = kFrame * 1e-6;
+  const double noise = TargetTrack::Options().coasting_process_noise_m2_s3;
+  constexpr int kRuns = 200, kPairs = 10;
+  double nees = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    const CounterRandom random(static_cast<uint64_t>(run));
+    uint64_t counter = 0;
+    const auto normals = [&] {
+      const double x = gaussian(random, counter), y = gaussian(random, counter), z = gaussian(random, counter);
+      return Eigen::Vector3d(x, y, z);
+    };
+    TargetTrack track({});
+    Eigen::Vector3d p(0, 0, 0.5), v(0, 0, 0);
+    int64_t t = 0;
+    for (int k = 0; k < 30; ++k) track.update(t += kFrame, seen_at(p + kSigma.cwiseProduct(normals())));
+    for (int k = 0; k < kPairs; ++k) {
+      // White acceleration over a step: of its two parts, one moves the target by half a step of the velocity it adds.
+      const Eigen::Vector3d change = std::sqrt(noise * kDt) * normals();
+      p += kDt * v + 0.5 * kDt * change + std::sqrt(noise * kDt * kDt * kDt / 12) * normals();
+      v += change;
+      const PositionEstimate seen{p + kPoor * normals(), kPoor * kPoor * Eigen::Matrix3d::Identity()};
+      ASSERT_TRUE(track.update(t += kFrame, seen, TargetTrack::Jump::kNever)) << "run " << run << ", " << k;
+    }
+    const Eigen::Vector3d error = track.estimate().position - p;
+    nees += error.dot(track.estimate().covariance.ldlt().solve(error));
+  }
+  // The standard deviation of the mean of chi^2 / 3 is sqrt(2 / 3 / runs), 0.06; and the measurements that do not fit
+  // raise the process noise.
+  EXPECT_NEAR(nees / 3 / kRuns, 1, 4 * std::sqrt(2.0 / 3 / kRuns));
+}
+
 TEST(TargetTrack, TakesABounceWithTheSecondMatchAfterIt) {
   // A ball that falls onto a table at 4 m/s and leaves it at 3 m/s, between two pairs.
   const double dt = kFrame * 1e-6, g = 9.81;

@@ -424,7 +424,9 @@ std::string not_found(const PicturePart& part, const std::string& name, const vi
   const auto found = found_by_vision(part, model);
   if (const std::string other = taken_for_it(found, part); !other.empty())
     return fmt::format("by their colours vision would take what is at {}{} for the object", other, in_picture);
-  if (!found || found->match.status == Status::kSeen || found->match.status == Status::kCutOff) return {};
+  if (!found || found->match.status == Status::kSeen || found->match.status == Status::kCutOff ||
+      found->match.status == Status::kMoreAtBorder)
+    return {};
   if (found->match.status == Status::kAmbiguous && std::ranges::any_of(found->candidates, [&](const auto& candidate) {
         const Eigen::Vector2d& px = candidate.match.left_px;
         return is_near({cvRound(px.x()), cvRound(px.y()), 1, 1}, part);

@@ -43,12 +43,14 @@ void refuse_unlikely_first_match(const PairContext& pair, size_t chosen, std::sp
            "more contours violate the epipolar constraint than fit: it may fit by chance");
     return;
   }
+  const TargetIdentity& identity = pair.object.identity;
+  const double seen_radius_m = identity.known() ? identity.appearance(pair.times.pair).radius_m : 0;
   const ComparedPair* better =
       outdone_by(candidate, found.candidates, compared, {pair.left.contours, pair.right.contours},
-                 {pair.left.appearance, pair.right.appearance}, pair.options.match);
+                 {pair.left.appearance, pair.right.appearance}, seen_radius_m, pair.options.match);
   if (better) {
     const bool cut_off = better->match.status == Status::kCutOff;
-    refuse(better->match, better->match.status,
+    refuse(better->match, cut_off ? Status::kMoreAtBorder : better->match.status,
            cut_off ? "both images show something more like the target, which the border cuts off"
                    : "both images show something more like the target, which fits no pair");
   }

@@ -86,8 +86,10 @@ class PairMatcher {
   std::optional<TargetMatch> match_instead_of(const StereoMatch& match, const OtherTargets& others) const;
   std::array<Contours, 2> contours_among(const OtherTargets& others, const Scope& scope) const;
   std::vector<ComparedPair> compare(const std::array<Contours, 2>& among, const TargetHistory& history,
-                                    const Scope& scope) const;
+                                    const Scope& scope, size_t sought) const;
+  void admit_at_border(size_t sought, std::vector<ComparedPair>& pairs) const;
   void refuse_unlike(bool expected, ComparedPair& compared) const;
+  bool is_whole_target(const StereoMatch& match) const;
   double lead_against_found_again() const;
 
   const PairContext& pair_;
@@ -128,26 +130,38 @@ TargetMatch PairMatcher::match(const OtherTargets& others) const {
 }
 
 /// What replaces the matched thing, if further matches confirm it: what appears or moves is more likely the target than
-/// what stands still, and what fits best by itself more likely than what was taken for it shortly before.
+/// what stands still, and what fits best by itself more likely than what was taken for it shortly before, or than what
+/// was, of which the border now leaves too little.
 std::optional<TargetMatch> PairMatcher::match_instead_of(const StereoMatch& match, const OtherTargets& others) const {
   using Status = StereoMatch::Status;
   const TargetIdentity& identity = object_.identity;
   if (object_.track.status() == TargetTrack::Status::kLost) return std::nullopt;
   const bool still = !identity.known() && is_background(match, pair_.left, pair_.right);
-  const bool doubtful = match.status == Status::kSeen && pair_.left.whole && pair_.right.whole && !others.unknown &&
-                        identity.doubtful(pair_.times.pair);
-  if (!still && !doubtful) return std::nullopt;
+  const bool may_doubt =
+      pair_.left.whole && pair_.right.whole && !others.unknown && identity.doubtful(pair_.times.pair);
+  const bool doubtful = may_doubt && match.status == Status::kSeen;
+  const bool leaves = may_doubt && match.status == Status::kCutOff;
+  if (!still && !doubtful && !leaves) return std::nullopt;
   const double lead = doubtful && identity.found_again() ? lead_against_found_again() : kLead;
   TargetMatch other = match_among(others, {.followed = &match, .lead = lead});
   if (other.match.status != Status::kSeen) return std::nullopt;
-  const bool replaces =
-      (doubtful && outdoes(other.match, other.candidates, match)) || (still && may_replace(pair_, other.match, match));
+  const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
+                        (leaves && is_whole_target(other.match)) || (still && may_replace(pair_, other.match, match));
   if (!replaces) return std::nullopt;
   other.match.status = Status::kOutsidePredictionGate;
   other.candidates.front().chosen = false;
   other.candidates.front().reason = "it replaces the followed object if further matches confirm it";
   other.replaces = match;
   return other;
+}
+
+/// Whether what both images show of a match is like a target, and not what the border has left of something.
+bool PairMatcher::is_whole_target(const StereoMatch& match) const {
+  const auto l = static_cast<size_t>(match.left), r = static_cast<size_t>(match.right);
+  const SphereContour &left = pair_.left.contours[l], &right = pair_.right.contours[r];
+  return !left.is_cut_off_blob() && !right.is_cut_off_blob() &&
+         is_convincing(match, std::min(left.radius_px, right.radius_px), pair_.left.appearance[l],
+                       pair_.right.appearance[r]);
 }
 
 /// Evidence by which another thing must exceed what was found again, in each of the pairs that confirm the jump: as
@@ -177,7 +191,7 @@ TargetMatch PairMatcher::match_among(const OtherTargets& others, const Scope& sc
   TargetHistory history = scope.prediction ? history_at(options_, object_, pair_.times) : TargetHistory{};
   if (scope.followed && object_.identity.found_again())
     history.radius_m = object_.identity.appearance(pair_.times.pair).radius_m;
-  const std::vector<ComparedPair> pairs = compare(among, history, scope);
+  const std::vector<ComparedPair> pairs = compare(among, history, scope, others.sought);
   TargetMatch found;
   found.match = best_match(among[0].contours, among[1].contours, pairs);
   found.candidates = candidates_of(pairs, pair_.left.appearance, pair_.right.appearance, history, options_.match);
@@ -231,7 +245,7 @@ std::array<PairMatcher::Contours, 2> PairMatcher::contours_among(const OtherTarg
 /// Compares all pairs of contours, and refuses those that are not the target. The numbers of their contours are those
 /// in the views.
 std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& among, const TargetHistory& history,
-                                               const Scope& scope) const {
+                                               const Scope& scope, size_t sought) const {
   std::optional<Prediction> prediction;
   if (history.manoeuvring)
     prediction = {history.manoeuvring->position, history.manoeuvring->covariance, history.manoeuvring->bias_covariance};
@@ -263,18 +277,41 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
       compared.match.status = StereoMatch::Status::kInconsistentPair;
     if (!followed) refuse_unlike(expected, compared);
   }
+  if (!scope.followed) admit_at_border(sought, pairs);
   return pairs;
 }
 
-/// Refuses what may be the target by its position, but looks otherwise. Admits what the border cuts off, if it is large
-/// and compact. `expected`: it is where the target is expected.
+/// Admits what the border cuts off where no prediction supports it, if it is large and compact, and no more than
+/// `sought` things at the border may be the target. It may be a part of anything: a target that was seen lately must
+/// have had its size, and of one of known radius, a sphere's contour must be seen.
+void PairMatcher::admit_at_border(size_t sought, std::vector<ComparedPair>& pairs) const {
+  using Status = StereoMatch::Status;
+  if (options_.match.radius_m > 0) return;
+  const auto looks = [&](const ComparedPair& pair, const auto& judged) {
+    return judged(pair.match, pair.radius_px, pair_.left.appearance[static_cast<size_t>(pair.match.left)],
+                  pair_.right.appearance[static_cast<size_t>(pair.match.right)]);
+  };
+  std::vector<int> at_border;  // contours of the left image, of things that may be the target
+  for (const ComparedPair& pair : pairs) {
+    const bool likely = pair.match.status == Status::kCutOff && looks(pair, looks_likely);
+    if (likely && std::ranges::find(at_border, pair.match.left) == at_border.end())
+      at_border.push_back(pair.match.left);
+  }
+  if (at_border.size() > sought) return;
+  const double seen_m = object_.identity.appearance(pair_.times.pair).radius_m;
+  for (ComparedPair& pair : pairs) {
+    if (!pair.cut_off_blob || pair.match.status != Status::kCutOff || !looks(pair, may_start_at_border)) continue;
+    if (object_.identity.known() && !(pair.radius_m < options_.match.max_size_ratio * seen_m)) continue;
+    pair.match.status = Status::kSeen;
+    refuse_unlike(false, pair);
+  }
+}
+
+/// Refuses what may be the target by its position, but looks otherwise. `expected`: it is where the target is expected.
 void PairMatcher::refuse_unlike(bool expected, ComparedPair& compared) const {
   using Status = StereoMatch::Status;
   const Appearance& in_left = pair_.left.appearance[static_cast<size_t>(compared.match.left)];
   const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(compared.match.right)];
-  if (compared.cut_off_blob && compared.match.status == Status::kCutOff &&
-      may_start_at_border(compared.match, compared.radius_px, in_left, in_right))
-    compared.match.status = Status::kSeen;
   if (compared.match.status != Status::kSeen && compared.match.status != Status::kOutsidePredictionGate) return;
   const bool known_size = options_.match.radius_m > 0;
   const TargetAppearance target = object_.identity.appearance(pair_.times.pair);

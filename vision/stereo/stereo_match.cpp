@@ -105,6 +105,8 @@ const char* description(StereoMatch::Status status) {
       return "not seen in the right image";
     case Status::kCutOff:
       return "the target is cut off by the image border";
+    case Status::kMoreAtBorder:
+      return "something at the image border is more like the target than what is wholly seen";
     case Status::kInconsistentPair:
       return "the two images show different objects";
     case Status::kEpipolarMismatch:

@@ -20,6 +20,7 @@ struct StereoMatch {
     kNotInLeft,         ///< no blob of the object's colour
     kNotInRight,
     kCutOff,                 ///< too much of the object is outside an image, or too much to start a track
+    kMoreAtBorder,           ///< something is more like the target, but the border cuts it off
     kInconsistentPair,       ///< the blobs differ in size or violate the epipolar constraint
     kEpipolarMismatch,       ///< a contour of the same size in each image, but they violate the epipolar constraint
     kBehindCameras,          ///< the viewing rays do not meet in front of the cameras, or no estimate converges

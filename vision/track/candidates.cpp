@@ -56,7 +56,7 @@ double appearance_evidence(const SphereContour& contour, const Appearance& appea
   const bool edges = contour.kind == SphereContour::Kind::kEdges;
   // A target that enters slowly is partly remembered as background: only what is explained beyond kExplained speaks
   // against what the border cuts off. Among candidates, of which one is chosen, all of it does: otherwise what stands
-  // at the border is taken for the target (buoys of docs/real-images.md, one click: 90.8 % right become 79.7).
+  // at the border is taken for the target.
   constexpr double kExplained = ColourBackground::kExplained;
   const double still =
       contour.cut_off ? (appearance.background - kExplained) / (1 - kExplained) : appearance.background;
@@ -206,7 +206,7 @@ Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_
 const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
                                std::span<const ComparedPair> pairs,
                                const std::array<std::span<const SphereContour>, 2>& contours,
-                               const std::array<std::span<const Appearance>, 2>& appearance,
+                               const std::array<std::span<const Appearance>, 2>& appearance, double seen_radius_m,
                                const MatchOptions& options) {
   const auto evidence = [&](size_t side, int k) {
     return appearance_evidence(contours[side][static_cast<size_t>(k)], appearance[side][static_cast<size_t>(k)],
@@ -220,8 +220,15 @@ const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candi
              return other.match.left == match.left || other.match.right == match.right;
            });
   };
+  // Such a candidate is one as good as what may start a track at the border.
+  const bool is_no_speck = may_start_at_border(candidate.match, candidate.radius_px,
+                                               appearance[0][static_cast<size_t>(candidate.match.left)],
+                                               appearance[1][static_cast<size_t>(candidate.match.right)]);
   const auto better = std::ranges::find_if(pairs, [&](const ComparedPair& pair) {
-    if (pair.match.status == Status::kCutOff) return is_better(pair.match);
+    if (pair.match.status == Status::kCutOff) {
+      const bool larger = seen_radius_m > 0 && pair.radius_m > options.max_size_ratio * seen_radius_m;
+      return !is_no_speck && !larger && is_better(pair.match);
+    }
     const bool apart = pair.match.status == Status::kInconsistentPair || pair.match.status == Status::kEpipolarMismatch;
     if (!apart) return false;
     const SphereContour& in_left = contours[0][static_cast<size_t>(pair.match.left)];
@@ -247,6 +254,10 @@ bool is_likely(const Candidate& candidate) {
 double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right,
                          const MatchOptions& options) {
   return roundness(match, left, right) + colour(left, right) + (options.radius_m > 0 ? 0 : by_area(radius_px));
+}
+
+bool looks_likely(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
+  return evidence_by_looks(match, radius_px, left, right, {}) > kLikely;
 }
 
 bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {

@@ -74,15 +74,16 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 [[nodiscard]] Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_t number);
 
 /// A pair that looks more like the target than a candidate does, by kLead in each image, but starts no track: it fits,
-/// but the border cuts it off; or it does not fit, as what moves across the epipolar lines and is seen at different
-/// times: then it is of one size in both images, off the line by less than its diameter, and not cut off. Null where
-/// there is none. `contours` and `appearance` of the left and of the right image are those that the pairs' matches
-/// refer to.
+/// but the border cuts it off, while the candidate itself would not start one there; or it does not fit, as what moves
+/// across the epipolar lines and is seen at different times: then it is of one size in both images, off the line by
+/// less than its diameter, and not cut off. Null where there is none. `seen_radius_m`: of a target that was seen
+/// lately, or 0; what is larger at the border is not it. `contours` and `appearance` of the left and of the right image
+/// are those that the pairs' matches refer to.
 [[nodiscard]] const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candidate> candidates,
                                              std::span<const ComparedPair> pairs,
                                              const std::array<std::span<const SphereContour>, 2>& contours,
                                              const std::array<std::span<const Appearance>, 2>& appearance,
-                                             const MatchOptions& options);
+                                             double seen_radius_m, const MatchOptions& options);
 
 /// Whether the best of these candidates is another thing than the followed one, which is among them.
 [[nodiscard]] bool outdoes(const StereoMatch& best, std::span<const Candidate> candidates, const StereoMatch& followed);
@@ -91,13 +92,17 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 /// specks that are small and ragged are not.
 [[nodiscard]] bool is_likely(const Candidate& candidate);
 
+/// The same of a thing that need not be a candidate. `radius_px`: of the smaller image.
+[[nodiscard]] bool looks_likely(const StereoMatch& match, double radius_px, const Appearance& left,
+                                const Appearance& right);
+
 /// Whether the shape, the colour and the area of a thing speak for it by kLead more than is_likely() asks for.
 /// `radius_px`: of the smaller image.
 [[nodiscard]] bool is_convincing(const StereoMatch& match, double radius_px, const Appearance& left,
                                  const Appearance& right);
 
 /// Whether a blob that the border cuts off may be taken for the target where no prediction supports it: the evidence
-/// must exceed what is_convincing() asks for by kLead, with and without a known radius.
+/// must exceed what is_convincing() asks for by kLead.
 [[nodiscard]] bool may_start_at_border(const StereoMatch& match, double radius_px, const Appearance& left,
                                        const Appearance& right);
 

@@ -38,12 +38,15 @@ void TargetIdentity::update(int64_t utime, const Observation& observation, Targe
   contours_ = std::min(kEnough, contours_ + (shape ? 1 : 0));
   moved_ = std::min(kEnough, moved_ + (apart && background < kNew ? 1 : 0));
   if (contours_ >= kEnough || moved_ >= kEnough) confirmation_ = Confirmation::kNow;
-  if (confirmed() && !(found_again_ && doubtful(utime)) && observation.appearance.radius_m > 0) {
+  const bool sure = confirmed() && !(found_again_ && doubtful(utime));
+  if (sure && observation.appearance.radius_m > 0) {
     const double elapsed_s = 1e-6 * static_cast<double>(utime - appearance_utime_);
     const double weight = appearance_.radius_m > 0 ? std::clamp(elapsed_s / kAppearanceTime_s, 0.0, 1.0) : 1;
     appearance_.radius_m += weight * (observation.appearance.radius_m - appearance_.radius_m);
     appearance_.compactness += weight * (observation.appearance.compactness - appearance_.compactness);
     appearance_utime_ = utime;
+  } else if (sure && observation.by_contour && appearance(utime).radius_m > 0) {
+    appearance_utime_ = utime;  // a sphere's contour, as of a ball that the border cuts off, shows that it is the same
   }
   last_px_ = observation.px;
   last_radius_px_ = observation.radius_px;

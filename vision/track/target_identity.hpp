@@ -51,8 +51,8 @@ class TargetIdentity {
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
   /// arbitrary which of several targets that look alike follows which object.
   bool established() const { return confirmation_ >= Confirmation::kBeforeJump; }
-  /// What the confirmed target looked like, smoothed; zeros where no match told it for ten seconds. It is not learned
-  /// while a target that was found again may be another thing.
+  /// What the confirmed target looked like, smoothed; zeros where for ten seconds no match told it, nor showed a sphere's
+  /// contour. It is not learned while a target that was found again may be another thing.
   TargetAppearance appearance(int64_t utime) const;
   /// Whether the tracked thing may be another one, even if it is confirmed: the track began or jumped less than ten
   /// seconds ago, and either the target was known before, or no match since then was convincing.

@@ -57,10 +57,9 @@ TargetTrack::Filter TargetTrack::predict(double seconds, double noise) const {
   return {F * filter_.state, symmetric(covariance), F * filter_.bias_factor};
 }
 
-bool TargetTrack::correct(double seconds, const PositionEstimate& seen) {
+bool TargetTrack::correct(double seconds, const PositionEstimate& seen, double least_noise) {
   const Eigen::Matrix3d bias_root = root_of(seen.bias_covariance);
-  for (double noise = options_.min_process_noise_m2_s3;;
-       noise = std::min(10 * noise, options_.max_process_noise_m2_s3)) {
+  for (double noise = least_noise;; noise = std::min(10 * noise, options_.max_process_noise_m2_s3)) {
     const Filter before = predict(seconds, noise);
     Matrix6 covariance = before.covariance;
     if (seen.unbiased()) covariance += before.bias_factor * before.bias_factor.transpose();
@@ -177,7 +176,8 @@ bool TargetTrack::update(int64_t utime, const std::optional<PositionEstimate>& s
     begin_at(*seen, Eigen::Vector3d::Zero(), kFirstSpeed * kFirstSpeed, Start::kFirst);
     taken = true;
   } else if (usable && !elsewhere) {
-    taken = correct(seconds, *seen);
+    const bool poor = jump == Jump::kNever;  // it does not tell whether the target rests
+    taken = correct(seconds, *seen, poor ? options_.coasting_process_noise_m2_s3 : options_.min_process_noise_m2_s3);
   }
   if (!taken && status_ != Status::kLost) {
     filter_ = predict(seconds, options_.coasting_process_noise_m2_s3);

@@ -24,13 +24,14 @@ struct PositionEstimate {
 /// Tracks one target over time: a Kalman filter of position and velocity on the capture times, with white-noise
 /// acceleration (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
 /// Sect. 6.2). The process noise is that of a target at rest unless the innovation is too large for it; then it is
-/// raised, for that step, until the innovation fits. The bias of measurements is considered, not estimated
-/// (Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3, 1966), and taken
-/// as the same throughout a track. A biased measurement is weighted as if its whole error were white, for the bias does
-/// not repeat exactly; only the covariance of the result accounts for it. An unbiased one has the weight that the bias
-/// leaves it. A match that is too far away even for the largest process noise is
-/// a jump, accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the
-/// target can have got there at its speed, or at 3 m/s, from where it was seen last. Jump::kAtOnce accepts it without
+/// raised, for that step, until the innovation fits. Where the target is measured poorly (Jump::kNever), it is at least
+/// that of a target that is not seen, for such measurements do not tell that it rests. The bias of measurements is
+/// considered, not estimated (Schmidt, Application of state-space methods to navigation problems, Advances in Control
+/// Systems 3, 1966), and taken as the same throughout a track. A biased measurement is weighted as if its whole error
+/// were white, for the bias does not repeat exactly; only the covariance of the result accounts for it. An unbiased one
+/// has the weight that the bias leaves it. A match that is too far away even for the largest process noise is a jump,
+/// accepted only when later matches confirm it: one less than `confirmations`, but at least two, where the target can
+/// have got there at its speed, or at 3 m/s, from where it was seen last. Jump::kAtOnce accepts it without
 /// confirmation.
 class TargetTrack {
  public:
@@ -46,8 +47,8 @@ class TargetTrack {
     double coast_sigma_m = 0.1;
   };
   enum class Status { kLost, kTracked, kCoasting };
-  /// Whether a measurement outside the gate may be the target, that has jumped there: never, if further ones confirm
-  /// it, or at once.
+  /// Whether a measurement outside the gate may be the target, that has jumped there: never, as where the target is
+  /// measured poorly, if further ones confirm it, or at once.
   enum class Jump { kNever, kIfConfirmed, kAtOnce };
   /// Whether a match began a new motion: no; the target was lost before; it jumped, which further matches confirmed; or
   /// it jumped with Jump::kAtOnce.
@@ -130,7 +131,7 @@ class TargetTrack {
 
   std::optional<PositionEstimate> predicted_with(int64_t utime, double noise) const;
   Filter predict(double seconds, double noise) const;
-  bool correct(double seconds, const PositionEstimate& seen);
+  bool correct(double seconds, const PositionEstimate& seen, double least_noise);
   bool confirm(int64_t utime, const PositionEstimate& seen, bool at_once);
   double top_speed() const;
   bool can_reach(int64_t utime, const PositionEstimate& seen, double speed) const;
