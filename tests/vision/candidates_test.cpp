@@ -256,6 +256,9 @@ TEST(Candidates, WhatTheBorderCutsOffOutdoesASpeckButNoBall) {
   EXPECT_FALSE(outdone(speck, true, 0.5 * kRadius)) << "at the border is something larger than what was seen lately";
   EXPECT_FALSE(outdone(speck, false)) << "what is whole is a candidate itself";
   EXPECT_FALSE(outdone({.p_L = kThere, .radius_m = 0.7 * kRadius}, true));
+  Thing slow{.p_L = kThere, .radius_m = 0.7 * kRadius};
+  slow.appearance.background = 0.4;
+  EXPECT_FALSE(outdone(slow, true)) << "a ball that moves slowly is partly remembered as background";
 }
 
 // Where the target is expected, something much larger and more ragged is not the target.
