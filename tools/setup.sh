@@ -65,10 +65,17 @@ for part in $needs; do for package in ${packages[$part]}; do wanted+=("$package"
 
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-# progress PATTERN: keeps standard input in the log; on a terminal one line shows how far it is, by an awk program for matching lines.
+# mawk, Debian's awk, otherwise waits for blocks of 4096 bytes.
+awk=(awk)
+if awk -W version 2>&1 | grep -q ^mawk; then awk=(awk -W interactive); fi
+# progress PATTERN: keeps standard input in the log, and says how far it is, by an awk program for matching lines: on a terminal in one line, elsewhere with
+# a line each minute.
 progress() {
-  if [ ! -t 2 ]; then cat >>"$log"; return; fi
-  tee -a "$log" | awk -v columns="$(tput cols)" "$1"' { printf "\r%s\033[K", substr(text, 1, columns - 1); fflush() } END { printf "\r\033[K" }' >&2
+  if [ ! -t 2 ]; then
+    tee -a "$log" | "${awk[@]}" 'BEGIN { said = systime() } '"$1"' systime() >= said + 60 { print text; fflush(); said = systime() }' >&2
+    return
+  fi
+  tee -a "$log" | "${awk[@]}" -v columns="$(tput cols)" "$1"' { printf "\r%s\033[K", substr(text, 1, columns - 1); fflush() } END { printf "\r\033[K" }' >&2
 }
 
 missing=()
