@@ -78,12 +78,20 @@ BoxesOfOthers StereoVision::boxes_of_others(size_t target) const {
     const Target& its = targets_[other];
     using Status = StereoMatch::Status;
     const Status status = its.match.status;
-    const bool partly = status == Status::kTogether || status == Status::kOccludedTooMuch || status == Status::kCutOff;
+    const bool partly = status == Status::kTogether || status == Status::kOccludedTooMuch ||
+                        status == Status::kCutOff || status == Status::kMoreAtBorder;
     if (other == target || !(status == Status::kSeen || partly) || its.match.left < 0 || its.match.right < 0) continue;
     boxes[0].push_back(its.views[0].blobs[static_cast<size_t>(its.match.left)].box);
     boxes[1].push_back(its.views[1].blobs[static_cast<size_t>(its.match.right)].box);
   }
   return boxes;
+}
+
+bool StereoVision::both_images_repeat() const {
+  const auto dark = [](const Target& target) {
+    return std::ranges::any_of(target.views, [](const View& view) { return view.content == View::Content::kDark; });
+  };
+  return frozen_frames_.both_repeat() && std::ranges::none_of(targets_, dark);
 }
 
 void StereoVision::restart() {

@@ -84,8 +84,9 @@ class StereoVision {
   const char* update(StereoImages& images);
   /// The targets after the last pair, in the order of their options.
   const std::vector<Target>& targets() const { return targets_; }
-  /// Whether both cameras send the same images again and again: see FrozenFrameDetector::both_repeat().
-  bool both_images_repeat() const { return frozen_frames_.both_repeat(); }
+  /// Whether both cameras send the same images again and again, none of them black: see
+  /// FrozenFrameDetector::both_repeat().
+  bool both_images_repeat() const;
 
   /// The state of one target, and of what all targets share, after a pair at time `utime` (microseconds).
   std::vector<double> serialize(size_t target, int64_t utime) const;

@@ -53,7 +53,11 @@ TEST(FrozenFrameDetector, AStillPictureIsNoFault) {
     EXPECT_EQ(detector.both_repeat(), k >= 5) << k;
   }
   EXPECT_FALSE(detector.repeats());
-  add(detector, 100, 3, 2);
+  ASSERT_TRUE(detector.deserialize(100 * 33333, detector.serialize(100 * 33333)));
+  EXPECT_FALSE(detector.both_repeat()) << "no state";
+  for (int k = 100; k < 110; ++k) add(detector, k, 1, 2);
+  EXPECT_TRUE(detector.both_repeat());
+  add(detector, 110, 3, 2);
   EXPECT_FALSE(detector.both_repeat());
 }
 

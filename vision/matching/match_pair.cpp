@@ -60,6 +60,11 @@ bool is_background(const StereoMatch& match, const View& left, const View& right
          right.appearance[static_cast<size_t>(match.right)].is_background();
 }
 
+/// Whether two matches have no blob in common.
+bool are_apart(const StereoMatch& a, const StereoMatch& b) {
+  return a.left != b.left && a.right != b.right;
+}
+
 /// The steps of match_pair().
 class PairMatcher {
  public:
@@ -130,8 +135,8 @@ TargetMatch PairMatcher::match(const OtherTargets& others) const {
 }
 
 /// What replaces the matched thing, if further matches confirm it: what appears or moves is more likely the target than
-/// what stands still, and what fits best by itself more likely than what was taken for it shortly before, or than what
-/// was, of which the border now leaves too little.
+/// what stands still, and what fits best by itself more likely than what was taken for it shortly before, also where
+/// the border now cuts off too much of that.
 std::optional<TargetMatch> PairMatcher::match_instead_of(const StereoMatch& match, const OtherTargets& others) const {
   using Status = StereoMatch::Status;
   const TargetIdentity& identity = object_.identity;
@@ -146,7 +151,8 @@ std::optional<TargetMatch> PairMatcher::match_instead_of(const StereoMatch& matc
   TargetMatch other = match_among(others, {.followed = &match, .lead = lead});
   if (other.match.status != Status::kSeen) return std::nullopt;
   const bool replaces = (doubtful && outdoes(other.match, other.candidates, match)) ||
-                        (leaves && is_whole_target(other.match)) || (still && may_replace(pair_, other.match, match));
+                        (leaves && is_whole_target(other.match) && are_apart(other.match, match)) ||
+                        (still && may_replace(pair_, other.match, match));
   if (!replaces) return std::nullopt;
   other.match.status = Status::kOutsidePredictionGate;
   other.candidates.front().chosen = false;
@@ -277,33 +283,35 @@ std::vector<ComparedPair> PairMatcher::compare(const std::array<Contours, 2>& am
       compared.match.status = StereoMatch::Status::kInconsistentPair;
     if (!followed) refuse_unlike(expected, compared);
   }
+  // What is followed is not replaced by what may be a part of anything.
   if (!scope.followed) admit_at_border(sought, pairs);
   return pairs;
 }
 
 /// Admits what the border cuts off where no prediction supports it, if it is large and compact, and no more than
-/// `sought` things at the border may be the target. It may be a part of anything: a target that was seen lately must
-/// have had its size, and of one of known radius, a sphere's contour must be seen.
+/// `sought` things at the border may be the target. It may be a part of anything: of a target that was seen lately, the
+/// size must be remembered, and it must not be larger; of one of known radius, a sphere's contour must be seen.
 void PairMatcher::admit_at_border(size_t sought, std::vector<ComparedPair>& pairs) const {
   using Status = StereoMatch::Status;
   if (options_.match.radius_m > 0) return;
-  const auto looks = [&](const ComparedPair& pair, const auto& judged) {
-    return judged(pair.match, pair.radius_px, pair_.left.appearance[static_cast<size_t>(pair.match.left)],
-                  pair_.right.appearance[static_cast<size_t>(pair.match.right)]);
-  };
-  std::vector<int> at_border;  // contours of the left image, of things that may be the target
-  for (const ComparedPair& pair : pairs) {
-    const bool likely = pair.match.status == Status::kCutOff && looks(pair, looks_likely);
-    if (likely && std::ranges::find(at_border, pair.match.left) == at_border.end())
-      at_border.push_back(pair.match.left);
-  }
-  if (at_border.size() > sought) return;
   const double seen_m = object_.identity.appearance(pair_.times.pair).radius_m;
+  std::vector<int> things;  // contours of the left image, of what may be the target
+  std::vector<ComparedPair*> admitted;
   for (ComparedPair& pair : pairs) {
-    if (!pair.cut_off_blob || pair.match.status != Status::kCutOff || !looks(pair, may_start_at_border)) continue;
-    if (object_.identity.known() && !(pair.radius_m < options_.match.max_size_ratio * seen_m)) continue;
-    pair.match.status = Status::kSeen;
-    refuse_unlike(false, pair);
+    if (pair.match.status != Status::kCutOff) continue;
+    const Appearance& in_left = pair_.left.appearance[static_cast<size_t>(pair.match.left)];
+    const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(pair.match.right)];
+    const bool larger = object_.identity.known() && !(pair.radius_m < options_.match.max_size_ratio * seen_m);
+    if (larger || is_off_colour(pair, in_left, in_right)) continue;
+    if (!looks_likely(pair.match, pair.radius_px, in_left, in_right)) continue;
+    if (std::ranges::find(things, pair.match.left) == things.end()) things.push_back(pair.match.left);
+    if (pair.cut_off_blob && may_start_at_border(pair.match, pair.radius_px, in_left, in_right))
+      admitted.push_back(&pair);
+  }
+  if (things.size() > sought) return;
+  for (ComparedPair* pair : admitted) {
+    pair->match.status = Status::kSeen;
+    refuse_unlike(false, *pair);
   }
 }
 

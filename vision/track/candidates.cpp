@@ -220,14 +220,14 @@ const ComparedPair* outdone_by(const Candidate& candidate, std::span<const Candi
              return other.match.left == match.left || other.match.right == match.right;
            });
   };
-  // Such a candidate is one as good as what may start a track at the border.
-  const bool is_no_speck = may_start_at_border(candidate.match, candidate.radius_px,
-                                               appearance[0][static_cast<size_t>(candidate.match.left)],
-                                               appearance[1][static_cast<size_t>(candidate.match.right)]);
+  // A candidate this strong is no speck.
+  const bool is_strong = may_start_at_border(candidate.match, candidate.radius_px,
+                                             appearance[0][static_cast<size_t>(candidate.match.left)],
+                                             appearance[1][static_cast<size_t>(candidate.match.right)]);
   const auto better = std::ranges::find_if(pairs, [&](const ComparedPair& pair) {
     if (pair.match.status == Status::kCutOff) {
       const bool larger = seen_radius_m > 0 && pair.radius_m > options.max_size_ratio * seen_radius_m;
-      return !is_no_speck && !larger && is_better(pair.match);
+      return !is_strong && !larger && is_better(pair.match);
     }
     const bool apart = pair.match.status == Status::kInconsistentPair || pair.match.status == Status::kEpipolarMismatch;
     if (!apart) return false;

@@ -92,7 +92,8 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
 /// specks that are small and ragged are not.
 [[nodiscard]] bool is_likely(const Candidate& candidate);
 
-/// The same of a thing that need not be a candidate. `radius_px`: of the smaller image.
+/// Whether a thing is enough like a target by its shape, colour and area, also where it is no candidate. `radius_px`:
+/// of the smaller image.
 [[nodiscard]] bool looks_likely(const StereoMatch& match, double radius_px, const Appearance& left,
                                 const Appearance& right);
 

@@ -24,7 +24,7 @@ class TargetIdentity {
  public:
   /// A match that the track accepted.
   struct Observation {
-    bool by_contour = false;                 ///< both images show a complete sphere contour
+    bool by_contour = false;                 ///< both images show a sphere's contour
     bool of_known_size = false;              ///< the target's radius is known, and the match has it
     bool convincing = false;                 ///< see is_convincing()
     std::array<Eigen::Vector2d, 2> px;       ///< of the left and the right image
@@ -51,8 +51,8 @@ class TargetIdentity {
   /// The target is known, and was not lost since it was confirmed last; a jump does not change this. Until then it is
   /// arbitrary which of several targets that look alike follows which object.
   bool established() const { return confirmation_ >= Confirmation::kBeforeJump; }
-  /// What the confirmed target looked like, smoothed; zeros where for ten seconds no match told it, nor showed a sphere's
-  /// contour. It is not learned while a target that was found again may be another thing.
+  /// What the confirmed target looked like, smoothed; zeros where no match told it, or showed a sphere's contour, for
+  /// ten seconds. It is not learned while a target that was found again may be another thing.
   TargetAppearance appearance(int64_t utime) const;
   /// Whether the tracked thing may be another one, even if it is confirmed: the track began or jumped less than ten
   /// seconds ago, and either the target was known before, or no match since then was convincing.
@@ -86,7 +86,8 @@ class TargetIdentity {
   std::array<Eigen::Vector2d, 2> last_px_{Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
   TargetAppearance appearance_;
   double last_radius_px_ = 0;
-  // Of the last match, of that with which the track began or jumped, and of the last one that told the appearance.
+  // Of the last match, of that with which the track began or jumped, and of the last one that told the appearance or
+  // showed a contour.
   int64_t last_utime_ = 0, began_utime_ = 0, appearance_utime_ = 0;
 };
 
