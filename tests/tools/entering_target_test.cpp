@@ -180,6 +180,26 @@ TEST(EnteringTarget, AThingOfAnotherSizeIsNotTakenForAHiddenTarget) {
   }
 }
 
+// What is larger than the target was cannot be it.
+TEST(EnteringTarget, AHiddenTargetIsFoundAtTheBorderBesideALargerThing) {
+  const StereoRig rig = testing::level_rig();
+  StereoVision vision({testing::options_for(rig)});
+  const testing::Draw diamond = testing::plate(kHalfPlate, kHalfPlate, 45),
+                      larger = testing::plate(2 * kHalfPlate, 2 * kHalfPlate, 45);
+  int k = 0;
+  for (; k < 30; ++k) {
+    const Eigen::Vector3d there(-0.15 + 0.012 * k, 0.02, kPlateDistance);
+    testing::look(vision, rig, k * testing::kFrame, {{diamond, there}});
+    EXPECT_TRUE(k < 3 || is_near(vision.targets().front().report, there)) << k;
+  }
+  ASSERT_TRUE(vision.targets().front().tracker.identity().confirmed());
+  for (; k < 60; ++k) testing::look(vision, rig, k * testing::kFrame);
+  const Eigen::Vector3d back(0.08, kTopBorder + kToBorder, kPlateDistance),
+      other(-0.1, kTopBorder + 2 * kToBorder, kPlateDistance);
+  const auto& report = testing::look(vision, rig, k * testing::kFrame, {{diamond, back}, {larger, other}});
+  EXPECT_TRUE(is_near(report, back)) << report.reason;
+}
+
 // What was taken for the target at the border goes out again, by more than what may be hidden of a target.
 TEST(EnteringTarget, ABallReplacesWhatTheBorderHasLeftTooLittleOf) {
   const StereoRig rig = testing::level_rig();

@@ -137,9 +137,13 @@ TEST(Candidates, ARaggedSpeckIsNoTargetButASmallBallIs) {
   const Thing ragged{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
   const Thing ball{.p_L = kHere, .radius_m = kSpeck, .appearance = {.compactness = 0.9, .colour_share = 0.8}};
   const Thing pen{.p_L = kHere, .radius_m = 6 * kSpeck, .appearance = {.compactness = 0.15, .colour_share = 0.8}};
-  EXPECT_FALSE(is_likely(judge({ragged}, {}, {}).candidates.at(0)));
-  EXPECT_TRUE(is_likely(judge({ball}, {}, {}).candidates.at(0)));
-  EXPECT_TRUE(is_likely(judge({pen}, {}, {}).candidates.at(0))) << "a long thing may be the target, if it is large";
+  const auto likely = [](const Thing& thing) {
+    const Candidate candidate = judge({thing}, {}, {}).candidates.at(0);
+    return is_likely(candidate.match, candidate.radius_px, thing.appearance, thing.appearance);
+  };
+  EXPECT_FALSE(likely(ragged));
+  EXPECT_TRUE(likely(ball));
+  EXPECT_TRUE(likely(pen)) << "a long thing may be the target, if it is large";
 }
 
 // Of the constants: half of the radius, 0.4 of the compactness, and an evidence of 6.5 + ln 20.

@@ -29,7 +29,9 @@ void refuse_unlikely_first_match(const PairContext& pair, size_t chosen, std::sp
            "its size and its two images hardly fit");
     return;
   }
-  if (!known && !is_likely(candidate)) {
+  const Appearance& in_left = pair.left.appearance[static_cast<size_t>(candidate.match.left)];
+  const Appearance& in_right = pair.right.appearance[static_cast<size_t>(candidate.match.right)];
+  if (!known && !is_likely(candidate.match, candidate.radius_px, in_left, in_right)) {
     refuse(candidate.match, Status::kUnlikely, "it is too small or too ragged for a first match");
     return;
   }

@@ -60,11 +60,6 @@ bool is_background(const StereoMatch& match, const View& left, const View& right
          right.appearance[static_cast<size_t>(match.right)].is_background();
 }
 
-/// Whether two matches have no blob in common.
-bool are_apart(const StereoMatch& a, const StereoMatch& b) {
-  return a.left != b.left && a.right != b.right;
-}
-
 /// The steps of match_pair().
 class PairMatcher {
  public:
@@ -303,7 +298,7 @@ void PairMatcher::admit_at_border(size_t sought, std::vector<ComparedPair>& pair
     const Appearance& in_right = pair_.right.appearance[static_cast<size_t>(pair.match.right)];
     const bool larger = object_.identity.known() && !(pair.radius_m < options_.match.max_size_ratio * seen_m);
     if (larger || is_off_colour(pair, in_left, in_right)) continue;
-    if (!looks_likely(pair.match, pair.radius_px, in_left, in_right)) continue;
+    if (!is_likely(pair.match, pair.radius_px, in_left, in_right)) continue;
     if (std::ranges::find(things, pair.match.left) == things.end()) things.push_back(pair.match.left);
     if (pair.cut_off_blob && may_start_at_border(pair.match, pair.radius_px, in_left, in_right))
       admitted.push_back(&pair);

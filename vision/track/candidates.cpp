@@ -170,6 +170,10 @@ bool same_thing(const Candidate& a, const Candidate& b) {
   return (a.match.left_px - b.match.left_px).norm() < nearest && (a.match.right_px - b.match.right_px).norm() < nearest;
 }
 
+bool are_apart(const StereoMatch& a, const StereoMatch& b) {
+  return a.left != b.left && a.right != b.right;
+}
+
 std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought, double lead) {
   if (candidates.empty() || candidates.front().mixed) return std::nullopt;
   const Evidence& best = candidates.front().evidence;
@@ -194,8 +198,7 @@ Eigen::Matrix3d covariance_of_parts(std::span<const Candidate> candidates, size_
   const Candidate& part = candidates[number];
   Eigen::Vector3d farthest = Eigen::Vector3d::Zero();  // from this part to the centre of both
   for (const Candidate& other : candidates) {
-    const bool apart = other.match.left != part.match.left && other.match.right != part.match.right;
-    if (other.mixed || !apart || !same_thing(part, other)) continue;
+    if (other.mixed || !are_apart(other.match, part.match) || !same_thing(part, other)) continue;
     const double share = squared(other.radius_px) / (squared(other.radius_px) + squared(part.radius_px));
     const Eigen::Vector3d to_both = share * (other.match.point.p_W - part.match.point.p_W);
     if (to_both.squaredNorm() > farthest.squaredNorm()) farthest = to_both;
@@ -243,12 +246,7 @@ bool outdoes(const StereoMatch& best, std::span<const Candidate> candidates, con
   const auto is_followed = [&](const Candidate& candidate) {
     return candidate.match.left == followed.left && candidate.match.right == followed.right;
   };
-  return best.left != followed.left && best.right != followed.right && std::ranges::any_of(candidates, is_followed);
-}
-
-bool is_likely(const Candidate& candidate) {
-  const auto& term = candidate.evidence.term;
-  return term[Evidence::kRound] + term[Evidence::kColour] + by_area(candidate.radius_px) > kLikely;
+  return are_apart(best, followed) && std::ranges::any_of(candidates, is_followed);
 }
 
 double evidence_by_looks(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right,
@@ -256,7 +254,7 @@ double evidence_by_looks(const StereoMatch& match, double radius_px, const Appea
   return roundness(match, left, right) + colour(left, right) + (options.radius_m > 0 ? 0 : by_area(radius_px));
 }
 
-bool looks_likely(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
+bool is_likely(const StereoMatch& match, double radius_px, const Appearance& left, const Appearance& right) {
   return evidence_by_looks(match, radius_px, left, right, {}) > kLikely;
 }
 

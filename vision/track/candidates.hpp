@@ -85,17 +85,16 @@ std::optional<size_t> choose(std::span<Candidate> candidates, size_t sought = 1,
                                              const std::array<std::span<const Appearance>, 2>& appearance,
                                              double seen_radius_m, const MatchOptions& options);
 
+/// Whether two matches have no blob in common.
+[[nodiscard]] bool are_apart(const StereoMatch& a, const StereoMatch& b);
+
 /// Whether the best of these candidates is another thing than the followed one, which is among them.
 [[nodiscard]] bool outdoes(const StereoMatch& best, std::span<const Candidate> candidates, const StereoMatch& followed);
 
-/// Whether a candidate of unknown size is enough like a target to be taken for it where no prediction supports it:
-/// specks that are small and ragged are not.
-[[nodiscard]] bool is_likely(const Candidate& candidate);
-
-/// Whether a thing is enough like a target by its shape, colour and area, also where it is no candidate. `radius_px`:
-/// of the smaller image.
-[[nodiscard]] bool looks_likely(const StereoMatch& match, double radius_px, const Appearance& left,
-                                const Appearance& right);
+/// Whether a thing of unknown size is enough like a target by its shape, colour and area to be taken for it where no
+/// prediction supports it: specks that are small and ragged are not. `radius_px`: of the smaller image.
+[[nodiscard]] bool is_likely(const StereoMatch& match, double radius_px, const Appearance& left,
+                             const Appearance& right);
 
 /// Whether the shape, the colour and the area of a thing speak for it by kLead more than is_likely() asks for.
 /// `radius_px`: of the smaller image.
