@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <stdexcept>
 
@@ -62,16 +63,25 @@ ConfigKeys<vision::ColourClass> class_keys() {
   return keys;
 }
 
+// Of (R - G)/Y and (B - G)/Y, Y = (R + 2G + B)/4: of green alone, and of red or blue alone; and the variance of numbers
+// that are as often the one as the other.
+constexpr double kLeastChroma = -2, kLargestChroma = 4, kLargestVariance = 9;
+
 std::vector<ChromaComponent> components_from(const Config& config, const std::string& key) {
   std::vector<ChromaComponent> components;
   if (!config.has(key)) return components;
   for (const Config& section : config.sections(key)) {
     ChromaComponent component;
-    component.mean = Eigen::Map<const Eigen::Vector2d>(section.numbers("mean", 2).data());
+    const std::vector<double> mean = section.numbers("mean", 2);
+    component.mean = Eigen::Vector2d(mean[0], mean[1]);
+    if (std::min(mean[0], mean[1]) < kLeastChroma || std::max(mean[0], mean[1]) > kLargestChroma)
+      section.fail("mean", fmt::format("two numbers from {} to {}", kLeastChroma, kLargestChroma));
     const std::vector<double> covariance = section.numbers("covariance", 3);  // uu, uv, vv
     component.covariance << covariance[0], covariance[1], covariance[1], covariance[2];
-    if (!(covariance[0] > 0 && component.covariance.determinant() > 0))
-      section.fail("covariance", "three numbers uu, uv, vv with uu > 0 and uu vv > uv^2");
+    const bool inside = covariance[0] > 0 && std::max(covariance[0], covariance[2]) <= kLargestVariance;
+    if (!(inside && component.covariance.determinant() > 0))
+      section.fail("covariance",
+                   fmt::format("three numbers uu, uv, vv with 0 < uu, vv <= {} and uu vv > uv^2", kLargestVariance));
     component.weight = section.number("weight", 1e-12, 1e12, 1);
     section.finish();
     components.push_back(component);
