@@ -141,6 +141,27 @@ Pair moved(Pair pair, double px) {
   return pair;
 }
 
+// Rays that pass each other outside of a thing are of two things, however uncertain the centroids of their blobs are. A
+// part of a long target that is hidden in one image moves its centroid as far: where it is expected, it may.
+TEST(StereoMatching, RaysThatMissEachOtherByMoreThanItsRadiusShowTwoThings) {
+  constexpr double kRadiusPx = 20;
+  const Prediction here{rig().X_WL * kBall, 1e-2 * Eigen::Matrix3d::Identity()};
+  for (const double known : {kRadius, 0.0}) {
+    for (const double share : {-1.1, -0.9, 0.9, 1.1}) {
+      Pair pair = moved(pair_of(kBall), share * kRadiusPx);
+      for (SphereContour* contour : {&pair.left, &pair.right}) {
+        contour->kind = SphereContour::Kind::kCentroid;
+        contour->covariance = std::pow(kRadiusPx / 2 / 500, 2) * Eigen::Matrix3d::Identity();
+      }
+      const auto status = [&](const std::optional<Prediction>& prediction) {
+        return match_candidates({pair.left}, {pair.right}, prediction, {.radius_m = known}).status;
+      };
+      EXPECT_EQ(status(std::nullopt), std::abs(share) < 1 ? Status::kSeen : Status::kInconsistentPair) << share;
+      EXPECT_EQ(status(here), Status::kSeen) << share;
+    }
+  }
+}
+
 TEST(StereoMatching, MoreMismatchesThanMatchesContradictTheCalibration) {
   const auto contradicted = [](const std::vector<Pair>& pairs, size_t located = 0) {
     std::vector<SphereContour> left, right;

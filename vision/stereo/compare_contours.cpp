@@ -120,7 +120,8 @@ class ContourComparison {
     scored.size_sigmas = size_sigmas(left, right, *start);
     const double off = gap.px / gap.sigma_px;
     scored.score /= 1 + off * off / (kSigmas * kSigmas);
-    if (!same_size(left, right, *start) || !on_one_line(gap) || !projects_onto_both(*start, left, right)) {
+    if (!same_size(left, right, *start) || !on_one_line(gap) || miss_the_object(gap, scored) ||
+        !projects_onto_both(*start, left, right)) {
       const bool contours = match.both_by_contour && same_size(left, right, *start);
       match.status = contours ? Status::kEpipolarMismatch : Status::kInconsistentPair;
       match.fits_swapped = fits(right, left, 0);
@@ -329,6 +330,11 @@ class ContourComparison {
   }
   bool on_one_line(const Gap& gap, double besides_px = 0) const {
     return std::abs(gap.px) <= options_.max_epipolar_px + kSigmas * gap.sigma_px + besides_px;
+  }
+  /// Whether the rays to the centres of what no prediction supports pass each other by more than its radius. Ragged
+  /// blobs have centroids so uncertain that on_one_line() admits such a pair, but it more likely shows two things.
+  bool miss_the_object(const Gap& gap, const ComparedPair& pair) const {
+    return !prediction_ && std::abs(gap.px) > std::max(options_.max_epipolar_px, pair.radius_px);
   }
   bool same_size(const SphereContour& left, const SphereContour& right, const Triangulation& point) const {
     const double left_m = point.depth_left_m * left.ray().homogeneous().norm();
